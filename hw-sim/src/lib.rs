@@ -1,0 +1,1 @@
+//! Simulated servo buses that speak the same bytes as real ones.

@@ -1,0 +1,6 @@
+//! Servo buses: goals out, replies in, one slot a servo.
+
+pub mod port;
+mod reply;
+
+pub use reply::{Feedback, Slot};

@@ -1,0 +1,50 @@
+//! The ports: the one object that owns every serial line, the clock and the only wait.
+//!
+//! On hardware one implementation polls all descriptors at once; in simulation another advances an
+//! event queue. All buses share it, so all are exchanged at the same time without a thread per bus.
+
+use crate::units::Time;
+
+/// Why a port could not be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PortError {
+    /// The adapter is gone (unplugged, or its power is off).
+    #[error("the port of bus {bus} is gone: plug its adapter in again")]
+    Gone {
+        /// Index of the bus in the robot file.
+        bus: usize,
+    },
+}
+
+/// Every serial line of the robot, the clock, and the only wait of the program.
+///
+/// Buses are named by their index in [`crate::model::Robot::buses`].
+pub trait Ports {
+    /// The present time. Monotonic.
+    fn now(&mut self) -> Time;
+
+    /// Throws away whatever bytes have arrived on `bus` and were not yet received.
+    ///
+    /// # Errors
+    /// [`PortError::Gone`] when the line is not there.
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError>;
+
+    /// Hands `bytes` to the line of `bus` without waiting for them to leave.
+    ///
+    /// # Errors
+    /// [`PortError::Gone`] when the line is not there.
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError>;
+
+    /// Copies bytes that have arrived on `bus` into `into` and returns how many; 0 when there are none.
+    /// Never waits.
+    ///
+    /// # Errors
+    /// [`PortError::Gone`] when the line is not there.
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError>;
+
+    /// Waits until bytes that were not yet received are there on any bus, or until `deadline`.
+    fn wait_for_input(&mut self, deadline: Time);
+
+    /// Waits until `deadline`, whatever arrives.
+    fn wait_until(&mut self, deadline: Time);
+}

@@ -1,0 +1,5 @@
+//! Controller for servo-driven horse-like quadrupeds and octopus-arm rigs.
+
+pub mod bus;
+pub mod model;
+pub mod units;

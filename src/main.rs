@@ -1,0 +1,3 @@
+//! The `hippocamp` command.
+
+fn main() {}

@@ -1,0 +1,181 @@
+//! The robot as the program knows it: checked, in SI units, never changed after loading.
+//!
+//! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
+//! tentacles and figures.
+
+pub mod servo_model;
+
+use std::ops::Range;
+
+use glam::{DQuat, DVec3};
+
+use crate::units::ServoId;
+pub use servo_model::{Protocol, Registers, ServoModel};
+
+/// A whole robot.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// Name, from the file.
+    pub name: String,
+    /// Cycles of the loop per second.
+    pub rate_hz: f64,
+    /// Mass of the trunk, kg.
+    pub trunk_mass_kg: f64,
+    /// Centre of the trunk's mass in the body frame, m.
+    pub trunk_center_m: DVec3,
+    /// Limbs, in file order.
+    pub chains: Vec<Chain>,
+    /// All joints of all chains, in file order; [`Chain::joints`] says which are whose.
+    pub joints: Vec<Joint>,
+    /// Buses, in file order; none for a robot that exists only on paper.
+    pub buses: Vec<Bus>,
+    /// What it does.
+    pub motion: Motion,
+    /// What keeps it from harm.
+    pub safety: SafetySettings,
+    /// What it does when it stops.
+    pub stop_action: StopAction,
+}
+
+/// A limb: joints from the body outwards.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    /// Name, from the file.
+    pub name: String,
+    /// Place of the first joint in the body frame, m.
+    pub root_m: DVec3,
+    /// Rotation from the chain's own frame to the body frame.
+    pub root_rotation: DQuat,
+    /// Its joints, as indices into [`Robot::joints`].
+    pub joints: Range<usize>,
+}
+
+/// A hinge and the link behind it.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// Name: the chain's, a dot, the joint's own; `left_hind.hip`.
+    pub name: String,
+    /// Turning axis in the parent link's frame, unit length; positive turns are right-handed about it.
+    pub axis: DVec3,
+    /// From this joint to the next (or to the tip) at zero angle, in this joint's frame, m.
+    pub link_m: DVec3,
+    /// Lowest and highest angle, rad.
+    pub range_rad: (f64, f64),
+    /// Share of each turn CCD finds that this joint takes, 0 < s <= 1 (thesis 3.2).
+    pub stiffness: f64,
+    /// Mass of the link, kg.
+    pub mass_kg: f64,
+    /// Centre of the link's mass, in this joint's frame, m.
+    pub center_m: DVec3,
+    /// The servo that turns it; none on a robot without buses.
+    pub servo: Option<Servo>,
+}
+
+/// One servo in its place.
+#[derive(Debug, Clone, Copy)]
+pub struct Servo {
+    /// What it is.
+    pub model: &'static ServoModel,
+    /// Index into [`Robot::buses`].
+    pub bus: usize,
+    /// Its address there.
+    pub id: ServoId,
+    /// True where a positive joint turn is a falling count.
+    pub reversed: bool,
+    /// Count at joint angle zero; may lie outside the servo's own range. Without a unit file the horn
+    /// counts as mounted so that the middle of the joint's range is the middle of the servo's range.
+    pub zero_count: f64,
+}
+
+/// A serial bus.
+#[derive(Debug, Clone)]
+pub struct Bus {
+    /// Name, from the file.
+    pub name: String,
+    /// Language.
+    pub protocol: Protocol,
+    /// Bits per second, 10 bits a byte.
+    pub baud: u32,
+    /// How much later than the wire the adapter hands bytes over, microseconds.
+    pub adapter_latency_us: u32,
+    /// How long a servo waits before it answers, microseconds.
+    pub return_delay_us: u32,
+}
+
+/// What the robot does; one variant a kind of rig.
+#[derive(Debug, Clone)]
+pub enum Motion {
+    /// A four-legged walker.
+    Horse(HorseMotion),
+}
+
+/// The legs' order in every array of four: left hind, left fore, right hind, right fore.
+pub const LEG_NAMES: [&str; 4] = ["left hind", "left fore", "right hind", "right fore"];
+
+/// Settings of a horse.
+#[derive(Debug, Clone)]
+pub struct HorseMotion {
+    /// Chains that are the legs, in the order of [`LEG_NAMES`].
+    pub legs: [usize; 4],
+    /// Height of the body frame's origin above the ground when standing, m.
+    pub stand_height_m: f64,
+    /// The same when sitting, from which it stands up, m.
+    pub sit_height_m: f64,
+    /// Time a foot is in the air, every gait, s (thesis: P).
+    pub swing_time_s: f64,
+    /// Height of a foot in mid-swing, m.
+    pub swing_lift_m: f64,
+    /// Share of the swing time in which the foot gains, and again loses, its speed; 0 < r < 0.5.
+    pub swing_ramp_share: f64,
+    /// Largest acceleration of the trunk, m/s^2.
+    pub acceleration_m_s2: f64,
+    /// The gaits it knows.
+    pub gaits: Vec<Gait>,
+}
+
+/// A gait: who is in the air when (thesis 2.2, 3.3).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gait {
+    /// Name used in files and options.
+    pub name: String,
+    /// Share of the period a foot stands, 0 < d < 1 (thesis: alpha).
+    pub duty_factor: f64,
+    /// Lift-off of each leg as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
+    pub lags: [f64; 4],
+}
+
+/// Limits that hold whatever the motion asks.
+#[derive(Debug, Clone)]
+pub struct SafetySettings {
+    /// Joint speed limit as a share of the servo's no-load speed, 0 < s <= 1.
+    pub rate_share: f64,
+    /// Joint acceleration limit, rad/s^2.
+    pub acceleration_rad_s2: f64,
+    /// Joint speed while a joint outside its range is brought in, and in start-up and sitting, rad/s.
+    pub slow_rate_rad_s: f64,
+    /// Torque limit while moving, share of stall torque, 0 < s <= 1.
+    pub torque_share: f64,
+    /// Time in which the torque limit rises from nothing at start, s.
+    pub torque_ramp_s: f64,
+    /// A servo unheard for up to this long: the motion goes on, s.
+    pub coast_s: f64,
+    /// A hold that lasts this long ends in the stop action, s.
+    pub hold_s: f64,
+    /// Largest difference between goal and measurement, rad.
+    pub tracking_error_rad: f64,
+    /// How long the difference, the heat or the voltage may be wrong before the robot holds, s.
+    pub fault_delay_s: f64,
+    /// Highest servo temperature, degrees Celsius.
+    pub temperature_c: f64,
+    /// Lowest supply voltage, V.
+    pub voltage_v: f64,
+}
+
+/// What the robot does when it stops, for whatever reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopAction {
+    /// Keep the last pose, torque on.
+    Hold,
+    /// Sit down slowly, then torque off.
+    SitThenLimp,
+}

@@ -1,0 +1,274 @@
+//! Servo models as data: performance, counts, limits and the registers the controller uses.
+//!
+//! Sources: ROBOTIS e-manual pages and control tables of each X-series model; Feetech's wiki
+//! (`parameter/memory-sts.md` and the product pages of ST-3215-C001, ST-3215-C018, ST-3250-C001).
+
+use std::f64::consts::TAU;
+
+/// The language a bus speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// Dynamixel Protocol 2.0.
+    Dynamixel,
+    /// Feetech FT-SCS, little-endian (STS) series.
+    Feetech,
+}
+
+impl Protocol {
+    /// The name used in robot files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Protocol::Dynamixel => "dynamixel",
+            Protocol::Feetech => "feetech",
+        }
+    }
+
+    /// Baud rates the protocol's servos can be set to, bits per second.
+    /// Sources: e-manual register 8; Feetech register 6 with the vendor's codes.
+    pub fn bauds(self) -> &'static [u32] {
+        match self {
+            Protocol::Dynamixel => {
+                &[9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000]
+            }
+            Protocol::Feetech => &[38_400, 57_600, 76_800, 115_200, 128_000, 250_000, 500_000, 1_000_000],
+        }
+    }
+
+    /// Largest id a servo may have. Dynamixel: 252; Feetech allows 253, but vendor SDKs stop at 252.
+    pub const ID_MAX: u8 = 252;
+}
+
+/// How a register's bits mean a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// Plain unsigned.
+    Unsigned,
+    /// Two's complement over the register's width.
+    TwosComplement,
+    /// Magnitude below this bit, sign in it.
+    SignMagnitude(u8),
+}
+
+/// One register of a control table. Little endian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Register {
+    /// First address.
+    pub address: u16,
+    /// Width, 1, 2 or 4 bytes.
+    pub bytes: u8,
+    /// Meaning of the bits.
+    pub encoding: Encoding,
+}
+
+const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
+    Register { address, bytes, encoding }
+}
+
+/// The registers the loop uses. All servos of one bus share one set.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Registers {
+    /// Model number, read at start.
+    pub model_number: Register,
+    /// Torque on (1) or off (0).
+    pub torque_enable: Register,
+    /// Torque limit while moving, in units of [`ServoModel::torque_limit_full`].
+    pub torque_limit: Register,
+    /// Goal position, counts.
+    pub goal_position: Register,
+    /// Present position, counts.
+    pub present_position: Register,
+    /// Present speed.
+    pub present_speed: Register,
+    /// Present load or current.
+    pub present_load: Register,
+    /// Supply voltage, 0.1 V.
+    pub present_voltage: Register,
+    /// Temperature, degrees Celsius.
+    pub present_temperature: Register,
+    /// First address of the block read every cycle; it holds all the `present_` registers.
+    pub feedback_address: u16,
+    /// Length of that block, bytes.
+    pub feedback_bytes: u16,
+}
+
+/// Dynamixel X-series (e-manual control tables of XL330-M288, XL430-W250, XM430-W210, XM430-W350).
+/// The torque limit is Goal PWM (100): every model has it in position mode.
+pub static DYNAMIXEL_X: Registers = Registers {
+    model_number: register(0, 2, Encoding::Unsigned),
+    torque_enable: register(64, 1, Encoding::Unsigned),
+    torque_limit: register(100, 2, Encoding::Unsigned),
+    goal_position: register(116, 4, Encoding::TwosComplement),
+    present_position: register(132, 4, Encoding::TwosComplement),
+    present_speed: register(128, 4, Encoding::TwosComplement),
+    present_load: register(126, 2, Encoding::TwosComplement),
+    present_voltage: register(144, 2, Encoding::Unsigned),
+    present_temperature: register(146, 1, Encoding::Unsigned),
+    feedback_address: 126,
+    feedback_bytes: 21,
+};
+
+/// Feetech STS (wiki `parameter/memory-sts.md`).
+pub static FEETECH_STS: Registers = Registers {
+    model_number: register(3, 2, Encoding::Unsigned),
+    torque_enable: register(40, 1, Encoding::Unsigned),
+    torque_limit: register(48, 2, Encoding::Unsigned),
+    goal_position: register(42, 2, Encoding::SignMagnitude(15)),
+    present_position: register(56, 2, Encoding::SignMagnitude(15)),
+    present_speed: register(58, 2, Encoding::SignMagnitude(15)),
+    present_load: register(60, 2, Encoding::SignMagnitude(10)),
+    present_voltage: register(62, 1, Encoding::Unsigned),
+    present_temperature: register(63, 1, Encoding::Unsigned),
+    feedback_address: 56,
+    feedback_bytes: 8,
+};
+
+/// What the controller must know of a servo model.
+#[derive(Debug, PartialEq)]
+pub struct ServoModel {
+    /// Name used in robot files.
+    pub name: &'static str,
+    /// Language it speaks.
+    pub protocol: Protocol,
+    /// What its model-number register reads.
+    pub model_number: u16,
+    /// Stall torque at [`ServoModel::nominal_voltage_v`], N m.
+    pub stall_torque_nm: f64,
+    /// No-load speed at [`ServoModel::nominal_voltage_v`], rad/s.
+    pub no_load_speed_rad_s: f64,
+    /// Supply voltage the two figures above hold at, V.
+    pub nominal_voltage_v: f64,
+    /// Lowest supply voltage the maker allows, V.
+    pub voltage_min_v: f64,
+    /// Highest supply voltage the maker allows, V.
+    pub voltage_max_v: f64,
+    /// Factory temperature limit, degrees Celsius.
+    pub temperature_max_c: u8,
+    /// Counts in one turn of the horn.
+    pub counts_per_turn: u32,
+    /// Lowest and highest goal position in position mode, counts.
+    pub count_range: (i32, i32),
+    /// One unit of the speed register, rad/s.
+    pub speed_unit_rad_s: f64,
+    /// One unit of the load register as a share of stall torque.
+    pub load_unit_share: f64,
+    /// Torque-limit register value that means all of the stall torque.
+    pub torque_limit_full: u16,
+    /// Registers the loop uses.
+    pub registers: &'static Registers,
+    /// Where the figures are from.
+    pub source: &'static str,
+}
+
+const fn rpm(value: f64) -> f64 {
+    value * TAU / 60.0
+}
+
+/// Dynamixel speed unit: 0.229 rpm.
+const DYNAMIXEL_SPEED_UNIT: f64 = rpm(0.229);
+/// Feetech speed unit with phase bit 2 set, as shipped for STS: 1 step/s.
+const STS_SPEED_UNIT: f64 = TAU / 4096.0;
+
+const fn dynamixel_x(name: &'static str, model_number: u16, source: &'static str) -> ServoModel {
+    ServoModel {
+        name,
+        protocol: Protocol::Dynamixel,
+        model_number,
+        stall_torque_nm: 0.0,
+        no_load_speed_rad_s: 0.0,
+        nominal_voltage_v: 12.0,
+        voltage_min_v: 10.0,
+        voltage_max_v: 14.8,
+        temperature_max_c: 80,
+        counts_per_turn: 4096,
+        count_range: (0, 4095),
+        speed_unit_rad_s: DYNAMIXEL_SPEED_UNIT,
+        load_unit_share: 0.001,
+        torque_limit_full: 885,
+        registers: &DYNAMIXEL_X,
+        source,
+    }
+}
+
+const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str) -> ServoModel {
+    ServoModel {
+        name,
+        protocol: Protocol::Feetech,
+        model_number,
+        stall_torque_nm: 0.0,
+        no_load_speed_rad_s: 0.0,
+        nominal_voltage_v: 12.0,
+        voltage_min_v: 9.0,
+        voltage_max_v: 12.6,
+        temperature_max_c: 70,
+        counts_per_turn: 4096,
+        count_range: (0, 4095),
+        speed_unit_rad_s: STS_SPEED_UNIT,
+        load_unit_share: 0.001,
+        torque_limit_full: 1000,
+        registers: &FEETECH_STS,
+        source,
+    }
+}
+
+/// Every model a robot file may name.
+pub static SERVO_MODELS: [ServoModel; 7] = [
+    ServoModel {
+        stall_torque_nm: 0.52,
+        no_load_speed_rad_s: rpm(103.0),
+        nominal_voltage_v: 5.0,
+        voltage_min_v: 3.7,
+        voltage_max_v: 6.0,
+        temperature_max_c: 70,
+        // Present Current, 1 mA a unit; stall current 1.47 A at 5 V.
+        load_unit_share: 0.001 / 1.47,
+        ..dynamixel_x("XL330-M288", 1200, "ROBOTIS e-manual, XL330-M288-T")
+    },
+    ServoModel {
+        stall_torque_nm: 1.4,
+        no_load_speed_rad_s: rpm(57.0),
+        nominal_voltage_v: 11.1,
+        voltage_min_v: 6.5,
+        voltage_max_v: 12.0,
+        temperature_max_c: 72,
+        // This model has Present Load in the place of Present Current: 0.1 % a unit.
+        ..dynamixel_x("XL430-W250", 1060, "ROBOTIS e-manual, XL430-W250-T")
+    },
+    ServoModel {
+        stall_torque_nm: 3.0,
+        no_load_speed_rad_s: rpm(77.0),
+        // Present Current, 2.69 mA a unit; stall current 2.3 A at 12 V.
+        load_unit_share: 0.002_69 / 2.3,
+        ..dynamixel_x("XM430-W210", 1030, "ROBOTIS e-manual, XM430-W210")
+    },
+    ServoModel {
+        stall_torque_nm: 4.1,
+        no_load_speed_rad_s: rpm(46.0),
+        load_unit_share: 0.002_69 / 2.3,
+        ..dynamixel_x("XM430-W350", 1020, "ROBOTIS e-manual, XM430-W350")
+    },
+    ServoModel {
+        stall_torque_nm: 1.91,
+        no_load_speed_rad_s: rpm(42.0),
+        nominal_voltage_v: 6.0,
+        voltage_min_v: 4.5,
+        voltage_max_v: 7.4,
+        ..feetech_sts("STS3215-7V4", 777, "Feetech wiki, ST-3215-C001 official specs, at 6 V")
+    },
+    ServoModel {
+        stall_torque_nm: 2.94,
+        no_load_speed_rad_s: rpm(45.0),
+        ..feetech_sts("STS3215-12V", 777, "Feetech wiki, ST-3215-C018, at 12 V")
+    },
+    ServoModel {
+        stall_torque_nm: 4.90,
+        no_load_speed_rad_s: rpm(75.0),
+        ..feetech_sts("STS3250", 2825, "Feetech wiki, ST-3250-C001, at 12 V")
+    },
+];
+
+impl ServoModel {
+    /// The model of this name, if there is one.
+    pub fn named(name: &str) -> Option<&'static ServoModel> {
+        SERVO_MODELS.iter().find(|model| model.name == name)
+    }
+}
