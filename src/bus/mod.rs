@@ -3,4 +3,4 @@
 pub mod port;
 mod reply;
 
-pub use reply::{Feedback, Slot};
+pub use reply::{Feedback, ServoGoal, Slot};

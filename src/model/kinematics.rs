@@ -1,0 +1,91 @@
+//! Where a chain's joints and tip are for given joint angles, and what a joint's count means.
+
+use glam::{DQuat, DVec3};
+
+use super::{Chain, Joint, Robot, Servo};
+
+impl Robot {
+    /// The joints of `chain`, root first.
+    pub fn joints_of(&self, chain: &Chain) -> &[Joint] {
+        &self.joints[chain.joints.clone()]
+    }
+
+    /// Tip of `chain` in the body frame, m, for the chain's joint `angles` (rad, root first).
+    ///
+    /// A joint turns its link right-handed about its axis: with the axis on +y and the link pointing
+    /// down, a bone at the cumulative angle PHI points to (-sin PHI, 0, -cos PHI), as the horse thesis
+    /// draws it (Takizawa 2005, 3.2).
+    pub fn tip_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> DVec3 {
+        let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
+        for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
+            rotation *= DQuat::from_axis_angle(joint.axis, angle);
+            position += rotation * joint.link_m;
+        }
+        position
+    }
+
+    /// Length of one cycle of the loop, s.
+    pub fn period_s(&self) -> f64 {
+        1.0 / self.rate_hz
+    }
+}
+
+impl Chain {
+    /// Length of the stretched chain, m.
+    pub fn length_m(&self, joints: &[Joint]) -> f64 {
+        joints.iter().map(|joint| joint.link_m.length()).sum()
+    }
+}
+
+impl Joint {
+    /// Middle of the joint's range, rad.
+    pub fn middle_rad(&self) -> f64 {
+        0.5 * (self.range_rad.0 + self.range_rad.1)
+    }
+
+    /// The range goals are held to, rad: the joint's own, rounded inward to whole counts of its servo
+    /// and to the servo's own count range, so that rounding a goal to a count never leaves the range.
+    pub fn goal_range_rad(&self) -> (f64, f64) {
+        let Some(servo) = &self.servo else { return self.range_rad };
+        let (a, b) = (servo.count_of(self.range_rad.0), servo.count_of(self.range_rad.1));
+        let (low, high) = servo.model.count_range;
+        // A hair of tolerance, or a limit that is a whole count would lose one to rounding error.
+        let lowest = (a.min(b) - 1e-9).ceil().max(f64::from(low));
+        let highest = (a.max(b) + 1e-9).floor().min(f64::from(high));
+        let (p, q) = (servo.angle_of(lowest), servo.angle_of(highest));
+        (p.min(q), p.max(q))
+    }
+
+    /// Largest speed the servo can turn at without load, rad/s; infinite on a joint without servo.
+    pub fn no_load_speed_rad_s(&self) -> f64 {
+        self.servo.as_ref().map_or(f64::INFINITY, |servo| servo.model.no_load_speed_rad_s)
+    }
+}
+
+impl Servo {
+    /// Counts one radian is worth, negative where the servo is mounted reversed.
+    fn counts_per_rad(&self) -> f64 {
+        let magnitude = f64::from(self.model.counts_per_turn) / std::f64::consts::TAU;
+        if self.reversed { -magnitude } else { magnitude }
+    }
+
+    /// Count, not rounded, at the joint angle `rad`.
+    pub fn count_of(&self, rad: f64) -> f64 {
+        self.zero_count + rad * self.counts_per_rad()
+    }
+
+    /// Joint angle, rad, at `count`.
+    pub fn angle_of(&self, count: f64) -> f64 {
+        (count - self.zero_count) / self.counts_per_rad()
+    }
+
+    /// Joint speed, rad/s, for a speed register that reads `speed`.
+    pub fn speed_of(&self, speed: i32) -> f64 {
+        f64::from(speed) * self.model.speed_unit_rad_s * self.counts_per_rad().signum()
+    }
+
+    /// One count, rad.
+    pub fn count_rad(&self) -> f64 {
+        1.0 / self.counts_per_rad().abs()
+    }
+}

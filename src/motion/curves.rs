@@ -1,0 +1,159 @@
+//! The curves motions are made of: the smooth step, the trunk's speed ramp, the swing of a foot.
+
+use std::f64::consts::{PI, TAU};
+
+/// Quintic smooth step: 0 at u <= 0, 1 at u >= 1, first and second derivative 0 at both ends.
+pub fn smooth_step(u: f64) -> f64 {
+    let u = u.clamp(0.0, 1.0);
+    u * u * u * (10.0 + u * (6.0 * u - 15.0))
+}
+
+/// Largest slope of [`smooth_step`], at u = 1/2.
+pub const SMOOTH_STEP_SLOPE_MAX: f64 = 1.875;
+
+/// Integral of [`smooth_step`] from 0 to u, for 0 <= u <= 1.
+fn smooth_step_integral(u: f64) -> f64 {
+    u * u * u * u * (2.5 + u * (u - 3.0))
+}
+
+/// The trunk's speed over time, known ahead: constant, then a smooth step to another constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedRamp {
+    /// When it begins, s.
+    pub start_s: f64,
+    /// How long it takes, s; more than 0.
+    pub duration_s: f64,
+    /// Speed until it begins, m/s.
+    pub from_m_s: f64,
+    /// Speed once it is over, m/s.
+    pub to_m_s: f64,
+    /// Where the trunk is when it begins, m.
+    pub start_m: f64,
+}
+
+impl SpeedRamp {
+    /// Standing still at `place_m` for good.
+    pub fn still(place_m: f64) -> SpeedRamp {
+        SpeedRamp { start_s: 0.0, duration_s: 1.0, from_m_s: 0.0, to_m_s: 0.0, start_m: place_m }
+    }
+
+    /// When it is over, s.
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.duration_s
+    }
+
+    /// Speed at time `s`, m/s.
+    pub fn speed_m_s(&self, s: f64) -> f64 {
+        let u = (s - self.start_s) / self.duration_s;
+        self.from_m_s + (self.to_m_s - self.from_m_s) * smooth_step(u)
+    }
+
+    /// Place at time `s`, m; before the ramp as well as after it.
+    pub fn place_m(&self, s: f64) -> f64 {
+        let elapsed = s - self.start_s;
+        let u = (elapsed / self.duration_s).clamp(0.0, 1.0);
+        let change = self.to_m_s - self.from_m_s;
+        self.start_m
+            + self.from_m_s * elapsed
+            + change * (self.duration_s * smooth_step_integral(u) + (elapsed - self.duration_s).max(0.0))
+    }
+}
+
+/// How a foot swings: the share of its way, and its height, over the swing time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SwingCurve {
+    /// Time in the air, s.
+    pub time_s: f64,
+    /// Height in mid-swing, m.
+    pub lift_m: f64,
+    /// Share of the time in which the foot gains, and again loses, its speed; 0 < r < 0.5.
+    pub ramp_share: f64,
+}
+
+impl SwingCurve {
+    /// Share of the way done at the share `u` of the time: speed rises linearly from rest over the ramp
+    /// share, stays, and falls to rest again, so that world velocity is continuous at lift-off and landing.
+    pub fn way(&self, u: f64) -> f64 {
+        let (u, r) = (u.clamp(0.0, 1.0), self.ramp_share);
+        let peak = 1.0 / (1.0 - r);
+        if u < r {
+            0.5 * peak * u * u / r
+        } else if u <= 1.0 - r {
+            peak * (u - 0.5 * r)
+        } else {
+            1.0 - 0.5 * peak * (1.0 - u) * (1.0 - u) / r
+        }
+    }
+
+    /// Height above the ground at the share `u` of the time, m: lift sin^2(pi u).
+    pub fn height_m(&self, u: f64) -> f64 {
+        let sine = (PI * u.clamp(0.0, 1.0)).sin();
+        self.lift_m * sine * sine
+    }
+
+    /// A bound on the acceleration of a foot that swings `way_m`, m/s^2.
+    pub fn acceleration_max_m_s2(&self, way_m: f64) -> f64 {
+        let along = way_m / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
+        let up = self.lift_m * 0.5 * (TAU / self.time_s) * (TAU / self.time_s);
+        along.hypot(up)
+    }
+
+    /// How far behind the lift-off point, in the body's frame, the foot falls at the steady speed
+    /// `speed_m_s` before it is as fast as the trunk, m; the same ahead of the landing point.
+    /// `period_s` is the stride's.
+    pub fn overshoot_m(&self, speed_m_s: f64, period_s: f64) -> f64 {
+        let acceleration =
+            speed_m_s * period_s / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
+        if acceleration <= 0.0 { 0.0 } else { 0.5 * speed_m_s * speed_m_s / acceleration }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_goes_as_far_as_its_speed_says() {
+        let ramp = SpeedRamp { start_s: 1.0, duration_s: 2.0, from_m_s: 0.3, to_m_s: 1.5, start_m: 4.0 };
+        let (mut place, dt) = (ramp.place_m(0.0), 1e-4);
+        for step in 0..50_000 {
+            let s = f64::from(step) * dt;
+            place += ramp.speed_m_s(s + 0.5 * dt) * dt;
+            assert!((place - ramp.place_m(s + dt)).abs() < 1e-7, "at {s} s");
+        }
+        // Mean of both speeds over the ramp.
+        assert!((ramp.place_m(3.0) - (4.0 + 0.9 * 2.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_foot_starts_and_lands_at_rest_and_never_exceeds_its_acceleration() {
+        let swing = SwingCurve { time_s: 0.3, lift_m: 0.1, ramp_share: 0.15 };
+        let (way, dt) = (2.0, 1e-5);
+        let at = |s: f64| {
+            let u = s / swing.time_s;
+            (way * swing.way(u), swing.height_m(u))
+        };
+        let mut before = (0.0, 0.0);
+        for step in 0..30_001 {
+            let s = f64::from(step) * dt;
+            let (a, b) = (at(s), at(s + dt));
+            let velocity = ((b.0 - a.0) / dt, (b.1 - a.1) / dt);
+            let jump = f64::hypot(velocity.0 - before.0, velocity.1 - before.1);
+            assert!(jump <= swing.acceleration_max_m_s2(way) * dt * (1.0 + 1e-6) + 1e-9, "at {s} s");
+            before = velocity;
+        }
+        assert!((swing.way(1.0) - 1.0).abs() < 1e-15 && swing.height_m(1.0).abs() < 1e-15);
+        assert!((swing.height_m(0.5) - 0.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn overshoot_is_what_the_swing_curve_does_in_the_body_frame() {
+        let swing = SwingCurve { time_s: 0.3, lift_m: 0.0, ramp_share: 0.1 };
+        let (speed, period) = (13.3, 0.4);
+        let furthest = (0..3000)
+            .map(|step| f64::from(step) * 1e-4)
+            .map(|s| speed * period * swing.way(s / 0.3) - speed * s)
+            .fold(0.0_f64, f64::min);
+        assert!((swing.overshoot_m(speed, period) + furthest).abs() < 1e-5);
+    }
+}

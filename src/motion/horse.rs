@@ -1,0 +1,210 @@
+//! The walking horse: a trunk that follows a speed ramp and four feet that step under it.
+//!
+//! One clock for all legs; a leg lifts when the clock passes its lag, swings for the swing time, and
+//! lands half-way between where its root will be at touch-down and at the next lift-off (both read ahead
+//! in the ramp). So every stance is centred under the leg, whatever the speed does, and no foot slips.
+
+use glam::DVec3;
+
+use super::curves::{SMOOTH_STEP_SLOPE_MAX, SpeedRamp, SwingCurve};
+use crate::model::{Gait, HorseMotion};
+use crate::signals::{FootTarget, Targets};
+
+/// What a walk needs to know of the robot, worked out when the robot loads.
+#[derive(Debug, Clone)]
+pub struct HorsePlan {
+    /// The robot's own settings.
+    pub settings: HorseMotion,
+    /// Neutral foot point of each leg when standing, body frame, m.
+    pub neutral_in_body: [DVec3; 4],
+    /// How far fore and aft of it every foot may go, m.
+    pub half_excursion_m: f64,
+    /// Joint angles of the sitting robot, all chains, rad.
+    pub sit_pose_rad: Vec<f64>,
+    /// The gait it will walk.
+    pub gait: Gait,
+    /// The speed it will walk at, m/s, within what geometry and servos allow.
+    pub speed_m_s: f64,
+}
+
+/// A foot is on its neutral point when this close to it, m.
+const CENTRED_M: f64 = 1e-9;
+
+/// A walk under way.
+#[derive(Debug, Clone)]
+pub struct Walk {
+    swing: SwingCurve,
+    period_s: f64,
+    ramp: SpeedRamp,
+    legs: [Leg; 4],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Leg {
+    /// Neutral foot point ahead of the trunk, m.
+    neutral_m: f64,
+    foot: Foot,
+    next_lift_s: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Foot {
+    /// On the ground here (world x, m).
+    Stance { at_m: f64 },
+    /// In the air since `lifted_s`, between these places (world x, m).
+    Swing { lifted_s: f64, from_m: f64, to_m: f64 },
+}
+
+impl HorsePlan {
+    /// The swing curve of the robot file.
+    pub fn swing(&self) -> SwingCurve {
+        SwingCurve {
+            time_s: self.settings.swing_time_s,
+            lift_m: self.settings.swing_lift_m,
+            ramp_share: self.settings.swing_ramp_share,
+        }
+    }
+}
+
+impl Walk {
+    /// A horse that stands on its neutral points and takes no step.
+    pub fn standing(plan: &HorsePlan) -> Walk {
+        Walk {
+            swing: plan.swing(),
+            period_s: plan.gait.period_s(plan.settings.swing_time_s),
+            ramp: SpeedRamp::still(0.0),
+            legs: plan.neutral_in_body.map(|neutral| Leg {
+                neutral_m: neutral.x,
+                foot: Foot::Stance { at_m: neutral.x },
+                next_lift_s: f64::INFINITY,
+            }),
+        }
+    }
+
+    /// The same, beginning to walk at time `start_s` with the left hind.
+    pub fn begin(plan: &HorsePlan, start_s: f64) -> Walk {
+        let mut walk = Walk::standing(plan);
+        for (leg, lag) in walk.legs.iter_mut().zip(plan.gait.lags) {
+            leg.next_lift_s = start_s + lag * walk.period_s;
+        }
+        // The longest first stance is one period; the ramp must be slow enough that no foot is left
+        // further behind than the legs reach before it first lifts.
+        let mut duration_s = walk.ramp_duration_s(plan, plan.speed_m_s);
+        loop {
+            walk.ramp =
+                SpeedRamp { start_s, duration_s, from_m_s: 0.0, to_m_s: plan.speed_m_s, start_m: 0.0 };
+            if walk.legs.iter().all(|leg| walk.ramp.place_m(leg.next_lift_s) <= plan.half_excursion_m) {
+                return walk;
+            }
+            duration_s *= 1.25;
+        }
+    }
+
+    /// A horse that has long been walking at `speed_m_s` when time begins; settled after one stride.
+    pub fn cruising(plan: &HorsePlan, speed_m_s: f64) -> Walk {
+        let mut walk = Walk::standing(plan);
+        walk.ramp = SpeedRamp { from_m_s: speed_m_s, to_m_s: speed_m_s, ..walk.ramp };
+        for (leg, lag) in walk.legs.iter_mut().zip(plan.gait.lags) {
+            leg.next_lift_s = lag * walk.period_s;
+            let half_stance_s = 0.5 * plan.gait.duty_factor * walk.period_s;
+            leg.foot = Foot::Stance { at_m: leg.neutral_m + speed_m_s * (leg.next_lift_s - half_stance_s) };
+        }
+        walk
+    }
+
+    /// From `s` on, slows down to a stand.
+    pub fn stop(&mut self, plan: &HorsePlan, s: f64) {
+        let from_m_s = self.ramp.speed_m_s(s);
+        self.ramp = SpeedRamp {
+            start_s: s,
+            duration_s: self.ramp_duration_s(plan, from_m_s),
+            from_m_s,
+            to_m_s: 0.0,
+            start_m: self.ramp.place_m(s),
+        };
+    }
+
+    fn ramp_duration_s(&self, plan: &HorsePlan, change_m_s: f64) -> f64 {
+        (SMOOTH_STEP_SLOPE_MAX * change_m_s.abs() / plan.settings.acceleration_m_s2).max(self.period_s)
+    }
+
+    /// True once stopped with every foot on the ground at its neutral point.
+    pub fn is_standing(&self, s: f64) -> bool {
+        self.is_stopped_by(s)
+            && self.legs.iter().all(|leg| match leg.foot {
+                Foot::Stance { at_m } => self.is_centred(leg, at_m, s),
+                Foot::Swing { .. } => false,
+            })
+    }
+
+    fn is_stopped_by(&self, s: f64) -> bool {
+        self.ramp.to_m_s.abs() < f64::MIN_POSITIVE && s >= self.ramp.end_s()
+    }
+
+    fn is_centred(&self, leg: &Leg, at_m: f64, s: f64) -> bool {
+        (at_m - leg.neutral_m - self.ramp.place_m(s)).abs() < CENTRED_M
+    }
+
+    /// Lifts and lands feet up to time `s`, at the exact times the clock gives, between cycles too.
+    pub fn advance(&mut self, s: f64) {
+        for index in 0..4 {
+            loop {
+                let leg = self.legs[index];
+                match leg.foot {
+                    Foot::Stance { at_m } if s >= leg.next_lift_s => {
+                        let lifted_s = leg.next_lift_s;
+                        self.legs[index].next_lift_s += self.period_s;
+                        if !(self.is_stopped_by(lifted_s) && self.is_centred(&leg, at_m, lifted_s)) {
+                            let root_m = 0.5
+                                * (self.ramp.place_m(lifted_s + self.swing.time_s)
+                                    + self.ramp.place_m(lifted_s + self.period_s));
+                            self.legs[index].foot =
+                                Foot::Swing { lifted_s, from_m: at_m, to_m: root_m + leg.neutral_m };
+                        }
+                    }
+                    Foot::Swing { lifted_s, to_m, .. } if s >= lifted_s + self.swing.time_s => {
+                        self.legs[index].foot = Foot::Stance { at_m: to_m };
+                    }
+                    _ => break,
+                }
+            }
+        }
+    }
+
+    /// Writes the tips and the plan at time `s` for a trunk `height_m` above the ground.
+    pub fn write(&self, plan: &HorsePlan, s: f64, height_m: f64, targets: &mut Targets) {
+        let trunk_m = self.ramp.place_m(s);
+        targets.trunk_in_world = DVec3::new(trunk_m, 0.0, height_m);
+        targets.feet.clear();
+        for (index, leg) in self.legs.iter().enumerate() {
+            let (at_m, up_m, is_swing, bound) = match leg.foot {
+                Foot::Stance { at_m } => (at_m, 0.0, false, 0.0),
+                Foot::Swing { lifted_s, from_m, to_m } => {
+                    let u = (s - lifted_s) / self.swing.time_s;
+                    let way_m = to_m - from_m;
+                    (
+                        from_m + way_m * self.swing.way(u),
+                        self.swing.height_m(u),
+                        true,
+                        self.swing.acceleration_max_m_s2(way_m),
+                    )
+                }
+            };
+            let chain = plan.settings.legs[index];
+            let in_world = DVec3::new(at_m, plan.neutral_in_body[index].y, up_m);
+            targets.tips_in_body[chain] = in_world - targets.trunk_in_world;
+            targets.feet.push(FootTarget {
+                chain,
+                in_world,
+                excursion_m: at_m - trunk_m - leg.neutral_m,
+                is_swing,
+                swing_acceleration_m_s2: bound,
+            });
+        }
+    }
+
+    /// Speed of the trunk at time `s`, m/s.
+    pub fn speed_m_s(&self, s: f64) -> f64 {
+        self.ramp.speed_m_s(s)
+    }
+}

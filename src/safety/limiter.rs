@@ -1,0 +1,93 @@
+//! One joint's goal: finite, in range, within rate and acceleration.
+
+use crate::model::{Joint, SafetySettings};
+
+/// Differences smaller than this, rad, are rounding, not interventions.
+const ROUNDING_RAD: f64 = 1e-9;
+
+/// Holds one joint's goals to its limits, and remembers the last goal and its speed.
+#[derive(Debug, Clone)]
+pub(super) struct Limiter {
+    range_rad: (f64, f64),
+    rate_rad_s: f64,
+    slow_rate_rad_s: f64,
+    acceleration_rad_s2: f64,
+    goal_rad: f64,
+    speed_rad_s: f64,
+}
+
+impl Limiter {
+    pub(super) fn new(joint: &Joint, settings: &SafetySettings) -> Limiter {
+        Limiter {
+            range_rad: joint.goal_range_rad(),
+            rate_rad_s: settings.rate_share * joint.no_load_speed_rad_s(),
+            slow_rate_rad_s: settings.slow_rate_rad_s,
+            acceleration_rad_s2: settings.acceleration_rad_s2,
+            goal_rad: 0.0,
+            speed_rad_s: 0.0,
+        }
+    }
+
+    /// The next goal follows from here, at rest: the measured position, which may lie outside the range.
+    pub(super) fn start_from(&mut self, measured_rad: f64) {
+        if measured_rad.is_finite() {
+            self.goal_rad = measured_rad;
+            self.speed_rad_s = 0.0;
+        }
+    }
+
+    pub(super) fn goal_rad(&self) -> f64 {
+        self.goal_rad
+    }
+
+    /// Nearest goal to `wanted_rad` that is allowed `dt_s` after the last one, and whether it had to differ.
+    /// A wanted angle that is not finite brings the joint to rest.
+    pub(super) fn next(&mut self, wanted_rad: f64, dt_s: f64) -> (f64, bool) {
+        if !wanted_rad.is_finite() {
+            return (self.rest(dt_s), true);
+        }
+        // On the way in from outside, the joint may be where it is, but never further out.
+        let (low, high) = (self.range_rad.0.min(self.goal_rad), self.range_rad.1.max(self.goal_rad));
+        let in_range = wanted_rad.clamp(low, high);
+        let goal = self.goal_rad + self.allowed_speed(in_range - self.goal_rad, dt_s) * dt_s;
+        // Range outranks acceleration: a joint never overruns its limit to stop gently.
+        let goal = goal.clamp(low, high);
+        self.accept(goal, dt_s);
+        (goal, (goal - wanted_rad).abs() > ROUNDING_RAD)
+    }
+
+    /// Comes to rest as fast as the acceleration limit allows; returns the goal.
+    pub(super) fn rest(&mut self, dt_s: f64) -> f64 {
+        let change = self.acceleration_rad_s2 * dt_s;
+        let speed = self.speed_rad_s - self.speed_rad_s.clamp(-change, change);
+        let (low, high) = (self.range_rad.0.min(self.goal_rad), self.range_rad.1.max(self.goal_rad));
+        let goal = (self.goal_rad + speed * dt_s).clamp(low, high);
+        self.accept(goal, dt_s);
+        goal
+    }
+
+    /// Speed towards a place `way_rad` off that keeps rate and acceleration, and can still stop there.
+    fn allowed_speed(&self, way_rad: f64, dt_s: f64) -> f64 {
+        let rate = if self.is_outside() { self.slow_rate_rad_s } else { self.rate_rad_s };
+        let wanted = way_rad / dt_s;
+        let change = self.acceleration_rad_s2 * dt_s;
+        if wanted.abs() <= rate && (wanted - self.speed_rad_s).abs() <= change * (1.0 + 1e-9) {
+            return wanted;
+        }
+        // The speed from which whole steps of deceleration end on the spot.
+        let braking =
+            (0.25 * change * change + 2.0 * self.acceleration_rad_s2 * way_rad.abs()).sqrt() - 0.5 * change;
+        let towards = wanted.signum() * wanted.abs().min(braking).min(rate);
+        // Rate outranks acceleration.
+        towards.clamp(self.speed_rad_s - change, self.speed_rad_s + change).clamp(-rate, rate)
+    }
+
+    fn is_outside(&self) -> bool {
+        self.goal_rad < self.range_rad.0 - ROUNDING_RAD || self.goal_rad > self.range_rad.1 + ROUNDING_RAD
+    }
+
+    fn accept(&mut self, goal_rad: f64, dt_s: f64) {
+        self.speed_rad_s = (goal_rad - self.goal_rad) / dt_s;
+        self.goal_rad = goal_rad;
+    }
+}

@@ -1,0 +1,151 @@
+//! What is wrong with the robot, for how long, and what that permits.
+//!
+//! ```text
+//!          fault outlasts its delay            hold outlasts hold_s
+//!   Move ----------------------------> Hold ------------------------> Stop (stays)
+//!    ^                                  |
+//!    +----------------------------------+
+//!               fault has passed
+//! ```
+
+use crate::model::SafetySettings;
+use crate::signals::{JointState, Permission};
+
+/// What can be wrong with a joint or the loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fault {
+    /// A servo was not heard for this long, s.
+    Unheard {
+        /// Time since its last valid reply, s.
+        age_s: f64,
+    },
+    /// A joint is further from its goal than it may be, rad.
+    OffGoal {
+        /// Goal less measured angle, rad.
+        error_rad: f64,
+    },
+    /// A servo is too hot, degrees Celsius.
+    Hot {
+        /// Its temperature.
+        temperature_c: f64,
+    },
+    /// The supply is too low, V.
+    LowVoltage {
+        /// What the servo reports.
+        voltage_v: f64,
+    },
+    /// The servo raises alarm bits.
+    Alarm {
+        /// The bits, as the protocol has them.
+        bits: u8,
+    },
+    /// The motion asked for an angle that is not a number.
+    NotFinite,
+    /// The loop itself stood still for this long, s.
+    LoopStalled {
+        /// Time between two cycles, s.
+        gap_s: f64,
+    },
+}
+
+/// A fault and where it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Finding {
+    /// Index of the joint.
+    pub joint: usize,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// Watches every joint over time.
+#[derive(Debug, Clone)]
+pub(super) struct Watch {
+    settings: SafetySettings,
+    /// How long each joint's present fault other than silence has lasted, s.
+    wrong_s: Vec<f64>,
+    permission: Permission,
+    held_s: f64,
+    cause: Option<Finding>,
+}
+
+impl Watch {
+    pub(super) fn new(joints: usize, settings: &SafetySettings) -> Watch {
+        Watch {
+            settings: settings.clone(),
+            wrong_s: vec![0.0; joints],
+            permission: Permission::Move,
+            held_s: 0.0,
+            cause: None,
+        }
+    }
+
+    pub(super) fn permission(&self) -> Permission {
+        self.permission
+    }
+
+    /// What led to the last hold or stop.
+    pub(super) fn cause(&self) -> Option<Finding> {
+        self.cause
+    }
+
+    /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad; `gap_s` is the
+    /// real time between this cycle and the one before; `not_finite` a joint whose wanted angle was none.
+    pub(super) fn judge(
+        &mut self,
+        dt_s: f64,
+        gap_s: f64,
+        joints: &[JointState],
+        goals: impl Iterator<Item = f64>,
+        not_finite: Option<usize>,
+    ) -> Permission {
+        let mut found = not_finite.map(|joint| Finding { joint, fault: Fault::NotFinite });
+        if gap_s > self.settings.hold_s {
+            self.permission = Permission::Stop;
+            self.cause = Some(Finding { joint: 0, fault: Fault::LoopStalled { gap_s } });
+        }
+        for (index, (joint, goal)) in joints.iter().zip(goals).enumerate() {
+            if joint.age_s > self.settings.coast_s {
+                found =
+                    found.or(Some(Finding { joint: index, fault: Fault::Unheard { age_s: joint.age_s } }));
+                continue;
+            }
+            match self.fault_of(joint, goal) {
+                None => self.wrong_s[index] = 0.0,
+                Some(fault) => {
+                    self.wrong_s[index] += dt_s;
+                    if self.wrong_s[index] > self.settings.fault_delay_s {
+                        found = found.or(Some(Finding { joint: index, fault }));
+                    }
+                }
+            }
+        }
+        self.permission = match (self.permission, found) {
+            (Permission::Stop, _) => Permission::Stop,
+            (_, None) => {
+                self.held_s = 0.0;
+                Permission::Move
+            }
+            (_, Some(finding)) => {
+                self.held_s += dt_s;
+                self.cause = Some(finding);
+                if self.held_s > self.settings.hold_s { Permission::Stop } else { Permission::Hold }
+            }
+        };
+        self.permission
+    }
+
+    fn fault_of(&self, joint: &JointState, goal_rad: f64) -> Option<Fault> {
+        let error_rad = goal_rad - joint.position_rad;
+        if joint.alarms != 0 {
+            Some(Fault::Alarm { bits: joint.alarms })
+        } else if joint.temperature_c > self.settings.temperature_c {
+            Some(Fault::Hot { temperature_c: joint.temperature_c })
+        } else if joint.voltage_v < self.settings.voltage_v {
+            Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
+        } else if error_rad.abs() > self.settings.tracking_error_rad {
+            Some(Fault::OffGoal { error_rad })
+        } else {
+            None
+        }
+    }
+}

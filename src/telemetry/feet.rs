@@ -1,0 +1,82 @@
+//! Feet: how far they go, whether they slip or jump; as planned, and as measured.
+
+use glam::{DVec2, DVec3};
+
+use super::CycleRecord;
+use super::report::FeetReport;
+use crate::model::Robot;
+
+/// One foot over the last cycles. Places are in the planned world, m.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    place: Option<DVec3>,
+    velocity: Option<DVec3>,
+    /// Bounds of the last two cycles, newest first, m/s^2.
+    swing_accelerations: [f64; 2],
+    /// Where the present stance began: planned, measured.
+    stance: Option<(DVec3, DVec2)>,
+}
+
+#[derive(Debug)]
+pub(super) struct FootObserver {
+    seen: Vec<Seen>,
+    report: FeetReport,
+}
+
+impl FootObserver {
+    pub(super) fn new(robot: &Robot) -> FootObserver {
+        FootObserver { seen: vec![Seen::default(); robot.chains.len()], report: FeetReport::default() }
+    }
+
+    pub(super) fn report(&self) -> FeetReport {
+        self.report
+    }
+
+    pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
+        if record.targets.feet.is_empty() || record.is_held {
+            self.seen.fill(Seen::default());
+            return;
+        }
+        for foot in &record.targets.feet {
+            // From what inverse kinematics is given, not from the plan's own word for it.
+            let place = record.targets.tips_in_body[foot.chain] + record.targets.trunk_in_world;
+            let seen = &mut self.seen[foot.chain];
+            self.report.excursion_max_m = self.report.excursion_max_m.max(foot.excursion_m.abs());
+
+            let velocity = seen.place.map(|before| (place - before) / record.dt_s);
+            if let (Some(velocity), Some(before)) = (velocity, seen.velocity) {
+                // The two velocities span three places, of which the outer ones may be on the ground.
+                let [a, b] = seen.swing_accelerations;
+                let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.dt_s;
+                let jump = velocity.distance(before) - allowed;
+                // Differences of places carry rounding of 1e-16 m over one cycle's time.
+                let rounding = 1e-12 / record.dt_s;
+                self.report.swing_velocity_jump_max_m_s =
+                    self.report.swing_velocity_jump_max_m_s.max(if jump > rounding { jump } else { 0.0 });
+            }
+            if foot.is_swing {
+                seen.stance = None;
+            } else {
+                let chain = &robot.chains[foot.chain];
+                let measured =
+                    (measured_tip(robot, chain, record) + record.targets.trunk_in_world).truncate();
+                match seen.stance {
+                    None => seen.stance = Some((place, measured)),
+                    Some((planned_start, measured_start)) => {
+                        self.report.stance_slip_planned_max_m =
+                            self.report.stance_slip_planned_max_m.max(place.distance(planned_start));
+                        self.report.stance_slip_measured_max_m =
+                            self.report.stance_slip_measured_max_m.max(measured.distance(measured_start));
+                    }
+                }
+            }
+            seen.swing_accelerations = [foot.swing_acceleration_m_s2, seen.swing_accelerations[0]];
+            seen.velocity = velocity;
+            seen.place = Some(place);
+        }
+    }
+}
+
+fn measured_tip(robot: &Robot, chain: &crate::model::Chain, record: &CycleRecord<'_>) -> DVec3 {
+    robot.tip_in_body(chain, record.state.joints[chain.joints.clone()].iter().map(|joint| joint.position_rad))
+}

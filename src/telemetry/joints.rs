@@ -1,0 +1,74 @@
+//! Goal registers and measured joints against ranges and rates.
+
+use super::CycleRecord;
+use super::report::JointsReport;
+use crate::bus::ServoGoal;
+use crate::model::Robot;
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    /// Last goal register, counts; none while limp.
+    goal: Option<i32>,
+    /// True once the joint was measured inside its range.
+    was_inside: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct JointObserver {
+    seen: Vec<Seen>,
+    report: JointsReport,
+}
+
+impl JointObserver {
+    pub(super) fn new(robot: &Robot) -> JointObserver {
+        JointObserver { seen: vec![Seen::default(); robot.joints.len()], report: JointsReport::default() }
+    }
+
+    pub(super) fn report(&self) -> JointsReport {
+        self.report
+    }
+
+    pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let Some(servo) = &joint.servo else { continue };
+            let (measured, seen) = (&record.state.joints[index], &mut self.seen[index]);
+            let (low, high) = joint.range_rad;
+            let overshoot_rad = (low - measured.position_rad).max(measured.position_rad - high);
+            // Half a count is what the encoder itself cannot tell.
+            seen.was_inside |= measured.is_known && overshoot_rad <= 0.5 * servo.count_rad();
+            if seen.was_inside {
+                self.report.range_overshoot_max_deg =
+                    self.report.range_overshoot_max_deg.max(overshoot_rad.to_degrees());
+            }
+            let goal = match record.goals.servos()[index] {
+                ServoGoal::Limp => None,
+                ServoGoal::Move { position, .. } => Some(position),
+            };
+            if let Some(goal) = goal {
+                let angle_rad = servo.angle_of(f64::from(goal));
+                self.report.tracking_error_max_deg = self
+                    .report
+                    .tracking_error_max_deg
+                    .max((angle_rad - measured.position_rad).abs().to_degrees());
+                let outside_rad = (low - angle_rad).max(angle_rad - high);
+                let before_rad =
+                    seen.goal.map_or(measured.position_rad, |goal| servo.angle_of(f64::from(goal)));
+                let outside_before_rad = (low - before_rad).max(before_rad - high);
+                // A joint that starts outside its range may be outside on its way in, and only then.
+                let is_on_the_way_in = outside_rad <= outside_before_rad;
+                if outside_rad > 1e-9 && !is_on_the_way_in {
+                    self.report.range_violations += 1;
+                }
+                if let Some(before) = seen.goal {
+                    let rate_rad_s = robot.safety.rate_share * servo.model.no_load_speed_rad_s;
+                    // Rounding to counts may add up to one count.
+                    let allowed = rate_rad_s * record.dt_s / servo.count_rad() + 1.0;
+                    if f64::from((goal - before).abs()) > allowed + 1e-9 {
+                        self.report.rate_violations += 1;
+                    }
+                }
+            }
+            seen.goal = goal;
+        }
+    }
+}

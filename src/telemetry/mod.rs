@@ -1,0 +1,98 @@
+//! What a run was like: every cycle is looked at as it passes, and a [`Report`] comes out at the end.
+//!
+//! The observers check the pipeline from outside it: goal registers against the robot's ranges, feet from
+//! the targets and from the measured joints. They never change anything and never allocate after start.
+
+mod feet;
+mod joints;
+mod report;
+
+use crate::counts::Goals;
+use crate::model::Robot;
+use crate::signals::{JointTargets, State, Targets};
+use feet::FootObserver;
+use hdrhistogram::Histogram;
+use joints::JointObserver;
+pub use report::{BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report};
+
+/// One cycle, as the observers see it.
+#[derive(Debug, Clone, Copy)]
+pub struct CycleRecord<'a> {
+    /// What the generator asked for.
+    pub targets: &'a Targets,
+    /// What inverse kinematics made of it.
+    pub joints: &'a JointTargets,
+    /// The goal registers that were sent.
+    pub goals: &'a Goals,
+    /// What is known of the robot after the exchange.
+    pub state: &'a State,
+    /// Joints that were told something else than was asked.
+    pub interventions: u32,
+    /// True if motion time stood still this cycle.
+    pub is_held: bool,
+    /// Length of a cycle, s.
+    pub dt_s: f64,
+}
+
+/// Observes a whole run.
+#[derive(Debug)]
+pub struct Telemetry {
+    feet: FootObserver,
+    joints: JointObserver,
+    cycles: u64,
+    late_cycles: u64,
+    interventions: u64,
+    residual_max_m: f64,
+    work_us: Histogram<u64>,
+    late_us: Histogram<u64>,
+}
+
+/// Longest time a histogram tells from longer ones, microseconds.
+const LONGEST_US: u64 = 60_000_000;
+
+/// A histogram of microseconds that never grows.
+pub(crate) fn histogram_us() -> Histogram<u64> {
+    match Histogram::new_with_bounds(1, LONGEST_US, 3) {
+        Ok(histogram) => histogram,
+        // The bounds above are right; a histogram with other bounds would be as good.
+        Err(_) => unreachable!("constant bounds"),
+    }
+}
+
+impl Telemetry {
+    /// For a run of `robot`.
+    pub fn new(robot: &Robot) -> Telemetry {
+        Telemetry {
+            feet: FootObserver::new(robot),
+            joints: JointObserver::new(robot),
+            cycles: 0,
+            late_cycles: 0,
+            interventions: 0,
+            residual_max_m: 0.0,
+            work_us: histogram_us(),
+            late_us: histogram_us(),
+        }
+    }
+
+    /// Looks at one cycle.
+    pub fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
+        self.cycles += 1;
+        self.interventions += u64::from(record.interventions);
+        for residual_m in &record.joints.residual_m {
+            self.residual_max_m = self.residual_max_m.max(*residual_m);
+        }
+        self.joints.observe(robot, record);
+        self.feet.observe(robot, record);
+    }
+
+    /// Notes how late a cycle began after its deadline, and whether that counts as late.
+    pub fn note_lateness(&mut self, late_us: u64, is_late: bool) {
+        self.late_us.saturating_record(late_us);
+        self.late_cycles += u64::from(is_late);
+    }
+
+    /// Notes how long a cycle computed, the exchange left aside.
+    pub fn note_work(&mut self, work_us: u64) {
+        self.work_us.saturating_record(work_us);
+    }
+}

@@ -1,0 +1,155 @@
+//! The report of a run, as it is written to a file.
+
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+use super::Telemetry;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// It did what was asked, or the operator stopped it, and it took its stop action.
+    Completed,
+    /// Safety stopped it.
+    StoppedBySafety,
+    /// Something else ended it.
+    Failed,
+}
+
+/// What a run was like. Lengths in m, speeds in m/s, angles in degrees (for people), times as named.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the gait.
+    pub gait: String,
+    /// Speed it walked at, after limits, m/s.
+    pub speed_m_s: f64,
+    /// How long the whole run took, s.
+    pub duration_s: f64,
+    /// Cycles run.
+    pub cycles: u64,
+    /// Cycles that began more than a tenth of a period after their deadline.
+    pub late_cycles: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it ended so.
+    pub reason: String,
+    /// Joint goals that safety changed, summed over all cycles.
+    pub safety_interventions: u64,
+    /// Times of the loop.
+    #[serde(rename = "loop")]
+    pub loop_times: LoopReport,
+    /// Joints against their limits.
+    pub joints: JointsReport,
+    /// Feet.
+    pub feet: FeetReport,
+    /// Each bus.
+    pub buses: Vec<BusReport>,
+}
+
+/// Times of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct LoopReport {
+    /// Computing a cycle, the exchange left aside; 0 on a virtual clock.
+    pub work_us: Quantiles,
+    /// From a cycle's deadline to its beginning.
+    pub late_us: Quantiles,
+}
+
+/// What half, 99 and 99.9 of a hundred stay below, and the largest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Quantiles {
+    /// Median.
+    pub p50: u64,
+    /// 99th percentile.
+    pub p99: u64,
+    /// 99.9th percentile.
+    pub p999: u64,
+    /// Largest.
+    pub max: u64,
+}
+
+/// Joints against their limits.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct JointsReport {
+    /// Goal registers outside their joint's range, other than on the way in from a start outside it.
+    pub range_violations: u64,
+    /// How far a joint was measured outside its range once it had been inside.
+    pub range_overshoot_max_deg: f64,
+    /// Goal registers further from the one before than the rate limit and one count of rounding.
+    pub rate_violations: u64,
+    /// Largest difference between goal and measured angle in one exchange.
+    pub tracking_error_max_deg: f64,
+}
+
+/// Feet, in the planned world.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct FeetReport {
+    /// Furthest planned place fore or aft of the neutral foot point.
+    pub excursion_max_m: f64,
+    /// Furthest planned place of a standing foot from where it landed, before inverse kinematics.
+    pub stance_slip_planned_max_m: f64,
+    /// The same along the ground from measured joints; servo lag at touch-down is part of it.
+    pub stance_slip_measured_max_m: f64,
+    /// Change of planned foot velocity in one cycle beyond the swing curve's acceleration times the cycle.
+    pub swing_velocity_jump_max_m_s: f64,
+    /// Distance inverse kinematics left, before rounding to counts.
+    pub ik_residual_max_m: f64,
+}
+
+/// One bus.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BusReport {
+    /// Name of the bus.
+    pub name: String,
+    /// Exchanges begun.
+    pub exchanges: u64,
+    /// Bytes sent.
+    pub bytes_out: u64,
+    /// Bytes received.
+    pub bytes_in: u64,
+    /// Servo replies that never came.
+    pub missing: u64,
+    /// Servo replies that were damaged.
+    pub corrupt: u64,
+    /// Share of the time the wire was busy.
+    pub wire_share: f64,
+    /// Time of one exchange.
+    pub exchange_us: Quantiles,
+}
+
+impl Quantiles {
+    /// Of a histogram of microseconds.
+    pub fn of(histogram: &Histogram<u64>) -> Quantiles {
+        Quantiles {
+            p50: histogram.value_at_quantile(0.5),
+            p99: histogram.value_at_quantile(0.99),
+            p999: histogram.value_at_quantile(0.999),
+            max: histogram.max(),
+        }
+    }
+}
+
+impl Telemetry {
+    /// Cycles seen, late ones, and goals that safety changed.
+    pub fn totals(&self) -> (u64, u64, u64) {
+        (self.cycles, self.late_cycles, self.interventions)
+    }
+
+    /// Times of the loop so far.
+    pub fn loop_report(&self) -> LoopReport {
+        LoopReport { work_us: Quantiles::of(&self.work_us), late_us: Quantiles::of(&self.late_us) }
+    }
+
+    /// Joints so far.
+    pub fn joints_report(&self) -> JointsReport {
+        self.joints.report()
+    }
+
+    /// Feet so far.
+    pub fn feet_report(&self) -> FeetReport {
+        FeetReport { ik_residual_max_m: self.residual_max_m, ..self.feet.report() }
+    }
+}
