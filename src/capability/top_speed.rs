@@ -30,7 +30,7 @@ const HALVINGS: u32 = 10;
 
 /// Top speed of `plan`'s gait.
 pub fn of_gait(robot: &Robot, plan: &HorsePlan) -> TopSpeed {
-    let by_reach_m_s = by_reach_m_s(plan);
+    let by_reach_m_s = plan.top_speed_by_reach_m_s();
     let (mut low, mut high) = (0.0, by_reach_m_s);
     let mut joint = None;
     if let Some(limiting) = overloaded_joint(robot, plan, high) {
@@ -46,14 +46,6 @@ pub fn of_gait(robot: &Robot, plan: &HorsePlan) -> TopSpeed {
         low = high;
     }
     TopSpeed { by_reach_m_s, by_servos_m_s: low, joint }
-}
-
-/// The speed at which half a stance and the overshoot of the swing fill the half-excursion:
-/// V (alpha T / 2 + overshoot per speed) = E.
-fn by_reach_m_s(plan: &HorsePlan) -> f64 {
-    let period_s = plan.gait.period_s(plan.settings.swing_time_s);
-    let overshoot_s = plan.swing().overshoot_m(1.0, period_s);
-    plan.half_excursion_m / (0.5 * plan.gait.duty_factor * period_s + overshoot_s)
 }
 
 /// The joint that comes nearest to its limits in a steady stride at `speed_m_s`, if it passes them.

@@ -26,7 +26,7 @@ pub enum Method {
         /// Most sweeps over the chain.
         sweeps: u32,
     },
-    /// One sweep of the thesis' method, then the least-squares finish.
+    /// Sweeps of the thesis' method until the tip is near, then the least-squares finish.
     CcdThenFinish,
 }
 
@@ -66,6 +66,11 @@ pub struct Solver {
     is_free: Vec<bool>,
 }
 
+/// Before the finish, sweeps go on until the tip is this near, m per metre of chain: one sweep while
+/// following a path; from afar as many as it takes to let the stiffness shape the pose.
+const NEAR_SHARE: f64 = 0.02;
+/// Most of those sweeps; a target out of reach takes them all.
+const SWEEPS_MAX: u32 = 10;
 /// A solve stops when the tip is this close, m per metre of chain.
 const TOLERANCE_SHARE: f64 = 1e-7;
 
@@ -129,7 +134,12 @@ impl Solver {
             }
             Method::CcdThenFinish => {
                 self.place(angles);
-                self.sweep(target_in_body, angles);
+                for _ in 0..SWEEPS_MAX {
+                    self.sweep(target_in_body, angles);
+                    if self.tip().distance(target_in_body) <= NEAR_SHARE * self.length_m {
+                        break;
+                    }
+                }
                 self.finish(target_in_body, pull, tolerance_m, angles);
             }
         }

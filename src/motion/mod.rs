@@ -89,6 +89,7 @@ pub struct Generator {
     /// Pose a change of pose began at, rad.
     start_pose_rad: Vec<f64>,
     walk_for_s: f64,
+    start_ramp_s: f64,
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
@@ -99,6 +100,7 @@ impl Generator {
     pub fn new(robot: &Robot, plan: HorsePlan, walk_for_s: f64) -> Generator {
         Generator {
             walk: Walk::standing(&plan),
+            start_ramp_s: Walk::find_start_ramp_s(&plan),
             start_pose_rad: vec![0.0; robot.joints.len()],
             plan,
             phase: Phase::Limp,
@@ -147,7 +149,7 @@ impl Generator {
             Phase::Rise { from } if now >= from + RISE_S => Phase::Stand { from: now },
             Phase::Stand { .. } if wants_stop => self.stop_from_stand(),
             Phase::Stand { from } if now >= from + STAND_S => {
-                self.walk = Walk::begin(&self.plan, now);
+                self.walk = Walk::begin(&self.plan, now, self.start_ramp_s);
                 Phase::Walk { from: now }
             }
             Phase::Walk { from } if wants_stop || now >= from + self.walk_for_s => {

@@ -9,6 +9,7 @@
 //! let forged = Command { joints: vec![] };
 //! ```
 
+mod describe;
 mod limiter;
 #[cfg(test)]
 mod tests;

@@ -4,10 +4,13 @@
 //! lands half-way between where its root will be at touch-down and at the next lift-off (both read ahead
 //! in the ramp). So every stance is centred under the leg, whatever the speed does, and no foot slips.
 
+#[cfg(test)]
+mod tests;
+
 use glam::DVec3;
 
-use super::curves::{SMOOTH_STEP_SLOPE_MAX, SpeedRamp, SwingCurve};
 use crate::model::{Gait, HorseMotion};
+use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, SpeedRamp, SwingCurve};
 use crate::signals::{FootTarget, Targets};
 
 /// What a walk needs to know of the robot, worked out when the robot loads.
@@ -29,6 +32,10 @@ pub struct HorsePlan {
 
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
+
+/// A speed ramp that would leave a foot out of reach is made longer by this factor, this often at most.
+const RAMP_GROWTH: f64 = 1.1;
+const RAMPS_TRIED: u32 = 40;
 
 /// A walk under way.
 #[derive(Debug, Clone)]
@@ -55,7 +62,18 @@ enum Foot {
     Swing { lifted_s: f64, from_m: f64, to_m: f64 },
 }
 
+/// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.
+const PLANNED_SHARE: f64 = 0.99;
+
 impl HorsePlan {
+    /// The speed at which half a stance and the overshoot of the swing fill the reach, m/s:
+    /// V (alpha T / 2 + overshoot per speed) = 0.99 E.
+    pub fn top_speed_by_reach_m_s(&self) -> f64 {
+        let period_s = self.gait.period_s(self.settings.swing_time_s);
+        let overshoot_s = self.swing().overshoot_m(1.0, period_s);
+        PLANNED_SHARE * self.half_excursion_m / (0.5 * self.gait.duty_factor * period_s + overshoot_s)
+    }
+
     /// The swing curve of the robot file.
     pub fn swing(&self) -> SwingCurve {
         SwingCurve {
@@ -81,23 +99,54 @@ impl Walk {
         }
     }
 
-    /// The same, beginning to walk at time `start_s` with the left hind.
-    pub fn begin(plan: &HorsePlan, start_s: f64) -> Walk {
+    /// The same, beginning to walk at time `start_s` with the left hind, and at full speed after `ramp_s`
+    /// (see [`Walk::find_start_ramp_s`]).
+    pub fn begin(plan: &HorsePlan, start_s: f64, ramp_s: f64) -> Walk {
         let mut walk = Walk::standing(plan);
         for (leg, lag) in walk.legs.iter_mut().zip(plan.gait.lags) {
             leg.next_lift_s = start_s + lag * walk.period_s;
         }
-        // The longest first stance is one period; the ramp must be slow enough that no foot is left
-        // further behind than the legs reach before it first lifts.
-        let mut duration_s = walk.ramp_duration_s(plan, plan.speed_m_s);
-        loop {
-            walk.ramp =
-                SpeedRamp { start_s, duration_s, from_m_s: 0.0, to_m_s: plan.speed_m_s, start_m: 0.0 };
-            if walk.legs.iter().all(|leg| walk.ramp.place_m(leg.next_lift_s) <= plan.half_excursion_m) {
-                return walk;
+        walk.ramp =
+            SpeedRamp { start_s, duration_s: ramp_s, from_m_s: 0.0, to_m_s: plan.speed_m_s, start_m: 0.0 };
+        walk
+    }
+
+    /// Shortest time to speed up in, s, that keeps the acceleration and leaves no foot out of reach: feet that
+    /// wait long for their first step are left behind, and swings end in a faster stride than they began in.
+    pub fn find_start_ramp_s(plan: &HorsePlan) -> f64 {
+        let mut ramp_s = Walk::standing(plan).ramp_duration_s(plan, plan.speed_m_s);
+        for _ in 0..RAMPS_TRIED {
+            if Walk::begin(plan, 0.0, ramp_s).stays_in_reach(plan, 0.0, ramp_s) {
+                break;
             }
-            duration_s *= 1.25;
+            ramp_s *= RAMP_GROWTH;
         }
+        ramp_s
+    }
+
+    /// True if no foot leaves the half-excursion from `from_s` until one period after `until_s`.
+    fn stays_in_reach(mut self, plan: &HorsePlan, from_s: f64, until_s: f64) -> bool {
+        let step_s = self.swing.time_s / 200.0;
+        let mut s = from_s;
+        while s < until_s + self.period_s {
+            self.advance(s);
+            if self.legs.iter().any(|leg| self.excursion_m(leg, s).abs() > plan.half_excursion_m) {
+                return false;
+            }
+            s += step_s;
+        }
+        true
+    }
+
+    /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
+    fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
+        let at_m = match leg.foot {
+            Foot::Stance { at_m } => at_m,
+            Foot::Swing { lifted_s, from_m, to_m } => {
+                from_m + (to_m - from_m) * self.swing.way((s - lifted_s) / self.swing.time_s)
+            }
+        };
+        at_m - self.ramp.place_m(s) - leg.neutral_m
     }
 
     /// A horse that has long been walking at `speed_m_s` when time begins; settled after one stride.
@@ -112,16 +161,17 @@ impl Walk {
         walk
     }
 
-    /// From `s` on, slows down to a stand.
+    /// From `s` on, slows down to a stand, gently enough that no foot leaves its reach.
     pub fn stop(&mut self, plan: &HorsePlan, s: f64) {
-        let from_m_s = self.ramp.speed_m_s(s);
-        self.ramp = SpeedRamp {
-            start_s: s,
-            duration_s: self.ramp_duration_s(plan, from_m_s),
-            from_m_s,
-            to_m_s: 0.0,
-            start_m: self.ramp.place_m(s),
-        };
+        let (from_m_s, start_m) = (self.ramp.speed_m_s(s), self.ramp.place_m(s));
+        let mut duration_s = self.ramp_duration_s(plan, from_m_s);
+        for _ in 0..RAMPS_TRIED {
+            self.ramp = SpeedRamp { start_s: s, duration_s, from_m_s, to_m_s: 0.0, start_m };
+            if self.clone().stays_in_reach(plan, s, s + duration_s) {
+                return;
+            }
+            duration_s *= RAMP_GROWTH;
+        }
     }
 
     fn ramp_duration_s(&self, plan: &HorsePlan, change_m_s: f64) -> f64 {
@@ -181,13 +231,8 @@ impl Walk {
                 Foot::Stance { at_m } => (at_m, 0.0, false, 0.0),
                 Foot::Swing { lifted_s, from_m, to_m } => {
                     let u = (s - lifted_s) / self.swing.time_s;
-                    let way_m = to_m - from_m;
-                    (
-                        from_m + way_m * self.swing.way(u),
-                        self.swing.height_m(u),
-                        true,
-                        self.swing.acceleration_max_m_s2(way_m),
-                    )
+                    let bound = self.swing.acceleration_max_m_s2(to_m - from_m);
+                    (from_m + (to_m - from_m) * self.swing.way(u), self.swing.height_m(u), true, bound)
                 }
             };
             let chain = plan.settings.legs[index];
