@@ -9,7 +9,7 @@ use crate::signals::JointState;
 
 /// One goal a joint, in servo counts. Only [`goals`] makes them, and only from what safety let through:
 ///
-/// ```compile_fail
+/// ```compile_fail,E0451
 /// use hippocamp::counts::Goals;
 /// let forged = Goals { servos: vec![] };
 /// ```

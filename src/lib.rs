@@ -2,6 +2,7 @@
 
 pub mod bus;
 pub mod capability;
+pub mod config;
 pub mod counts;
 pub mod estimate;
 pub mod ik;

@@ -152,8 +152,9 @@ impl Generator {
                 self.walk = Walk::begin(&self.plan, now, self.start_ramp_s);
                 Phase::Walk { from: now }
             }
-            Phase::Walk { from } if wants_stop || now >= from + self.walk_for_s => {
-                self.walk.stop(&self.plan, now);
+            Phase::Walk { from }
+                if (wants_stop || now >= from + self.walk_for_s) && self.walk.try_stop(&self.plan, now) =>
+            {
                 Phase::Settle { standing_since: None }
             }
             Phase::Settle { standing_since: None } if self.walk.is_standing(now) => {

@@ -4,7 +4,7 @@
 //! finite, range, rate, acceleration, and the torque limit. A [`Command`] can be made nowhere else, and
 //! servo counts only from a command, so a goal that skipped safety does not compile:
 //!
-//! ```compile_fail
+//! ```compile_fail,E0451
 //! use hippocamp::safety::Command;
 //! let forged = Command { joints: vec![] };
 //! ```

@@ -33,9 +33,11 @@ pub struct HorsePlan {
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 
-/// A speed ramp that would leave a foot out of reach is made longer by this factor, this often at most.
+/// A start that would leave a foot out of reach is made slower by this factor, this often at most.
 const RAMP_GROWTH: f64 = 1.1;
 const RAMPS_TRIED: u32 = 40;
+/// How much longer than the acceleration limit asks for a stop may take, tried in this order.
+const STOP_STRETCHES: [f64; 4] = [1.0, 1.3, 1.7, 2.2];
 
 /// A walk under way.
 #[derive(Debug, Clone)]
@@ -161,17 +163,22 @@ impl Walk {
         walk
     }
 
-    /// From `s` on, slows down to a stand, gently enough that no foot leaves its reach.
-    pub fn stop(&mut self, plan: &HorsePlan, s: f64) {
+    /// From `s` on, slows down to a stand, if that can be done now without a foot leaving its reach: one that
+    /// is in the air while the horse speeds up lands where only a faster trunk will catch up with it.
+    /// Returns whether it does; if not, nothing has changed, and a little later it will.
+    pub fn try_stop(&mut self, plan: &HorsePlan, s: f64) -> bool {
         let (from_m_s, start_m) = (self.ramp.speed_m_s(s), self.ramp.place_m(s));
-        let mut duration_s = self.ramp_duration_s(plan, from_m_s);
-        for _ in 0..RAMPS_TRIED {
-            self.ramp = SpeedRamp { start_s: s, duration_s, from_m_s, to_m_s: 0.0, start_m };
-            if self.clone().stays_in_reach(plan, s, s + duration_s) {
-                return;
+        let shortest_s = self.ramp_duration_s(plan, from_m_s);
+        for stretch in STOP_STRETCHES {
+            let duration_s = stretch * shortest_s;
+            let mut stopping = self.clone();
+            stopping.ramp = SpeedRamp { start_s: s, duration_s, from_m_s, to_m_s: 0.0, start_m };
+            if stopping.clone().stays_in_reach(plan, s, s + duration_s) {
+                *self = stopping;
+                return true;
             }
-            duration_s *= RAMP_GROWTH;
         }
+        false
     }
 
     fn ramp_duration_s(&self, plan: &HorsePlan, change_m_s: f64) -> f64 {

@@ -73,8 +73,7 @@ fn walk(plan: &HorsePlan, stop_s: f64) -> Walked {
         let s = f64::from(step) * DT_S;
         if s >= stop_s && !is_stopping {
             speed_at_stop = walk.speed_m_s(s);
-            walk.stop(plan, s);
-            is_stopping = true;
+            is_stopping = walk.try_stop(plan, s);
         }
         walk.advance(s);
         walk.write(plan, s, HEIGHT_M, &mut targets);

@@ -1,0 +1,71 @@
+//! `[[bus]]`: the serial buses.
+
+use super::reader::Section;
+use super::unique::Unique;
+use crate::model::{Bus, Protocol};
+
+const PROTOCOLS: [(&str, Protocol); 2] = [("dynamixel", Protocol::Dynamixel), ("feetech", Protocol::Feetech)];
+
+/// Longest wait a bus may be given, microseconds: a second.
+const DELAY_LARGEST_US: u32 = 1_000_000;
+
+/// What could be read of a bus; `bus` only if all of it was good.
+pub(super) struct BusEntry<'a> {
+    pub(super) name: Option<&'a str>,
+    pub(super) protocol: Option<Protocol>,
+    pub(super) bus: Option<Bus>,
+}
+
+/// Reads all buses, in file order.
+pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
+    let mut names = Unique::default();
+    let faulty = BusEntry { name: None, protocol: None, bus: None };
+    let buses = file.list("bus", "the buses", |section| Some(read_bus(section, &mut names)));
+    if buses.iter().any(Option::is_none) {
+        // A list that is none at all: what refers to it cannot be judged.
+        return vec![faulty];
+    }
+    buses.into_iter().flatten().collect()
+}
+
+fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
+    let name = names.name(section, "the bus's name");
+    let protocol = section.choice("protocol", "the language of the bus's servos", &PROTOCOLS);
+    let baud = read_baud(section, protocol);
+    let adapter_latency_us = section.integer_or(
+        "adapter_latency_us",
+        "the adapter's latency in microseconds",
+        0..=DELAY_LARGEST_US,
+        1000,
+    );
+    let return_delay_us = section.integer_or(
+        "return_delay_us",
+        "the servos' return delay in microseconds",
+        0..=DELAY_LARGEST_US,
+        0,
+    );
+    let bus = || {
+        Some(Bus {
+            name: name?.to_owned(),
+            protocol: protocol?,
+            baud: baud?,
+            adapter_latency_us: adapter_latency_us?,
+            return_delay_us: return_delay_us?,
+        })
+    };
+    BusEntry { name, protocol, bus: bus() }
+}
+
+fn read_baud(section: &Section<'_>, protocol: Option<Protocol>) -> Option<u32> {
+    let baud = section.integer("baud", "the bus's bits per second", 1..=u32::MAX)?;
+    let protocol = protocol?;
+    if protocol.bauds().contains(&baud) {
+        return Some(baud);
+    }
+    let bauds: Vec<String> = protocol.bauds().iter().map(u32::to_string).collect();
+    let highest = protocol.bauds().iter().max().filter(|highest| baud > **highest);
+    let advice = highest.map(|highest| format!("; {highest} is the most they can")).unwrap_or_default();
+    let name = protocol.name();
+    section.fault("baud", format!("a rate that {name} servos have: {}{advice}", bauds.join(", ")));
+    None
+}

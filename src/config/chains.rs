@@ -1,0 +1,158 @@
+//! `[[chain]]` and `[[chain.joint]]`: the limbs.
+
+use glam::{DQuat, DVec3};
+
+use super::meters;
+use super::reader::{Limits, Section};
+use super::servos::ServoPlaces;
+use super::unique::Unique;
+use crate::model::{Chain, Joint};
+
+/// How far from 1 the length of an axis may be; within, it is made exactly 1.
+const AXIS_TOLERANCE: f64 = 1e-3;
+
+/// What could be read of a chain; `limb` only if all of it was good.
+pub(super) struct ChainEntry<'a> {
+    pub(super) name: Option<&'a str>,
+    pub(super) limb: Option<Limb>,
+}
+
+/// A chain with its joints.
+pub(super) struct Limb {
+    name: String,
+    root_m: DVec3,
+    root_rotation: DQuat,
+    joints: Vec<Joint>,
+}
+
+/// Reads all chains, in file order.
+pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<ChainEntry<'a>> {
+    let mut names = Unique::default();
+    let chains = file.list("chain", "the limbs", |section| Some(read_chain(section, &mut names, servos)));
+    if chains.is_empty() {
+        file.fault("chain", "at least one limb, [[chain]]");
+    }
+    if chains.iter().any(Option::is_none) {
+        // A list that is none at all: what refers to it cannot be judged.
+        return vec![ChainEntry { name: None, limb: None }];
+    }
+    chains.into_iter().flatten().collect()
+}
+
+fn read_chain<'a>(
+    section: &Section<'a>,
+    names: &mut Unique<'a>,
+    servos: &mut ServoPlaces<'_>,
+) -> ChainEntry<'a> {
+    let name = names.name(section, "the chain's name");
+    let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
+    let rpy = section.vector_or(
+        "root_rpy_deg",
+        "roll, pitch and yaw of the chain in the body, in degrees",
+        DVec3::ZERO,
+    );
+
+    let mut joint_names = Unique::default();
+    let mut end = None;
+    let joints = section.list("joint", "the chain's joints", |joint| {
+        let link = joint.vector("link_mm", "the way to the next joint, or to the tip, in mm");
+        end = link;
+        read_joint(joint, name, link, &mut joint_names, servos)
+    });
+    if joints.is_empty() {
+        section.fault("joint", "at least one joint, [[chain.joint]]");
+    }
+    if end == Some(DVec3::ZERO) {
+        let last = joints.len() - 1;
+        section.fault(
+            &format!("joint[{last}].link_mm"),
+            "a length above 0: the last link ends in the tip; only links before it may be zero",
+        );
+    }
+
+    let limb = || {
+        let rpy = rpy?.map(f64::to_radians);
+        Some(Limb {
+            name: name?.to_owned(),
+            root_m: meters(root?),
+            root_rotation: rotation(rpy),
+            joints: joints.into_iter().collect::<Option<_>>()?,
+        })
+    };
+    ChainEntry { name, limb: limb() }
+}
+
+/// Roll about x, then pitch about y, then yaw about z, all axes fixed (REP-103).
+fn rotation(rpy_rad: DVec3) -> DQuat {
+    DQuat::from_rotation_z(rpy_rad.z) * DQuat::from_rotation_y(rpy_rad.y) * DQuat::from_rotation_x(rpy_rad.x)
+}
+
+fn read_joint<'a>(
+    section: &Section<'a>,
+    chain: Option<&str>,
+    link: Option<DVec3>,
+    names: &mut Unique<'a>,
+    servos: &mut ServoPlaces<'_>,
+) -> Option<Joint> {
+    let name = names.name(section, "the joint's name");
+    let axis = read_axis(section);
+    let range_rad = read_range(section);
+    let stiffness =
+        section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
+    let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::Positive);
+    let meaning = "the centre of the link's mass, from the joint, in mm";
+    let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
+    let servo = servos.read(section, range_rad);
+    Some(Joint {
+        name: format!("{}.{}", chain?, name?),
+        axis: axis?,
+        link_m: meters(link?),
+        range_rad: range_rad?,
+        stiffness: stiffness?,
+        mass_kg: mass_kg?,
+        center_m: meters(center?),
+        servo: servo?,
+    })
+}
+
+fn read_axis(section: &Section<'_>) -> Option<DVec3> {
+    let axis = section.vector("axis", "the turning axis in the parent link's frame")?;
+    if (axis.length() - 1.0).abs() <= AXIS_TOLERANCE {
+        return Some(axis.normalize());
+    }
+    let advice = match axis.try_normalize() {
+        Some(unit) => {
+            format!("this direction is [{:.6}, {:.6}, {:.6}]", unit.x, unit.y, unit.z)
+        }
+        None => "a hinge from side to side is [0, 1, 0]".to_owned(),
+    };
+    section.fault("axis", format!("a unit vector, length 1, not {:.4}; {advice}", axis.length()));
+    None
+}
+
+fn read_range(section: &Section<'_>) -> Option<(f64, f64)> {
+    let [low, high] =
+        section.numbers::<2>("range_deg", "the joint's lowest and highest angle in degrees", Limits::Any)?;
+    if low >= high {
+        section.fault("range_deg", "the lowest angle first, then a higher one, [min, max]");
+        return None;
+    }
+    if high - low > 360.0 {
+        section.fault("range_deg", "at most a turn, 360 degrees, from end to end");
+        return None;
+    }
+    Some((low.to_radians(), high.to_radians()))
+}
+
+/// Puts the limbs in the shape of the robot: chains, and one list of all joints.
+pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
+    let mut joints = Vec::new();
+    let mut chains = Vec::new();
+    for limb in limbs {
+        let first = joints.len();
+        joints.extend(limb.joints);
+        let Limb { name, root_m, root_rotation, .. } = limb;
+        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len() });
+    }
+    (chains, joints)
+}

@@ -1,0 +1,191 @@
+//! Robot files: TOML as a person writes it, checked whole.
+//!
+//! Comes in: a file, or its text. Goes out: a [`Robot`], or every fault of the file at once. It touches
+//! nothing but that file, and nothing outlives it that a fault could not be traced back to.
+//!
+//! The schema, one for all rigs; lengths in mm, angles in degrees, the unit at the end of each key's name:
+//!
+//! | section | keys (those with a default in brackets) |
+//! |---|---|
+//! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"` or `"sit-then-limp"` |
+//! | `[trunk]` | `mass_kg`, `center_mm` |
+//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0); no bus at all: a robot on paper |
+//! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
+//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
+//! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
+//! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 25), (`fault_delay_s` 0.5), (`temperature_max_c`, `voltage_min_v` the servo models' own) |
+//! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2` |
+//! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`; none: the built-in five |
+
+mod buses;
+mod chains;
+mod fault;
+mod gaits;
+mod motion;
+mod nearest;
+mod reader;
+mod safety;
+mod servos;
+mod source;
+mod unique;
+
+use std::io;
+use std::path::Path;
+
+use glam::DVec3;
+use toml::de::DeTable;
+
+use crate::model::{Robot, StopAction};
+pub use fault::{ConfigError, Fault};
+use reader::{File, Limits, Section};
+use source::Source;
+
+/// More cycles a second than any servo bus carries.
+const LOOP_RATE_LARGEST_HZ: f64 = 1000.0;
+
+const STOP_ACTIONS: [(&str, StopAction); 2] =
+    [("hold", StopAction::Hold), ("sit-then-limp", StopAction::SitThenLimp)];
+
+/// A robot, and the file it came from.
+#[derive(Debug, Clone)]
+pub struct RobotFile {
+    /// The robot.
+    pub robot: Robot,
+    source: Source,
+}
+
+impl RobotFile {
+    /// A fault at a key path such as `motion.stand_height_mm` or `chain[1].joint[3].range_deg` (list places
+    /// from 0), with its line and value: for what only later checks can find.
+    pub fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
+        self.source.fault(key, expected)
+    }
+}
+
+/// Loads a robot file; its name in faults is the path as given.
+///
+/// # Errors
+/// Every fault of the file, or one that says why it cannot be read.
+pub fn load(path: &Path) -> Result<RobotFile, ConfigError> {
+    let file_name = path.display().to_string();
+    let bytes = read_regular_file(path).map_err(|error| whole_file_fault(&file_name, &error))?;
+    match String::from_utf8(bytes) {
+        Ok(text) => parse(&text, &file_name),
+        Err(error) => {
+            let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
+            let expected = "text in UTF-8; save the file in that encoding";
+            Err(Fault { line, ..fault_without_key(&file_name, expected) }.into())
+        }
+    }
+}
+
+/// Checks the text of a robot file; `file_name` is its name in faults.
+///
+/// # Errors
+/// Every fault of the text. Text that is no TOML is judged as TOML only.
+pub fn parse(text: &str, file_name: &str) -> Result<RobotFile, ConfigError> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        return Err(syntax_faults(text, file_name, &errors));
+    }
+    let document = document.get_ref();
+    let file = File::new(Source::new(file_name, text, document));
+    let robot = file.read(document, read_robot);
+    let (source, faults) = file.finish();
+    match robot {
+        Some(robot) if faults.is_empty() => Ok(RobotFile { robot, source }),
+        _ => Err(ConfigError { faults }),
+    }
+}
+
+fn read_robot(file: &Section<'_>) -> Option<Robot> {
+    let name = file.text("name", "the robot's name");
+    let rate_hz = file.number(
+        "loop_rate_hz",
+        "the loop's cycles a second",
+        Limits::AboveToMost(0.0, LOOP_RATE_LARGEST_HZ),
+    );
+    let stop_action = file.choice("stop_action", "what the robot does when it stops", &STOP_ACTIONS);
+    let trunk = file.section("trunk", "mass and centre of the trunk", read_trunk);
+
+    let buses = buses::read(file);
+    let mut servos = servos::ServoPlaces::new(&buses);
+    let chains = chains::read(file, &mut servos);
+    let all_read = chains.iter().all(|chain| chain.limb.is_some());
+    servos.refuse_idle_buses(file, all_read);
+    let safety = safety::read(file, &servos.models);
+    let motion = motion::read(file, &chains);
+
+    let limbs = chains.into_iter().map(|chain| chain.limb).collect::<Option<_>>()?;
+    let (chains, joints) = chains::assemble(limbs);
+    let (trunk_mass_kg, trunk_center_m) = trunk?;
+    Some(Robot {
+        name: name?.to_owned(),
+        rate_hz: rate_hz?,
+        trunk_mass_kg,
+        trunk_center_m,
+        chains,
+        joints,
+        buses: buses.into_iter().map(|entry| entry.bus).collect::<Option<_>>()?,
+        motion: motion?,
+        safety: safety?,
+        stop_action: stop_action?,
+    })
+}
+
+/// Mass in kg and centre in m.
+fn read_trunk(section: &Section<'_>) -> Option<(f64, DVec3)> {
+    let mass_kg = section.number("mass_kg", "the trunk's mass in kg", Limits::Positive);
+    let center = section.vector("center_mm", "the centre of the trunk's mass in the body, in mm");
+    Some((mass_kg?, meters(center?)))
+}
+
+/// Millimetres to metres. A division: 190 mm is then the nearest number to 0.19 m.
+fn meters(millimeters: DVec3) -> DVec3 {
+    millimeters / 1000.0
+}
+
+/// Reads nothing but plain files: opening a serial device could already stir what hangs on it.
+fn read_regular_file(path: &Path) -> io::Result<Vec<u8>> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("it is not a plain file"));
+    }
+    std::fs::read(path)
+}
+
+fn whole_file_fault(file_name: &str, error: &io::Error) -> ConfigError {
+    let expected =
+        format!("a robot file that can be read, such as config/horse.toml; this one cannot: {error}");
+    fault_without_key(file_name, &expected).into()
+}
+
+fn syntax_faults(text: &str, file_name: &str, errors: &[toml::de::Error]) -> ConfigError {
+    let mut faults: Vec<Fault> = Vec::new();
+    for error in errors {
+        let start = error.span().map_or(0, |span| span.start);
+        let line = source::line_of(text, start);
+        // What follows a slip in its own line is seldom a second slip.
+        if faults.iter().any(|fault| fault.line == line) {
+            continue;
+        }
+        faults.push(Fault {
+            line,
+            column: Some(source::column_of(text, start)),
+            ..fault_without_key(file_name, &format!("TOML; {}", error.message()))
+        });
+    }
+    faults.sort_by_key(|fault| fault.line);
+    ConfigError { faults }
+}
+
+fn fault_without_key(file_name: &str, expected: &str) -> Fault {
+    Fault {
+        file: file_name.to_owned(),
+        line: 0,
+        column: None,
+        key: String::new(),
+        value: None,
+        expected: expected.to_owned(),
+    }
+}

@@ -1,0 +1,93 @@
+//! `[motion]`: what the robot does. One function a kind of rig.
+
+use super::chains::ChainEntry;
+use super::gaits;
+use super::reader::{Limits, Section};
+use crate::model::{HorseMotion, Motion};
+
+/// The kinds of motion a file may name.
+#[derive(Clone)]
+enum Kind {
+    Horse,
+}
+
+const KINDS: [(&str, Kind); 1] = [("horse", Kind::Horse)];
+
+/// Keys of `motion.legs`, in the order of [`crate::model::LEG_NAMES`].
+const LEG_KEYS: [&str; 4] = ["left_hind", "left_fore", "right_hind", "right_fore"];
+
+/// Reads `[motion]`.
+pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Motion> {
+    file.section("motion", "what the robot does", |section| {
+        match section.choice("kind", "a kind of motion", &KINDS) {
+            Some(Kind::Horse) => read_horse(file, section, chains).map(Motion::Horse),
+            None => {
+                section.allow_unknown_keys();
+                None
+            }
+        }
+    })
+}
+
+fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<HorseMotion> {
+    let legs = section
+        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains))
+        .inspect(|legs| refuse_idle_chains(file, chains, legs));
+
+    let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
+    let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::Positive);
+    if let (Some(stand), Some(sit)) = (stand, sit)
+        && sit > stand
+    {
+        section.fault("sit_height_mm", format!("at most the standing height, {stand}"));
+    }
+    let swing_time_s = section.number("swing_time_s", "a foot's time in the air in s", Limits::Positive);
+    let lift = section.number("swing_lift_mm", "a foot's height in mid-swing in mm", Limits::Positive);
+    let swing_ramp_share = section.number(
+        "swing_ramp_share",
+        "the share of the swing in which the foot gains, and again loses, its speed",
+        Limits::Between(0.0, 0.5),
+    );
+    let acceleration_m_s2 = section.number(
+        "acceleration_max_m_s2",
+        "the trunk's largest acceleration in m/s^2",
+        Limits::Positive,
+    );
+    let gaits = gaits::read(section);
+    Some(HorseMotion {
+        legs: legs?,
+        stand_height_m: stand? / 1000.0,
+        sit_height_m: sit? / 1000.0,
+        swing_time_s: swing_time_s?,
+        swing_lift_m: lift? / 1000.0,
+        swing_ramp_share: swing_ramp_share?,
+        acceleration_m_s2: acceleration_m_s2?,
+        gaits: gaits?,
+    })
+}
+
+fn read_legs(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<[usize; 4]> {
+    let names: Vec<_> = chains.iter().map(|chain| chain.name).collect();
+    let mut legs = [None; 4];
+    for place in 0..legs.len() {
+        let leg = section.reference(LEG_KEYS[place], "the name of this leg's chain", &names);
+        let twin = (0..place).find(|earlier| leg.is_some() && legs[*earlier] == leg);
+        if let Some(twin) = twin {
+            let twin = LEG_KEYS[twin];
+            section.fault(LEG_KEYS[place], format!("a chain of its own: {twin} is this chain already"));
+        }
+        legs[place] = leg;
+    }
+    let all_found = legs.iter().all(Option::is_some);
+    all_found.then(|| legs.map(Option::unwrap_or_default))
+}
+
+/// A horse's motion moves its legs only; another chain would never get a goal.
+fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usize; 4]) {
+    for place in (0..chains.len()).filter(|place| !legs.contains(place)) {
+        file.fault(
+            &format!("chain[{place}].name"),
+            "a chain that motion.legs names: a horse moves its four legs and no other chain",
+        );
+    }
+}

@@ -1,0 +1,52 @@
+//! The word most like a misspelt one.
+
+/// The nearest of the known words, if any is near: at most a third of its letters wrong.
+pub(super) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    known
+        .map(|candidate| (edits(word, candidate), candidate))
+        .filter(|(edits, candidate)| *edits <= (candidate.chars().count() / 3).max(1))
+        .min_by_key(|(edits, _)| *edits)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Letters to put in, take out or change to make one word the other (Levenshtein distance).
+fn edits(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, b) in to.iter().enumerate() {
+            let change = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_of_the_hand_finds_its_word() {
+        let keys = ["mass_kg", "range_deg", "link_mm", "id"];
+        for (typed, meant) in [
+            ("range_rad", Some("range_deg")),
+            ("mas_kg", Some("mass_kg")),
+            ("links_mm", Some("link_mm")),
+            ("colour", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(typed, keys.into_iter()), meant, "{typed}");
+        }
+    }
+
+    #[test]
+    fn known_distances() {
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(edits("", "abc"), 3);
+        assert_eq!(edits("gallop", "gallop"), 0);
+    }
+}

@@ -1,0 +1,411 @@
+//! Reads values of a robot file by key, checks them, and notes every fault instead of stopping at the first.
+//!
+//! Comes in: a parsed TOML document. Goes out: `Some` checked value, or `None` and a noted fault. Sections are
+//! read through closures ([`Section::section`], [`Section::list`]), so that the keys nobody asked for are found
+//! at each closure's end. It knows nothing of robots.
+
+use std::cell::{Cell, RefCell};
+use std::ops::RangeInclusive;
+
+use glam::DVec3;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::fault::Fault;
+use super::nearest::nearest;
+use super::source::{Source, element, join};
+
+/// Numbers beyond this are slips of the hand in every unit of the schema, and their squares could overflow.
+const LARGEST: f64 = 1e9;
+
+/// Which finite numbers a key takes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Limits {
+    /// Every number.
+    Any,
+    /// Above zero.
+    Positive,
+    /// Zero or more.
+    NotNegative,
+    /// Above the first, at most the second.
+    AboveToMost(f64, f64),
+    /// Above the first and below the second.
+    Between(f64, f64),
+    /// At least the first and below the second.
+    FromToBelow(f64, f64),
+}
+
+impl Limits {
+    fn contains(self, value: f64) -> bool {
+        match self {
+            Limits::Any => true,
+            Limits::Positive => value > 0.0,
+            Limits::NotNegative => value >= 0.0,
+            Limits::AboveToMost(low, high) => value > low && value <= high,
+            Limits::Between(low, high) => value > low && value < high,
+            Limits::FromToBelow(low, high) => value >= low && value < high,
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Limits::Any => "a number".to_owned(),
+            Limits::Positive => "a number above 0".to_owned(),
+            Limits::NotNegative => "a number of 0 or more".to_owned(),
+            Limits::AboveToMost(low, high) => format!("a number above {low} and at most {high}"),
+            Limits::Between(low, high) => format!("a number above {low} and below {high}"),
+            Limits::FromToBelow(low, high) => format!("a number of at least {low} and below {high}"),
+        }
+    }
+}
+
+/// What all sections of one file share.
+pub(super) struct File {
+    /// Where everything stands.
+    pub(super) source: Source,
+    faults: RefCell<Vec<Fault>>,
+}
+
+impl File {
+    /// No faults yet.
+    pub(super) fn new(source: Source) -> File {
+        File { source, faults: RefCell::default() }
+    }
+
+    /// Reads the whole document.
+    pub(super) fn read<'a, T>(
+        &'a self,
+        document: &'a DeTable<'a>,
+        read: impl FnOnce(&Section<'a>) -> T,
+    ) -> T {
+        Section::new(self, String::new(), Some(document)).read(read)
+    }
+
+    /// The source, and the faults noted, in the file's order.
+    pub(super) fn finish(self) -> (Source, Vec<Fault>) {
+        let mut faults = self.faults.into_inner();
+        faults.sort_by_key(|fault| fault.line);
+        (self.source, faults)
+    }
+}
+
+/// One table of the file while it is read.
+pub(super) struct Section<'a> {
+    file: &'a File,
+    path: String,
+    entries: Option<&'a DeTable<'a>>,
+    known: RefCell<Vec<&'static str>>,
+    is_open: Cell<bool>,
+}
+
+impl<'a> Section<'a> {
+    fn new(file: &'a File, path: String, entries: Option<&'a DeTable<'a>>) -> Section<'a> {
+        Section { file, path, entries, known: RefCell::default(), is_open: Cell::new(false) }
+    }
+
+    fn read<T>(self, read: impl FnOnce(&Section<'a>) -> T) -> T {
+        let result = read(&self);
+        if !self.is_open.get() {
+            self.refuse_unknown_keys();
+        }
+        result
+    }
+
+    /// Lets unknown keys pass: for a section whose kind, and so whose keys, could not be told.
+    pub(super) fn allow_unknown_keys(&self) {
+        self.is_open.set(true);
+    }
+
+    fn refuse_unknown_keys(&self) {
+        let known = self.known.borrow();
+        for key in self.entries.into_iter().flat_map(DeTable::keys).map(|key| key.get_ref().as_ref()) {
+            if known.contains(&key) {
+                continue;
+            }
+            let advice = match nearest(key, known.iter().copied()) {
+                Some(near) => format!("a known key here; did you mean {near}?"),
+                None => format!("a known key here; known are {}", known.join(", ")),
+            };
+            self.note(&join(&self.path, key), advice);
+        }
+    }
+
+    /// Full path of a key of this section.
+    fn path(&self, key: &str) -> String {
+        join(&self.path, key)
+    }
+
+    /// Notes a fault at a key of this section.
+    pub(super) fn fault(&self, key: &str, expected: impl Into<String>) {
+        self.note(&self.path(key), expected);
+    }
+
+    fn note(&self, path: &str, expected: impl Into<String>) {
+        let fault = self.file.source.fault(path, expected);
+        self.file.faults.borrow_mut().push(fault);
+    }
+
+    /// Line of a key of this section; 0 where it is not set.
+    pub(super) fn line(&self, key: &str) -> usize {
+        self.file.source.line(&self.path(key)).unwrap_or(0)
+    }
+
+    /// True where the key is set.
+    pub(super) fn has(&self, key: &'static str) -> bool {
+        self.optional(key).is_some()
+    }
+
+    fn optional(&self, key: &'static str) -> Option<&'a DeValue<'a>> {
+        self.known.borrow_mut().push(key);
+        self.entries?.get(key).map(Spanned::get_ref)
+    }
+
+    fn required(&self, key: &'static str, expected: &str) -> Option<&'a DeValue<'a>> {
+        let value = self.optional(key);
+        if value.is_none() {
+            self.fault(key, expected);
+        }
+        value
+    }
+
+    /// A text that is not blank.
+    pub(super) fn text(&self, key: &'static str, meaning: &str) -> Option<&'a str> {
+        let expected = format!("{meaning}, a text in quotes");
+        match self.required(key, &expected)?.as_str() {
+            Some(text) if !text.trim().is_empty() => Some(text),
+            _ => {
+                self.fault(key, expected);
+                None
+            }
+        }
+    }
+
+    /// A name that other keys may refer to: letters, digits, `_` and `-`.
+    pub(super) fn name(&self, key: &'static str, meaning: &str) -> Option<&'a str> {
+        let text = self.text(key, meaning)?;
+        if text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+            return Some(text);
+        }
+        self.fault(key, format!("{meaning}, made of the letters a to z, digits, _ and -"));
+        None
+    }
+
+    /// One of a list of words, with what it stands for.
+    pub(super) fn choice<T: Clone>(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        options: &[(&str, T)],
+    ) -> Option<T> {
+        let words: Vec<String> = options.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+        let expected = match words.as_slice() {
+            [] => format!("{meaning}; there is none"),
+            [only] => format!("{meaning}: {only}"),
+            _ => format!("{meaning}: one of {}", words.join(", ")),
+        };
+        let text = self.required(key, &expected)?.as_str();
+        let found = options.iter().find(|(word, _)| Some(*word) == text);
+        if found.is_none() {
+            let near = text.and_then(|text| nearest(text, options.iter().map(|(word, _)| *word)));
+            let advice = near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
+            self.fault(key, expected + &advice);
+        }
+        found.map(|(_, value)| value.clone())
+    }
+
+    /// A name out of `names`, as its place there. While one of the names is itself faulty (`None`), a name
+    /// not found is not held against the key.
+    pub(super) fn reference(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        names: &[Option<&str>],
+    ) -> Option<usize> {
+        let options: Vec<(&str, usize)> =
+            names.iter().enumerate().filter_map(|(place, name)| Some(((*name)?, place))).collect();
+        if options.len() == names.len() {
+            return self.choice(key, meaning, &options);
+        }
+        let text = self.text(key, meaning)?;
+        options.iter().find(|(name, _)| *name == text).map(|(_, place)| *place)
+    }
+
+    /// True or false; `default` where not set.
+    pub(super) fn flag_or(&self, key: &'static str, meaning: &str, default: bool) -> Option<bool> {
+        let Some(value) = self.optional(key) else { return Some(default) };
+        if value.as_bool().is_none() {
+            self.fault(key, format!("{meaning}: true or false"));
+        }
+        value.as_bool()
+    }
+
+    /// A whole number.
+    pub(super) fn integer(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        range: RangeInclusive<u32>,
+    ) -> Option<u32> {
+        let expected = format!("{meaning}, a whole number from {} to {}", range.start(), range.end());
+        let value = whole(self.required(key, &expected)?).filter(|value| range.contains(value));
+        if value.is_none() {
+            self.fault(key, expected);
+        }
+        value
+    }
+
+    /// A whole number; `default` where not set.
+    pub(super) fn integer_or(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        range: RangeInclusive<u32>,
+        default: u32,
+    ) -> Option<u32> {
+        if self.has(key) { self.integer(key, meaning, range) } else { Some(default) }
+    }
+
+    /// A finite number within limits.
+    pub(super) fn number(&self, key: &'static str, meaning: &str, limits: Limits) -> Option<f64> {
+        let value = self.required(key, &format!("{meaning}, {}", limits.words()))?;
+        self.limited(&self.path(key), value, meaning, limits)
+    }
+
+    /// A finite number within limits; `default` where not set.
+    pub(super) fn number_or(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        limits: Limits,
+        default: f64,
+    ) -> Option<f64> {
+        if self.has(key) { self.number(key, meaning, limits) } else { Some(default) }
+    }
+
+    /// A list of exactly `N` numbers, each within limits.
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        limits: Limits,
+    ) -> Option<[f64; N]> {
+        let expected = format!("{meaning}, a list of {N} numbers");
+        let items = self.required(key, &expected)?.as_array().filter(|items| items.len() == N);
+        let Some(items) = items else {
+            self.fault(key, expected);
+            return None;
+        };
+        let path = self.path(key);
+        let mut values = [None; N];
+        for (index, (value, item)) in values.iter_mut().zip(items.iter()).enumerate() {
+            *value = self.limited(&element(&path, index), item.get_ref(), meaning, limits);
+        }
+        let good = values.iter().all(Option::is_some);
+        good.then(|| values.map(Option::unwrap_or_default))
+    }
+
+    /// Three numbers along x, y, z.
+    pub(super) fn vector(&self, key: &'static str, meaning: &str) -> Option<DVec3> {
+        self.numbers(key, &format!("{meaning} along x, y, z"), Limits::Any).map(DVec3::from_array)
+    }
+
+    /// Three numbers; `default` where not set.
+    pub(super) fn vector_or(&self, key: &'static str, meaning: &str, default: DVec3) -> Option<DVec3> {
+        if self.has(key) { self.vector(key, meaning) } else { Some(default) }
+    }
+
+    fn limited(&self, path: &str, value: &DeValue<'_>, meaning: &str, limits: Limits) -> Option<f64> {
+        let number = real(value);
+        let good = number.filter(|number| number.abs() <= LARGEST && limits.contains(*number));
+        if good.is_none() {
+            let finite = match number {
+                Some(number) if number.is_nan() || number.abs() > LARGEST => {
+                    format!(", finite and at most {LARGEST:e} in size")
+                }
+                _ => String::new(),
+            };
+            self.note(path, format!("{meaning}, {}{finite}", limits.words()));
+        }
+        good
+    }
+
+    /// Reads a table of this section.
+    pub(super) fn section<T>(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        read: impl FnOnce(&Section<'a>) -> Option<T>,
+    ) -> Option<T> {
+        let value = self.required(key, &format!("{meaning}, a table"))?;
+        self.enter(&self.path(key), value, meaning, read)
+    }
+
+    /// Reads a table of this section as [`Section::section`] does; as if it were empty where it is not set.
+    pub(super) fn section_or_empty<T>(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        read: impl FnOnce(&Section<'a>) -> Option<T>,
+    ) -> Option<T> {
+        if self.has(key) {
+            return self.section(key, meaning, read);
+        }
+        Section::new(self.file, self.path(key), None).read(read)
+    }
+
+    /// Reads a list of tables; an empty list where it is not set, `None` in the place of each faulty one.
+    pub(super) fn list<T>(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        mut read: impl FnMut(&Section<'a>) -> Option<T>,
+    ) -> Vec<Option<T>> {
+        let Some(value) = self.optional(key) else { return Vec::new() };
+        let path = self.path(key);
+        let Some(items) = value.as_array() else {
+            self.fault(key, format!("{meaning}, a list of tables: write [[{}]]", list_header(&path)));
+            return vec![None];
+        };
+        let items = items.iter().enumerate();
+        items.map(|(i, item)| self.enter(&element(&path, i), item.get_ref(), meaning, &mut read)).collect()
+    }
+
+    fn enter<T>(
+        &self,
+        path: &str,
+        value: &'a DeValue<'a>,
+        meaning: &str,
+        read: impl FnOnce(&Section<'a>) -> Option<T>,
+    ) -> Option<T> {
+        match value.as_table() {
+            Some(entries) => Section::new(self.file, path.to_owned(), Some(entries)).read(read),
+            None => {
+                self.note(path, format!("{meaning}, a table"));
+                None
+            }
+        }
+    }
+}
+
+/// A path without its list places, as it is written in a header.
+fn list_header(path: &str) -> String {
+    path.split('.').map(|key| key.split('[').next().unwrap_or(key)).collect::<Vec<_>>().join(".")
+}
+
+fn whole(value: &DeValue<'_>) -> Option<u32> {
+    let integer = value.as_integer()?;
+    u32::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+fn real(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        // Every radix goes through i64: exact, and far beyond LARGEST.
+        DeValue::Integer(integer) if integer.radix() != 10 => {
+            let exact = i64::from_str_radix(integer.as_str(), integer.radix()).ok()?;
+            i32::try_from(exact).ok().map(f64::from)
+        }
+        DeValue::Integer(integer) => integer.as_str().parse().ok(),
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => None,
+    }
+}

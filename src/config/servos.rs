@@ -1,0 +1,157 @@
+//! `servo` of a joint: which servo turns it, and where its zero lies.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use super::buses::BusEntry;
+use super::reader::Section;
+use crate::model::servo_model::SERVO_MODELS;
+use crate::model::{Protocol, Servo, ServoModel};
+use crate::units::ServoId;
+
+/// The buses with the servos found on them so far.
+pub(super) struct ServoPlaces<'b> {
+    buses: &'b [BusEntry<'b>],
+    taken: BTreeMap<(usize, u8), usize>,
+    /// True for each bus that has a servo.
+    is_used: Vec<bool>,
+    /// Every model in use.
+    pub(super) models: Vec<&'static ServoModel>,
+}
+
+impl<'b> ServoPlaces<'b> {
+    /// No servo yet.
+    pub(super) fn new(buses: &'b [BusEntry<'b>]) -> ServoPlaces<'b> {
+        let is_used = vec![false; buses.len()];
+        ServoPlaces { buses, taken: BTreeMap::new(), is_used, models: Vec::new() }
+    }
+
+    /// Reads a joint's servo: `Some(None)` for a joint of a robot on paper, `None` for a fault.
+    pub(super) fn read(
+        &mut self,
+        joint: &Section<'_>,
+        range_rad: Option<(f64, f64)>,
+    ) -> Option<Option<Servo>> {
+        if !joint.has("servo") && self.buses.is_empty() {
+            return Some(None);
+        }
+        if self.buses.is_empty() {
+            joint.fault("servo", "no servo, as the file has no [[bus]]; add the bus, or take the servo out");
+            return None;
+        }
+        let meaning = "the servo that turns this joint: { model, bus, id, reversed }";
+        joint.section("servo", meaning, |servo| self.read_servo(joint, servo, range_rad)).map(Some)
+    }
+
+    fn read_servo(
+        &mut self,
+        joint: &Section<'_>,
+        servo: &Section<'_>,
+        range_rad: Option<(f64, f64)>,
+    ) -> Option<Servo> {
+        let models: Vec<_> = SERVO_MODELS.iter().map(|model| (model.name, model)).collect();
+        let model = servo.choice("model", "a servo model", &models);
+        let names: Vec<_> = self.buses.iter().map(|bus| bus.name).collect();
+        let bus = servo.reference("bus", "the name of a [[bus]]", &names);
+        let id = read_id(servo);
+        let reversed = servo.flag_or("reversed", "whether a positive joint turn is a falling count", false);
+
+        if let Some(bus) = bus {
+            self.is_used[bus] = true;
+        }
+        if let (Some(model), Some(bus)) = (model, bus) {
+            self.models.push(model);
+            check_language(servo, model, self.buses[bus].protocol);
+        }
+        if let (Some(bus), Some(id)) = (bus, id) {
+            self.take(servo, bus, id);
+        }
+        if let (Some(model), Some(range)) = (model, range_rad) {
+            check_reach(joint, model, range);
+        }
+
+        let (model, reversed) = (model?, reversed?);
+        let zero_count = zero_count(model, range_rad?, reversed);
+        Some(Servo { model, bus: bus?, id: ServoId(id?), reversed, zero_count })
+    }
+
+    fn take(&mut self, servo: &Section<'_>, bus: usize, id: u8) {
+        match self.taken.get(&(bus, id)) {
+            Some(line) => servo.fault(
+                "id",
+                format!(
+                    "an id that is free on this bus: the joint in line {line} has it; \
+                     each joint needs a servo and each servo of a bus an id of its own"
+                ),
+            ),
+            None => {
+                self.taken.insert((bus, id), servo.line("id"));
+            }
+        }
+    }
+
+    /// Notes every bus that has no servo, unless a servo's bus could not be read.
+    pub(super) fn refuse_idle_buses(&self, file: &Section<'_>, all_servos_read: bool) {
+        if !all_servos_read {
+            return;
+        }
+        for (place, _) in self.is_used.iter().enumerate().filter(|(_, is_used)| !**is_used) {
+            file.fault(
+                &format!("bus[{place}].name"),
+                "a bus that some servo names; name it in a servo, or take the bus out",
+            );
+        }
+    }
+}
+
+fn read_id(servo: &Section<'_>) -> Option<u8> {
+    let meaning = "the servo's id (254 is the broadcast address, 253 and 255 occur in packet headers)";
+    let id = servo.integer("id", meaning, 0..=u32::from(Protocol::ID_MAX))?;
+    u8::try_from(id).ok()
+}
+
+fn check_language(servo: &Section<'_>, model: &ServoModel, protocol: Option<Protocol>) {
+    let Some(protocol) = protocol.filter(|protocol| *protocol != model.protocol) else { return };
+    servo.fault(
+        "model",
+        format!(
+            "a model that speaks {}, as its bus does; {} speaks {}",
+            protocol.name(),
+            model.name,
+            model.protocol.name()
+        ),
+    );
+}
+
+/// With the middle of the range at the servo's middle count, both ends must lie within its counts.
+fn check_reach(joint: &Section<'_>, model: &ServoModel, (low, high): (f64, f64)) {
+    let middle = middle_count(model);
+    let room = (f64::from(model.count_range.1) - middle).min(middle - f64::from(model.count_range.0));
+    let widest_rad = 2.0 * room / counts_per_rad(model);
+    if high - low > widest_rad {
+        let widest = (widest_rad.to_degrees() * 10.0).floor() / 10.0;
+        joint.fault(
+            "range_deg",
+            format!(
+                "at most {widest} degrees from end to end: the counts of {} reach no further with the \
+                 middle of the range at count {middle}",
+                model.name
+            ),
+        );
+    }
+}
+
+/// Count at joint angle zero where the middle of the range is the middle count.
+fn zero_count(model: &ServoModel, (low, high): (f64, f64), reversed: bool) -> f64 {
+    let sign = if reversed { -1.0 } else { 1.0 };
+    middle_count(model) - sign * 0.5 * (low + high) * counts_per_rad(model)
+}
+
+/// Half a turn from count 0: 2048, the centre position in both makers' manuals.
+fn middle_count(model: &ServoModel) -> f64 {
+    f64::from(model.counts_per_turn) / 2.0
+}
+
+fn counts_per_rad(model: &ServoModel) -> f64 {
+    f64::from(model.counts_per_turn) / TAU
+}
