@@ -1,1 +1,198 @@
+//! What safety lets through, whatever it is asked.
 
+use proptest::prelude::*;
+
+use super::{Fault, JointCommand, Safety};
+use crate::model::Robot;
+use crate::signals::{JointState, JointTargets, Permission, State};
+
+const DT_S: f64 = 0.01;
+
+fn robot() -> Robot {
+    let file = crate::config::parse(include_str!("../../config/horse.toml"), "horse.toml").unwrap();
+    file.robot
+}
+
+/// A robot heard a moment ago, cool and well fed, with its joints at `pose`.
+fn heard(robot: &Robot, pose: &[f64]) -> State {
+    let mut state = State::new(robot);
+    for (joint, &position_rad) in state.joints.iter_mut().zip(pose) {
+        *joint = JointState {
+            is_known: true,
+            position_rad,
+            voltage_v: 12.0,
+            temperature_c: 30.0,
+            ..JointState::default()
+        };
+    }
+    state
+}
+
+fn middle(robot: &Robot) -> Vec<f64> {
+    robot.joints.iter().map(crate::model::Joint::middle_rad).collect()
+}
+
+fn asking(robot: &Robot, angles_rad: Vec<f64>) -> JointTargets {
+    JointTargets { is_limp: false, angles_rad, residual_m: vec![0.0; robot.chains.len()] }
+}
+
+fn goal(command: JointCommand) -> (f64, f64) {
+    match command {
+        JointCommand::Goal { angle_rad, torque_share } => (angle_rad, torque_share),
+        JointCommand::Limp => panic!("limp"),
+    }
+}
+
+#[test]
+fn an_unheard_robot_stays_limp() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    state.joints[7].is_known = false;
+    let command = safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+    assert!(command.joints().iter().all(|joint| *joint == JointCommand::Limp));
+}
+
+#[test]
+fn torque_rises_from_nothing_at_the_measured_pose() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let pose: Vec<f64> = middle(&robot).iter().map(|angle| angle + 0.01).collect();
+    let mut state = heard(&robot, &pose);
+    let mut before = -1.0;
+    for cycle in 0..300 {
+        let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        for (joint, measured) in command.joints().iter().zip(&pose) {
+            let (angle, share) = goal(*joint);
+            assert!((angle - measured).abs() < 1e-12, "goals stay where the joints are");
+            let expected = (f64::from(cycle) * DT_S / robot.safety.torque_ramp_s).min(1.0);
+            assert!((share - expected * robot.safety.torque_share).abs() < 1e-9);
+        }
+        let share = goal(command.joints()[0]).1;
+        assert!(share > before || share >= robot.safety.torque_share);
+        before = share;
+    }
+}
+
+#[test]
+fn silence_coasts_then_holds_then_stops() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    let (mut permissions, mut cycle) = (Vec::new(), 0_u32);
+    while state.permission != Permission::Stop {
+        state.joints[4].age_s = f64::from(cycle) * DT_S;
+        safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+        permissions.push(state.permission);
+        cycle += 1;
+        assert!(cycle < 1000, "never stops");
+    }
+    let moved = permissions.iter().filter(|permission| **permission == Permission::Move).count();
+    let held = permissions.iter().filter(|permission| **permission == Permission::Hold).count();
+    let cycles = |s: f64| s / DT_S;
+    assert!((moved as f64 - cycles(robot.safety.coast_s)).abs() <= 1.5, "{moved} cycles of coasting");
+    assert!((held as f64 - cycles(robot.safety.hold_s)).abs() <= 1.5, "{held} cycles of holding");
+    let finding = safety.cause().unwrap();
+    assert_eq!(finding.joint, 4);
+    assert!(matches!(finding.fault, Fault::Unheard { .. }));
+    let words = finding.describe(&robot);
+    for word in ["servo 5", "bus main", "left_fore.scapula", "check"] {
+        assert!(words.contains(word), "{words}");
+    }
+    // Hearing it again does not undo a stop.
+    state.joints[4].age_s = 0.0;
+    safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+    assert_eq!(state.permission, Permission::Stop);
+}
+
+#[test]
+fn a_hold_brings_moving_joints_to_rest_within_their_acceleration() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut pose = middle(&robot);
+    let elbow = 6;
+    let mut state = heard(&robot, &pose);
+    let mut goals = vec![pose[elbow]];
+    for cycle in 0..60 {
+        if cycle < 30 {
+            pose[elbow] += 2.0 * DT_S;
+        } else {
+            state.joints[0].age_s = 1.0;
+        }
+        for (joint, goal) in state.joints.iter_mut().zip(&pose) {
+            joint.position_rad = *goal;
+        }
+        let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        goals.push(goal(command.joints()[elbow]).0);
+    }
+    for window in goals[4..].windows(3) {
+        let change = (window[2] - 2.0 * window[1] + window[0]) / (DT_S * DT_S);
+        assert!(change.abs() <= robot.safety.acceleration_rad_s2 * (1.0 + 1e-6), "{change} rad/s2");
+    }
+    let last = goals.len() - 1;
+    assert!((goals[last] - goals[last - 1]).abs() < 1e-12, "at rest");
+}
+
+#[test]
+fn after_the_loop_stood_still_joints_start_from_rest() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut pose = middle(&robot);
+    let mut state = heard(&robot, &pose);
+    for _ in 0..40 {
+        pose[6] += 2.0 * DT_S;
+        for (joint, goal) in state.joints.iter_mut().zip(&pose) {
+            joint.position_rad = *goal;
+        }
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+    }
+    let before = state.goal_rad[6];
+    pose[6] += 2.0 * DT_S;
+    safety.check(DT_S, 0.2, &asking(&robot, pose.clone()), &mut state);
+    let speed = (state.goal_rad[6] - before) / DT_S;
+    assert!(speed <= robot.safety.acceleration_rad_s2 * DT_S * (1.0 + 1e-9), "{speed} rad/s at once");
+    // A loop that stood still longer than a hold may last does not go on by itself.
+    safety.check(DT_S, robot.safety.hold_s + 0.01, &asking(&robot, pose), &mut state);
+    assert_eq!(state.permission, Permission::Stop);
+}
+
+/// Anything a defect upstream could ask for.
+fn anything() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => -7.0..7.0_f64,
+        1 => Just(f64::NAN),
+        1 => Just(f64::INFINITY),
+        1 => Just(f64::NEG_INFINITY),
+        1 => Just(1e300),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn goals_stay_in_range_and_rate_whatever_is_asked(
+        start in proptest::collection::vec(-3.0..3.0_f64, 16),
+        asked in proptest::collection::vec(proptest::collection::vec(anything(), 16), 1..120),
+    ) {
+        let robot = robot();
+        let mut safety = Safety::new(&robot);
+        let mut state = heard(&robot, &start);
+        let mut before = start.clone();
+        for angles in asked {
+            let command = safety.check(DT_S, DT_S, &asking(&robot, angles), &mut state);
+            for (index, joint) in robot.joints.iter().enumerate() {
+                let (angle, _) = goal(command.joints()[index]);
+                prop_assert!(angle.is_finite());
+                let outside = |angle: f64| (joint.range_rad.0 - angle).max(angle - joint.range_rad.1).max(0.0);
+                // Inside its range, or no further outside than before.
+                prop_assert!(outside(angle) <= outside(before[index]) + 1e-9);
+                let rate = robot.safety.rate_share * joint.no_load_speed_rad_s();
+                prop_assert!((angle - before[index]).abs() <= rate * DT_S * (1.0 + 1e-9));
+                before[index] = angle;
+            }
+            for (joint, goal) in state.joints.iter_mut().zip(&before) {
+                joint.position_rad = *goal;
+            }
+        }
+    }
+}
