@@ -82,8 +82,10 @@ impl Window {
 
     /// Bytes that were just skipped: `range` is counted from where the unread bytes began before the
     /// last `skipped` bytes were skipped.
-    pub(super) fn skipped(&self, skipped: usize, range: Range<usize>) -> &[u8] {
+    pub(super) fn skipped(&mut self, skipped: usize, range: Range<usize>) -> &mut [u8] {
         let front = self.start.saturating_sub(skipped);
-        self.bytes.get(front.saturating_add(range.start)..front.saturating_add(range.end)).unwrap_or_default()
+        self.bytes
+            .get_mut(front.saturating_add(range.start)..front.saturating_add(range.end))
+            .unwrap_or_default()
     }
 }

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::bus::testing::feetech_status;
 
 const ONE: ServoId = ServoId(1);
 /// Replies to the wiki's example 8, sync read of 56..63 of servos 1 and 2.
@@ -150,9 +151,7 @@ fn the_echo_of_a_group_request_is_noise() {
 
 /// Flips every single bit of servo 1's reply, with that of servo 2 behind it.
 fn check_every_flipped_bit(alarms: u8, data: [u8; 8]) {
-    let mut reply = vec![0xFF, 0xFF, 0x01, 0x0A, alarms];
-    reply.extend(data);
-    reply.push(checksum(&reply[2..]));
+    let reply = feetech_status(1, alarms, &data);
     for bit in 0..reply.len() * 8 {
         let mut bytes = reply.clone();
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -209,9 +208,7 @@ proptest! {
         // The noise may by chance hold a whole packet that reaches into the true one: a checksum of 8
         // bits cannot tell. Leave those out: they end in a good packet of noise.
         prop_assume!(decode(&noise).iter().all(|found| found.1.is_none()));
-        let mut reply = vec![0xFF, 0xFF, 0x07, 0x0A, alarms];
-        reply.extend(data);
-        reply.push(checksum(&reply[2..]));
+        let reply = feetech_status(7, alarms, &data);
         let expected = (7, Some((alarms, data.to_vec())));
         let mut bytes = noise.clone();
         bytes.extend(&reply);
