@@ -43,6 +43,8 @@ const HEAD_BYTES: usize = 8;
 pub const REQUEST_FRAME_BYTES: usize = 10;
 /// Bytes of a status packet around its parameters: the same and the error byte.
 pub const STATUS_FRAME_BYTES: usize = 11;
+/// Bytes of a fast reply before its first block: header 4, id, length 2, instruction.
+pub const FAST_HEAD_BYTES: usize = HEAD_BYTES;
 /// The error byte's alert: the hardware error register is not zero; the data are valid nevertheless.
 pub const ALERT: u8 = 0x80;
 

@@ -17,7 +17,8 @@ use crate::units::ServoId;
 
 const HEADER: u8 = 0xFF;
 const BROADCAST: u8 = 0xFE;
-const PING: u8 = 0x01;
+/// Instruction of a ping.
+pub(super) const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
 const SYNC_READ: u8 = 0x82;
