@@ -1,11 +1,13 @@
 //! Servo buses: goals out, replies in, one slot a servo.
 //!
 //! [`feetech`] and [`dynamixel`] turn requests into bytes and bytes into packets; [`client`] runs one bus
-//! on them, without I/O; [`port`] is what it all runs over.
+//! on them, without I/O; [`Buses`] runs all of them at the same time over the [`port`]s.
 
+mod buses;
 pub mod client;
 mod codec;
 pub mod dynamixel;
+mod error;
 pub mod feetech;
 pub mod packet;
 pub mod port;
@@ -15,5 +17,7 @@ mod reply;
 mod testing;
 pub mod timing;
 
+pub use buses::{BusStatistics, Buses, ExchangeTimes};
 pub use client::{Answer, BusClient, Counters, ServoGoal};
+pub use error::{Request, ServoPlace, TransactionError};
 pub use reply::{Feedback, Slot};

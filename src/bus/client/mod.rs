@@ -40,7 +40,7 @@ pub enum ServoGoal {
 /// What a bus carried since the start, in exchanges. Single transactions are not counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Exchanges finished.
+    /// Exchanges finished, those that could not be sent included.
     pub exchanges: u64,
     /// Bytes handed to the port.
     pub bytes_out: u64,
@@ -96,6 +96,16 @@ impl BusClient {
         }
     }
 
+    /// Name of the bus.
+    pub fn name(&self) -> &str {
+        &self.bus.name
+    }
+
+    /// The registers of its servos.
+    pub fn registers(&self) -> &'static Registers {
+        self.inbox.registers
+    }
+
     /// The servos, in the order of goals and slots.
     pub fn ids(&self) -> &[ServoId] {
         &self.inbox.ids
@@ -137,6 +147,12 @@ impl BusClient {
         self.reply_deadline = reply_deadline(self.cycle_time());
         self.counters.bytes_out += length(&self.request);
         &self.request
+    }
+
+    /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
+    pub fn miss_cycle(&mut self) -> &[Slot] {
+        self.restart(Awaited::Feedback);
+        self.finish()
     }
 
     /// Begins a ping of `id`, on this bus or a stranger to it.

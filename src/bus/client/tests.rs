@@ -364,6 +364,18 @@ fn transactions_on_dynamixel() {
 }
 
 #[test]
+fn a_request_is_as_long_as_its_cost_says() {
+    for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
+        for servos in [1, 2, 16, 80, 81, 161, 242] {
+            let ids: Vec<ServoId> = (0..servos).map(ServoId).collect();
+            let goals = vec![ServoGoal::Move { position: 2048, torque_limit: 800 }; ids.len()];
+            let mut client = client_with(protocol, &ids);
+            assert_eq!(client.begin_cycle(&goals).len(), client.cycle_bytes().0, "{servos} servos");
+        }
+    }
+}
+
+#[test]
 fn the_deadline_leaves_room_behind_the_expected_time() {
     let mut client = client(Protocol::Feetech);
     client.begin_cycle(&MOVING);
