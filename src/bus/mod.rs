@@ -1,6 +1,23 @@
 //! Servo buses: goals out, replies in, one slot a servo.
+//!
+//! [`feetech`] and [`dynamixel`] turn requests into bytes and bytes into packets; [`client`] runs one bus
+//! on them, without I/O; [`Buses`] runs all of them at the same time over the [`port`]s.
 
+mod buses;
+pub mod client;
+mod codec;
+pub mod dynamixel;
+mod error;
+pub mod feetech;
+pub mod packet;
 pub mod port;
+mod register;
 mod reply;
+#[cfg(test)]
+mod testing;
+pub mod timing;
 
-pub use reply::{Feedback, ServoGoal, Slot};
+pub use buses::{BusStatistics, Buses, ExchangeTimes};
+pub use client::{Answer, BusClient, Counters, ServoGoal};
+pub use error::{Request, ServoPlace, TransactionError};
+pub use reply::{Feedback, Slot};

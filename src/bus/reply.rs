@@ -28,18 +28,3 @@ pub enum Slot {
     #[default]
     Missing,
 }
-
-/// What one servo is told, in its own counts and register units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ServoGoal {
-    /// Torque off.
-    #[default]
-    Limp,
-    /// Torque on, go to a position.
-    Move {
-        /// Goal position, counts.
-        position: i32,
-        /// Torque limit, register units of the model.
-        torque_limit: u16,
-    },
-}

@@ -1,0 +1,114 @@
+//! One bus in an exchange: its client, and where the exchange stands.
+
+use std::time::Duration;
+
+use crate::bus::client::{BusClient, ServoGoal};
+use crate::bus::port::{PortError, Ports};
+use crate::bus::{ExchangeTimes, Slot};
+use crate::units::Time;
+
+/// Received bytes are moved in pieces of this size.
+const PIECE_BYTES: usize = 512;
+
+#[derive(Debug, Clone, Copy)]
+enum State {
+    /// Nothing is awaited.
+    Idle,
+    /// Sent; replies are awaited until the deadline.
+    Waiting { sent: Time, deadline: Time },
+    /// The port was gone when last used.
+    Gone,
+}
+
+#[derive(Debug)]
+pub(super) struct Line {
+    /// Index of the bus in the robot.
+    pub(super) bus: usize,
+    pub(super) client: BusClient,
+    /// The joint of each slot.
+    pub(super) joints: Vec<usize>,
+    pub(super) times: ExchangeTimes,
+    goals: Vec<ServoGoal>,
+    state: State,
+}
+
+impl Line {
+    pub(super) fn new(bus: usize, client: BusClient, joints: Vec<usize>) -> Line {
+        let goals = vec![ServoGoal::Limp; joints.len()];
+        Line { bus, client, joints, times: ExchangeTimes::default(), goals, state: State::Idle }
+    }
+
+    pub(super) fn is_gone(&self) -> bool {
+        matches!(self.state, State::Gone)
+    }
+
+    /// Sends this cycle's request. `goals` are those of all joints.
+    pub(super) fn begin_exchange(&mut self, ports: &mut impl Ports, goals: &[ServoGoal]) {
+        if self.joints.is_empty() {
+            return;
+        }
+        for (goal, joint) in self.goals.iter_mut().zip(&self.joints) {
+            *goal = goals.get(*joint).copied().unwrap_or_default();
+        }
+        // A reply that came too late for the last exchange must not pass for one of this.
+        let sent = ports
+            .discard_input(self.bus)
+            .and_then(|()| ports.send(self.bus, self.client.begin_cycle(&self.goals)));
+        self.await_replies(ports, sent);
+        if self.is_gone() {
+            self.client.miss_cycle();
+        }
+    }
+
+    /// After sending: waits for replies from now on, or notes that the port is gone.
+    pub(super) fn await_replies(&mut self, ports: &mut impl Ports, sent: Result<(), PortError>) {
+        self.state = match sent {
+            Ok(()) => {
+                let now = ports.now();
+                State::Waiting { sent: now, deadline: now + self.client.reply_deadline() }
+            }
+            Err(PortError::Gone { .. }) => State::Gone,
+        };
+    }
+
+    /// Takes what has arrived. Returns until when to wait for more, or `None` when nothing more is awaited.
+    pub(super) fn poll(&mut self, ports: &mut impl Ports) -> Option<Time> {
+        let State::Waiting { deadline, .. } = self.state else {
+            // Bytes nobody awaits would keep every wait for input from waiting.
+            if !self.is_gone() && ports.discard_input(self.bus).is_err() {
+                self.state = State::Gone;
+            }
+            return None;
+        };
+        // The time is taken first, so that what arrived by the deadline counts.
+        let is_late = ports.now() >= deadline;
+        let mut piece = [0; PIECE_BYTES];
+        loop {
+            match ports.receive(self.bus, &mut piece) {
+                Ok(0) => break,
+                Ok(count) => self.client.feed(piece.get(..count).unwrap_or_default()),
+                Err(PortError::Gone { .. }) => {
+                    self.state = State::Gone;
+                    return None;
+                }
+            }
+        }
+        (!is_late && !self.client.is_complete()).then_some(deadline)
+    }
+
+    /// Ends the wait; how long it took since sending.
+    pub(super) fn end_wait(&mut self, now: Time) -> Option<Duration> {
+        let State::Waiting { sent, .. } = self.state else { return None };
+        self.state = State::Idle;
+        Some(now.since(sent))
+    }
+
+    /// Hands the result of each servo to its joint's place in `out`.
+    pub(super) fn finish_exchange(&mut self, out: &mut [Slot]) {
+        for (slot, joint) in self.client.finish().iter().zip(&self.joints) {
+            if let Some(place) = out.get_mut(*joint) {
+                *place = *slot;
+            }
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! All buses of a robot over its ports.
+//!
+//! Comes in: a goal a joint. Goes out: a [`Slot`] a joint. All buses are exchanged at the same time, by
+//! one thread. A lost reply, or a whole bus gone, is a value in its slots and never cuts an exchange
+//! short for the others. An exchange allocates nothing and never panics.
+
+mod line;
+mod transaction;
+
+use std::time::Duration;
+
+use super::client::{BusClient, Counters, ServoGoal};
+use super::error::ServoPlace;
+use super::port::Ports;
+use super::timing::GroupRead;
+use super::{Slot, TransactionError};
+use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
+use crate::model::{Protocol, Robot};
+use crate::units::ServoId;
+use line::Line;
+
+/// How long exchanges took, from sending to the last reply or the deadline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ExchangeTimes {
+    /// The last exchange.
+    pub last: Duration,
+    /// The longest.
+    pub max: Duration,
+    /// All together.
+    pub total: Duration,
+    /// How many that is; those that could not be sent are left out.
+    pub count: u64,
+}
+
+/// What one bus did since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BusStatistics<'a> {
+    /// Name, from the robot file.
+    pub name: &'a str,
+    /// What it carried.
+    pub counters: Counters,
+    /// Good packets from ids nobody asked.
+    pub unknown_replies: u64,
+    /// How long exchanges took.
+    pub times: ExchangeTimes,
+    /// How the next exchange will ask for replies.
+    pub group_read: GroupRead,
+    /// Whether its port was gone when last used.
+    pub is_gone: bool,
+}
+
+/// Every bus of a robot, and the ports they run over.
+#[derive(Debug)]
+pub struct Buses<P> {
+    ports: P,
+    lines: Vec<Line>,
+    /// Where each joint's servo is, in the robot's order of joints.
+    places: Vec<Option<Place>>,
+}
+
+#[derive(Debug)]
+struct Place {
+    line: usize,
+    servo: ServoPlace,
+}
+
+impl<P: Ports> Buses<P> {
+    /// The buses of `robot`. Takes all memory exchanges need. Expects a checked robot: each id once on a
+    /// bus, all servos of a bus with one set of registers.
+    pub fn new(robot: &Robot, ports: P) -> Buses<P> {
+        let lines = robot.buses.iter().enumerate().map(|(index, bus)| {
+            let servos = || {
+                robot.joints.iter().enumerate().filter_map(|(joint, of)| {
+                    of.servo.filter(|servo| servo.bus == index).map(|servo| (joint, servo))
+                })
+            };
+            let registers = servos().next().map_or(
+                match bus.protocol {
+                    Protocol::Feetech => &FEETECH_STS,
+                    Protocol::Dynamixel => &DYNAMIXEL_X,
+                },
+                |(_, servo)| servo.model.registers,
+            );
+            let ids: Vec<ServoId> = servos().map(|(_, servo)| servo.id).collect();
+            let joints = servos().map(|(joint, _)| joint).collect();
+            Line::new(index, BusClient::new(bus, registers, &ids), joints)
+        });
+        let places = robot.joints.iter().map(|joint| {
+            let servo = joint.servo?;
+            let bus = robot.buses.get(servo.bus)?;
+            let place =
+                ServoPlace { bus: bus.name.clone(), baud: bus.baud, id: servo.id, joint: joint.name.clone() };
+            Some(Place { line: servo.bus, servo: place })
+        });
+        Buses { ports, lines: lines.collect(), places: places.collect() }
+    }
+
+    /// Sends every joint its goal and fetches what every servo reports.
+    ///
+    /// `goals` and `out` are in the order of [`Robot::joints`]. A joint without a goal goes limp; one
+    /// without a servo stays [`Slot::Missing`]. Returns when every bus has all replies or is past its own
+    /// deadline.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the cycle that calls it is not there yet"))]
+    pub(crate) fn exchange(&mut self, goals: &[ServoGoal], out: &mut [Slot]) {
+        out.fill(Slot::Missing);
+        for line in &mut self.lines {
+            line.begin_exchange(&mut self.ports, goals);
+        }
+        self.wait_for_replies(|line, took| {
+            let times = &mut line.times;
+            times.last = took;
+            times.max = times.max.max(took);
+            times.total = times.total.saturating_add(took);
+            times.count += 1;
+        });
+        for line in &mut self.lines {
+            line.finish_exchange(out);
+        }
+    }
+
+    /// Polls all lines until none awaits anything, and calls `done` with each that has waited.
+    fn wait_for_replies(&mut self, mut done: impl FnMut(&mut Line, Duration)) {
+        loop {
+            let mut wait_until = None;
+            for line in &mut self.lines {
+                match line.poll(&mut self.ports) {
+                    Some(deadline) => {
+                        wait_until = Some(wait_until.map_or(deadline, |earliest| deadline.min(earliest)));
+                    }
+                    None => {
+                        if let Some(took) = line.end_wait(self.ports.now()) {
+                            done(line, took);
+                        }
+                    }
+                }
+            }
+            let Some(deadline) = wait_until else { return };
+            self.ports.wait_for_input(deadline);
+        }
+    }
+
+    /// What each bus did since the start, in the robot's order of buses.
+    pub fn statistics(&self) -> impl Iterator<Item = BusStatistics<'_>> {
+        self.lines.iter().map(|line| BusStatistics {
+            name: line.client.name(),
+            counters: line.client.counters(),
+            unknown_replies: line.client.unknown_replies(),
+            times: line.times,
+            group_read: line.client.group_read(),
+            is_gone: line.is_gone(),
+        })
+    }
+
+    /// The ports, for their clock and wait.
+    pub fn ports_mut(&mut self) -> &mut P {
+        &mut self.ports
+    }
+
+    /// Gives the ports back.
+    pub fn into_ports(self) -> P {
+        self.ports
+    }
+
+    fn place(&self, joint: usize) -> Result<&Place, TransactionError> {
+        self.places.get(joint).and_then(Option::as_ref).ok_or(TransactionError::NoServo { joint })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,98 @@
+//! One servo asked one thing, at start and stop: blocking, with retries.
+
+use super::{Buses, Line};
+use crate::bus::client::Answer;
+use crate::bus::error::{Request, TransactionError};
+use crate::bus::port::Ports;
+use crate::bus::register::{decode, encode};
+use crate::model::servo_model::Register;
+
+/// A request is sent this often before it is given up: one reply lost to noise, or two, are no reason not
+/// to start.
+const TRIES: u32 = 3;
+
+impl<P: Ports> Buses<P> {
+    /// Whether the joint's servo is there.
+    ///
+    /// # Errors
+    /// [`TransactionError`], when it does not answer.
+    pub fn ping(&mut self, joint: usize) -> Result<(), TransactionError> {
+        match self.ask(joint, Request::Ping) {
+            // A Feetech servo in voltage alarm answers like an echo; a read cannot be confused.
+            Err(error @ TransactionError::NoAnswer { .. }) => {
+                let model_number = self.line_of(joint)?.client.registers().model_number;
+                self.ask(joint, Request::Read(model_number)).map_err(|_| error)?;
+                Ok(())
+            }
+            result => result.map(|_| ()),
+        }
+    }
+
+    /// Reads a register of the joint's servo, in the register's own units.
+    ///
+    /// # Errors
+    /// [`TransactionError`], when no good answer came.
+    pub fn read(&mut self, joint: usize, register: Register) -> Result<i64, TransactionError> {
+        self.ask(joint, Request::Read(register))
+    }
+
+    /// Writes a register of the joint's servo, in the register's own units. A value it cannot hold becomes
+    /// the nearest one. Not public: a goal written so would have skipped the safety checks.
+    ///
+    /// # Errors
+    /// [`TransactionError`], when the servo refused it or did not take it.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the start-up that calls it is not there yet"))]
+    pub(crate) fn write(
+        &mut self,
+        joint: usize,
+        register: Register,
+        value: i64,
+    ) -> Result<(), TransactionError> {
+        match self.ask(joint, Request::Write(register, value)) {
+            // A servo can be set to answer reads only. Then what it holds tells.
+            Err(error @ TransactionError::NoAnswer { .. }) => {
+                let held = self.ask(joint, Request::Read(register)).ok();
+                let written = decode(register, &encode(register, value).to_le_bytes());
+                if held.is_some() && held == written { Ok(()) } else { Err(error) }
+            }
+            result => result.map(|_| ()),
+        }
+    }
+
+    fn line_of(&self, joint: usize) -> Result<&Line, TransactionError> {
+        let place = self.place(joint)?;
+        self.lines.get(place.line).ok_or(TransactionError::NoServo { joint })
+    }
+
+    /// Asks up to [`TRIES`] times; the value read, or 0.
+    fn ask(&mut self, joint: usize, request: Request) -> Result<i64, TransactionError> {
+        let place = self.place(joint)?;
+        let (index, place) = (place.line, place.servo.clone());
+        let mut is_corrupt = false;
+        for _ in 0..TRIES {
+            let line = self.lines.get_mut(index).ok_or(TransactionError::NoServo { joint })?;
+            let bytes = match request {
+                Request::Ping => line.client.begin_ping(place.id),
+                Request::Read(register) => line.client.begin_read(place.id, register),
+                Request::Write(register, value) => line.client.begin_write(place.id, register, value),
+            };
+            let sent = self.ports.discard_input(index).and_then(|()| self.ports.send(index, bytes));
+            line.await_replies(&mut self.ports, sent.clone());
+            if let Err(source) = sent {
+                return Err(TransactionError::Port { place, request, source });
+            }
+            self.wait_for_replies(|_, _| {});
+            let line = self.lines.get_mut(index).ok_or(TransactionError::NoServo { joint })?;
+            match line.client.finish_transaction() {
+                Answer::Done { value, .. } => return Ok(value),
+                Answer::Refused { error } => return Err(TransactionError::Refused { place, request, error }),
+                Answer::Corrupt => is_corrupt = true,
+                Answer::Missing => {}
+            }
+        }
+        Err(match is_corrupt {
+            true => TransactionError::Corrupt { place, request, tries: TRIES },
+            false => TransactionError::NoAnswer { place, request, tries: TRIES },
+        })
+    }
+}

@@ -1,0 +1,199 @@
+//! Where replies land: a slot a servo in an exchange, one answer in a transaction.
+
+use crate::bus::codec::{Codec, alarms_and_refusal, may_be_echoed_ping, ping_bytes, read_bytes};
+use crate::bus::packet::{Event, Status};
+use crate::bus::register::decode;
+use crate::bus::{Feedback, Slot};
+use crate::model::servo_model::Register;
+use crate::model::{Protocol, Registers};
+use crate::units::ServoId;
+
+/// What became of a single transaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// The servo answered.
+    Done {
+        /// The register read, decoded; 0 for a ping and a write.
+        value: i64,
+        /// Alarm bits, as in [`Feedback::alarms`].
+        alarms: u8,
+    },
+    /// The servo refused, with the error number of the Dynamixel manual (1 to 127).
+    Refused {
+        /// The number.
+        error: u8,
+    },
+    /// Bytes of an answer came, but did not pass their checksum or had the wrong shape.
+    Corrupt,
+    /// No answer came.
+    Missing,
+}
+
+/// What was asked of one servo.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Question {
+    Ping,
+    Read(Register),
+    Write,
+}
+
+/// What replies are awaited.
+#[derive(Debug)]
+pub(super) enum Awaited {
+    Nothing,
+    /// The feedback block of every servo.
+    Feedback,
+    /// This servo's answer.
+    Answer {
+        id: ServoId,
+        question: Question,
+        answer: Answer,
+    },
+}
+
+/// Replies of the request under way.
+#[derive(Debug)]
+pub(super) struct Inbox {
+    protocol: Protocol,
+    pub(super) ids: Vec<ServoId>,
+    pub(super) registers: &'static Registers,
+    pub(super) slots: Vec<Slot>,
+    pub(super) awaited: Awaited,
+    /// Good packets of servos nobody asked, since the start.
+    pub(super) unknown: u64,
+}
+
+impl Inbox {
+    pub(super) fn new(protocol: Protocol, registers: &'static Registers, ids: &[ServoId]) -> Inbox {
+        Inbox {
+            protocol,
+            ids: ids.to_vec(),
+            registers,
+            slots: vec![Slot::Missing; ids.len()],
+            awaited: Awaited::Nothing,
+            unknown: 0,
+        }
+    }
+
+    /// A request for this is about to be sent.
+    pub(super) fn expect(&mut self, awaited: Awaited) {
+        if matches!(awaited, Awaited::Feedback) {
+            self.slots.fill(Slot::Missing);
+        }
+        self.awaited = awaited;
+    }
+
+    /// Whether nothing more is to come. What was corrupt may have been noise, so it is waited for.
+    pub(super) fn is_complete(&self) -> bool {
+        match &self.awaited {
+            Awaited::Nothing => true,
+            Awaited::Feedback => self.slots.iter().all(|slot| matches!(slot, Slot::Fresh(_))),
+            Awaited::Answer { answer, .. } => matches!(answer, Answer::Done { .. } | Answer::Refused { .. }),
+        }
+    }
+
+    /// Feeds `bytes` to the decoder and sorts in what it finds.
+    pub(super) fn decode(&mut self, codec: &mut Codec, mut bytes: &[u8]) {
+        loop {
+            let taken = codec.push(bytes);
+            self.drain(codec);
+            bytes = bytes.get(taken..).unwrap_or_default();
+            // A drained decoder takes at least a byte; were it not so, this ends all the same.
+            if bytes.is_empty() || taken == 0 {
+                return;
+            }
+        }
+    }
+
+    /// Sorts in what the decoder still finds.
+    pub(super) fn drain(&mut self, codec: &mut Codec) {
+        while let Some(event) = codec.next_event() {
+            match (event, &self.awaited) {
+                (_, Awaited::Nothing) => {}
+                (Event::Status(status), Awaited::Feedback) => self.take_feedback(status),
+                (Event::Status(status), Awaited::Answer { id, question, .. }) => {
+                    self.take_answer(status, *id, *question);
+                }
+                (Event::Corrupt(id), _) => self.mark_corrupt(id),
+            }
+        }
+    }
+
+    fn take_feedback(&mut self, status: Status<'_>) {
+        let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
+        let feedback = feedback(self.registers, status.parameters, alarms).filter(|_| refusal == 0);
+        match (slot_of(&self.ids, &mut self.slots, status.id), feedback) {
+            (Some(slot), Some(feedback)) => *slot = Slot::Fresh(feedback),
+            (Some(_), None) => self.mark_corrupt(status.id),
+            (None, _) => self.unknown = self.unknown.saturating_add(1),
+        }
+    }
+
+    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Question) {
+        if status.id != asked {
+            self.unknown = self.unknown.saturating_add(1);
+            return;
+        }
+        let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
+        let (bytes, register) = match question {
+            Question::Ping if may_be_echoed_ping(self.protocol, status.error, status.parameters) => return,
+            Question::Ping => (ping_bytes(self.protocol), None),
+            Question::Read(register) => (read_bytes(self.protocol, register), Some(register)),
+            Question::Write => (0, None),
+        };
+        let value = match register {
+            Some(register) => decode(register, status.parameters),
+            None => Some(0),
+        };
+        let answer = match value {
+            _ if refusal != 0 => Answer::Refused { error: refusal },
+            Some(value) if status.parameters.len() == usize::from(bytes) => Answer::Done { value, alarms },
+            _ => return self.mark_corrupt(asked),
+        };
+        self.awaited = Awaited::Answer { id: asked, question, answer };
+    }
+
+    /// Marks the slot or answer of `id`, unless a good reply was already there.
+    fn mark_corrupt(&mut self, id: ServoId) {
+        match &mut self.awaited {
+            Awaited::Feedback => {
+                if let Some(slot @ Slot::Missing) = slot_of(&self.ids, &mut self.slots, id) {
+                    *slot = Slot::Corrupt;
+                }
+            }
+            Awaited::Answer { id: asked, answer: answer @ Answer::Missing, .. } if *asked == id => {
+                *answer = Answer::Corrupt;
+            }
+            Awaited::Nothing | Awaited::Answer { .. } => {}
+        }
+    }
+}
+
+fn slot_of<'a>(ids: &[ServoId], slots: &'a mut [Slot], id: ServoId) -> Option<&'a mut Slot> {
+    ids.iter().zip(slots).find(|(known, _)| **known == id).map(|(_, slot)| slot)
+}
+
+/// Reads a feedback block; `None` when it has the wrong length.
+fn feedback(registers: &Registers, block: &[u8], alarms: u8) -> Option<Feedback> {
+    if block.len() != usize::from(registers.feedback_bytes) {
+        return None;
+    }
+    let field = |register: Register| {
+        let offset = register.address.checked_sub(registers.feedback_address)?;
+        decode(register, block.get(usize::from(offset)..)?)
+    };
+    Some(Feedback {
+        position: saturate(field(registers.present_position)?),
+        speed: saturate(field(registers.present_speed)?),
+        load: saturate(field(registers.present_load)?),
+        // A voltage or temperature beyond its type is beyond any limit, too.
+        voltage_decivolt: u16::try_from(field(registers.present_voltage)?).unwrap_or(u16::MAX),
+        temperature_c: u8::try_from(field(registers.present_temperature)?).unwrap_or(u8::MAX),
+        alarms,
+    })
+}
+
+/// The nearest `i32`.
+fn saturate(value: i64) -> i32 {
+    i32::try_from(value).unwrap_or(if value < 0 { i32::MIN } else { i32::MAX })
+}

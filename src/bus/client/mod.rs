@@ -1,0 +1,294 @@
+//! One bus: what to send each cycle, and what came back.
+//!
+//! Comes in: goals and received bytes. Goes out: bytes to send, a [`Slot`] a servo, and how long to wait.
+//! Does no I/O and knows no clock; allocates nothing after construction; never panics.
+
+mod echo;
+mod inbox;
+mod read_mode;
+
+use std::time::Duration;
+
+use super::Slot;
+use super::codec::{Codec, ping_bytes, read_bytes};
+use super::register::encode;
+use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, wire_time};
+use super::{dynamixel, feetech};
+use crate::model::servo_model::Register;
+use crate::model::{Bus, Protocol, Registers};
+use crate::units::ServoId;
+use echo::EchoFilter;
+pub use inbox::Answer;
+use inbox::{Awaited, Inbox, Question};
+use read_mode::ReadMode;
+
+/// What one servo is to do in this cycle, in its own counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ServoGoal {
+    /// Torque off.
+    #[default]
+    Limp,
+    /// Torque on.
+    Move {
+        /// Goal position, counts.
+        position: i32,
+        /// Torque limit, in units of [`crate::model::ServoModel::torque_limit_full`].
+        torque_limit: u16,
+    },
+}
+
+/// What a bus carried since the start, in exchanges. Single transactions are not counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counters {
+    /// Exchanges finished, those that could not be sent included.
+    pub exchanges: u64,
+    /// Bytes handed to the port.
+    pub bytes_out: u64,
+    /// Bytes the port handed over, echo and noise included.
+    pub bytes_in: u64,
+    /// Slots that stayed [`Slot::Missing`].
+    pub missing: u64,
+    /// Slots that ended as [`Slot::Corrupt`].
+    pub corrupt: u64,
+}
+
+/// How much longer than its bytes a single transaction may take. Outside the loop patience is cheap: only
+/// a silent servo costs it, and one that first stores a setting for good answers late.
+const TRANSACTION_PATIENCE: Duration = Duration::from_millis(20);
+
+/// The client's side of one bus.
+#[derive(Debug)]
+pub struct BusClient {
+    bus: Bus,
+    codec: Codec,
+    inbox: Inbox,
+    request: Vec<u8>,
+    echo: EchoFilter,
+    read_mode: ReadMode,
+    plain_cost: CycleCost,
+    fast_cost: CycleCost,
+    reply_deadline: Duration,
+    counters: Counters,
+}
+
+impl BusClient {
+    /// The client of `bus`, whose servos have `registers` and these `ids` (each once). All memory is taken
+    /// here. At most 242 servos fit a Feetech sync read; those behind would stay [`Slot::Missing`].
+    pub fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
+        let plain_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Plain);
+        let fast_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Fast);
+        // Stuffing makes a packet longer by a third at most; 64 bytes hold any single request.
+        let request_bytes = plain_cost.bytes_out * 4 / 3 + 64;
+        BusClient {
+            bus: bus.clone(),
+            codec: Codec::new(bus.protocol, registers, ids.len()),
+            inbox: Inbox::new(bus.protocol, registers, ids),
+            request: Vec::with_capacity(request_bytes),
+            echo: EchoFilter::default(),
+            read_mode: match bus.protocol {
+                Protocol::Feetech => ReadMode::PlainOnly,
+                Protocol::Dynamixel => ReadMode::new(),
+            },
+            plain_cost,
+            fast_cost,
+            reply_deadline: Duration::ZERO,
+            counters: Counters::default(),
+        }
+    }
+
+    /// Name of the bus.
+    pub fn name(&self) -> &str {
+        &self.bus.name
+    }
+
+    /// The registers of its servos.
+    pub fn registers(&self) -> &'static Registers {
+        self.inbox.registers
+    }
+
+    /// The servos, in the order of goals and slots.
+    pub fn ids(&self) -> &[ServoId] {
+        &self.inbox.ids
+    }
+
+    /// Begins an exchange and returns what to send, in one piece. `goals` are in the order of the ids; a
+    /// servo without one goes limp.
+    ///
+    /// Everything is said anew in every cycle, though most of it is what the servo holds already: so a
+    /// write that was lost on the line, or a servo that restarted, is put right by the next cycle.
+    ///
+    /// Torque limit before goal before torque enable: a servo that wakes has its new limit and goal and
+    /// never jumps to an old one.
+    pub fn begin_cycle(&mut self, goals: &[ServoGoal]) -> &[u8] {
+        self.restart(Awaited::Feedback);
+        let Inbox { ids, registers, .. } = &self.inbox;
+        let (codec, request) = (&mut self.codec, &mut self.request);
+        if ids.is_empty() {
+            return &[];
+        }
+        let goals = || ids.iter().zip(goals.iter().copied().chain(std::iter::repeat(ServoGoal::Limp)));
+        let moving = || {
+            goals().filter_map(|(id, goal)| match goal {
+                ServoGoal::Move { position, torque_limit } => Some((*id, position, torque_limit)),
+                ServoGoal::Limp => None,
+            })
+        };
+        let limit = |(id, _, limit)| (id, encode(registers.torque_limit, i64::from(limit)));
+        let position = |(id, position, _)| (id, encode(registers.goal_position, i64::from(position)));
+        let enable = |(id, goal): (&ServoId, _)| (*id, u64::from(goal != ServoGoal::Limp));
+        codec.sync_write(request, registers.torque_limit, moving().map(limit));
+        codec.sync_write(request, registers.goal_position, moving().map(position));
+        codec.sync_write(request, registers.torque_enable, goals().map(enable));
+        let (address, bytes) = (registers.feedback_address, registers.feedback_bytes);
+        match self.read_mode.group_read() {
+            GroupRead::Plain => codec.sync_read(request, address, bytes, ids),
+            GroupRead::Fast => codec.fast_sync_read(request, address, bytes, ids),
+        }
+        self.reply_deadline = reply_deadline(self.cycle_time());
+        self.counters.bytes_out += length(&self.request);
+        &self.request
+    }
+
+    /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
+    pub fn miss_cycle(&mut self) -> &[Slot] {
+        self.restart(Awaited::Feedback);
+        self.finish()
+    }
+
+    /// Begins a ping of `id`, on this bus or a stranger to it.
+    ///
+    /// On Feetech a servo whose only alarm is the voltage answers with the bytes of the request, which
+    /// could be an adapter's echo: [`Answer::Missing`]. Then a [`BusClient::begin_read`] settles it.
+    pub fn begin_ping(&mut self, id: ServoId) -> &[u8] {
+        self.restart(Awaited::Answer { id, question: Question::Ping, answer: Answer::Missing });
+        self.codec.ping(&mut self.request, id);
+        self.end_transaction_request(ping_bytes(self.bus.protocol))
+    }
+
+    /// Begins a read of one register of `id`.
+    pub fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
+        self.restart(Awaited::Answer { id, question: Question::Read(register), answer: Answer::Missing });
+        self.codec.read(&mut self.request, id, register);
+        self.end_transaction_request(read_bytes(self.bus.protocol, register))
+    }
+
+    /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
+    pub fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
+        self.restart(Awaited::Answer { id, question: Question::Write, answer: Answer::Missing });
+        self.codec.write(&mut self.request, id, register, encode(register, value));
+        self.end_transaction_request(0)
+    }
+
+    fn restart(&mut self, awaited: Awaited) {
+        self.codec.clear();
+        self.echo.restart();
+        self.request.clear();
+        self.inbox.expect(awaited);
+    }
+
+    fn end_transaction_request(&mut self, reply_bytes: u16) -> &[u8] {
+        let frame = match self.bus.protocol {
+            Protocol::Feetech => feetech::FRAME_BYTES,
+            Protocol::Dynamixel => dynamixel::STATUS_FRAME_BYTES,
+        };
+        let bytes = self.request.len() + frame + usize::from(reply_bytes);
+        let waits = u64::from(self.bus.return_delay_us) + u64::from(self.bus.adapter_latency_us);
+        self.reply_deadline =
+            wire_time(bytes, self.bus.baud) + Duration::from_micros(waits) + TRANSACTION_PATIENCE;
+        &self.request
+    }
+
+    /// How long after sending to wait for replies to the request begun last.
+    pub fn reply_deadline(&self) -> Duration {
+        self.reply_deadline
+    }
+
+    /// Takes received bytes, in pieces of any size. The echo of the request, if it comes, is dropped.
+    pub fn feed(&mut self, bytes: &[u8]) {
+        if matches!(self.inbox.awaited, Awaited::Feedback) {
+            self.counters.bytes_in += length(bytes);
+        }
+        let (held, rest) = self.echo.pass(&self.request, bytes);
+        self.inbox.decode(&mut self.codec, held);
+        self.inbox.decode(&mut self.codec, rest);
+    }
+
+    /// Whether all that is awaited is there.
+    pub fn is_complete(&self) -> bool {
+        self.inbox.is_complete()
+    }
+
+    /// Ends the exchange: one slot a servo, in the order of the ids.
+    pub fn finish(&mut self) -> &[Slot] {
+        if matches!(self.inbox.awaited, Awaited::Feedback) {
+            self.end_input();
+            let count = |kind: Slot| self.inbox.slots.iter().filter(|slot| **slot == kind).count();
+            let (missing, corrupt) = (count(Slot::Missing), count(Slot::Corrupt));
+            if !self.inbox.ids.is_empty() {
+                self.counters.exchanges += 1;
+                self.counters.missing += u64::try_from(missing).unwrap_or(u64::MAX);
+                self.counters.corrupt += u64::try_from(corrupt).unwrap_or(u64::MAX);
+                self.read_mode.end_cycle(missing + corrupt == 0);
+            }
+            self.inbox.awaited = Awaited::Nothing;
+        }
+        &self.inbox.slots
+    }
+
+    /// Ends a single transaction.
+    pub fn finish_transaction(&mut self) -> Answer {
+        self.end_input();
+        match std::mem::replace(&mut self.inbox.awaited, Awaited::Nothing) {
+            Awaited::Answer { answer, .. } => answer,
+            Awaited::Nothing | Awaited::Feedback => Answer::Missing,
+        }
+    }
+
+    /// Reads what still lies behind an incomplete packet, or what was held back as the echo's beginning.
+    fn end_input(&mut self) {
+        let held = self.echo.rest(&self.request);
+        self.inbox.decode(&mut self.codec, held);
+        self.codec.end_of_input();
+        self.inbox.drain(&mut self.codec);
+    }
+
+    /// From sending to the last byte of the last reply, when all goes well, as replies are now asked for.
+    pub fn cycle_time(&self) -> Duration {
+        self.cycle_cost().time
+    }
+
+    /// Bytes sent and received in an exchange in which every servo moves and answers.
+    pub fn cycle_bytes(&self) -> (usize, usize) {
+        let cost = self.cycle_cost();
+        (cost.bytes_out, cost.bytes_in)
+    }
+
+    fn cycle_cost(&self) -> CycleCost {
+        match self.read_mode.group_read() {
+            GroupRead::Plain => self.plain_cost,
+            GroupRead::Fast => self.fast_cost,
+        }
+    }
+
+    /// How the next exchange will ask for replies.
+    pub fn group_read(&self) -> GroupRead {
+        self.read_mode.group_read()
+    }
+
+    /// What the bus carried since the start.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Good packets from ids nobody asked, since the start: a second servo with a wrong id, perhaps.
+    pub fn unknown_replies(&self) -> u64 {
+        self.inbox.unknown
+    }
+}
+
+fn length(bytes: &[u8]) -> u64 {
+    u64::try_from(bytes.len()).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests;

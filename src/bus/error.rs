@@ -1,0 +1,153 @@
+//! What can go wrong when one servo is asked something at start or stop.
+
+use std::fmt;
+
+use super::port::PortError;
+use crate::model::servo_model::Register;
+use crate::units::ServoId;
+
+/// What was asked of a servo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// Whether it is there.
+    Ping,
+    /// The value of a register.
+    Read(Register),
+    /// To take a value into a register.
+    Write(Register, i64),
+}
+
+impl fmt::Display for Request {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Request::Ping => write!(f, "a ping"),
+            Request::Read(register) => {
+                write!(f, "a read of register {} ({} bytes)", register.address, register.bytes)
+            }
+            Request::Write(register, value) => {
+                write!(f, "a write of {value} to register {}", register.address)
+            }
+        }
+    }
+}
+
+/// Which servo, in the user's words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ServoPlace {
+    /// Name of its bus.
+    pub bus: String,
+    /// Bits per second the bus runs at.
+    pub baud: u32,
+    /// Its address there.
+    pub id: ServoId,
+    /// Name of the joint it turns.
+    pub joint: String,
+}
+
+impl fmt::Display for ServoPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "servo {} of joint {} on bus {}", self.id, self.joint, self.bus)
+    }
+}
+
+/// Why a servo could not be pinged, read or written.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TransactionError {
+    /// The line is not there.
+    #[error("{place}: {request} could not be sent: {source}")]
+    Port {
+        /// Who was asked.
+        place: ServoPlace,
+        /// What.
+        request: Request,
+        /// Why not.
+        source: PortError,
+    },
+    /// Nothing came back.
+    #[error(
+        "{place} did not answer {request} in {tries} tries: check its power and cable, that its id is {id}, \
+         and that it is set to {baud} baud",
+        id = place.id, baud = place.baud
+    )]
+    NoAnswer {
+        /// Who was asked.
+        place: ServoPlace,
+        /// What.
+        request: Request,
+        /// How often.
+        tries: u32,
+    },
+    /// Something came back, but never whole.
+    #[error(
+        "{place} answered {request} with bytes that do not pass their check or have the wrong length, in \
+         {tries} tries: check that no other servo has id {id}, and the bus for loose plugs and long cables",
+        id = place.id
+    )]
+    Corrupt {
+        /// Who was asked.
+        place: ServoPlace,
+        /// What.
+        request: Request,
+        /// How often.
+        tries: u32,
+    },
+    /// The servo understood and would not.
+    #[error("{place} refused {request} with error {error}: {}", refusal(*error))]
+    Refused {
+        /// Who was asked.
+        place: ServoPlace,
+        /// What.
+        request: Request,
+        /// Error number of Dynamixel Protocol 2.0.
+        error: u8,
+    },
+    /// The robot has no such servo.
+    #[error("joint {joint} has no servo: only a robot whose joints name their servos can be asked")]
+    NoServo {
+        /// Index into [`crate::model::Robot::joints`].
+        joint: usize,
+    },
+}
+
+/// What an error number means and what to do (ROBOTIS e-manual, `dxl/protocol2`, status packet).
+fn refusal(error: u8) -> &'static str {
+    match error {
+        1 => "it could not do it now; restart it and try again",
+        2 => "it does not know the instruction; update its firmware",
+        3 => "the request reached it damaged; check the bus for loose plugs and long cables",
+        4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
+        5 => "the length is not the register's; check that the robot file names the right servo model",
+        6 => "the value is beyond a limit set in the servo; check its limits with the maker's tool",
+        7 => "the register cannot be used so now; torque must be off to change settings",
+        _ => "a number the manual does not list; update its firmware",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::servo_model::DYNAMIXEL_X;
+
+    #[test]
+    fn messages_name_servo_bus_joint_and_what_to_do() {
+        let place =
+            ServoPlace { bus: "legs".into(), baud: 57_600, id: ServoId(7), joint: "left_hind.hip".into() };
+        let error = TransactionError::NoAnswer {
+            place: place.clone(),
+            request: Request::Read(DYNAMIXEL_X.present_position),
+            tries: 3,
+        };
+        assert_eq!(
+            error.to_string(),
+            "servo 7 of joint left_hind.hip on bus legs did not answer a read of register 132 (4 bytes) in 3 \
+             tries: check its power and cable, that its id is 7, and that it is set to 57600 baud"
+        );
+        let request = Request::Write(DYNAMIXEL_X.torque_enable, 1);
+        let error = TransactionError::Refused { place, request, error: 7 };
+        assert_eq!(
+            error.to_string(),
+            "servo 7 of joint left_hind.hip on bus legs refused a write of 1 to register 64 with error 7: the \
+             register cannot be used so now; torque must be off to change settings"
+        );
+    }
+}

@@ -1,0 +1,207 @@
+//! Feetech FT-SCS packets, both ways.
+//!
+//! Comes in: what to ask, or received bytes. Goes out: bytes to send, or status packets. No I/O.
+//! Source: Feetech wiki, `reference/protocol/ft-scs.md`, sections 2 to 4.
+//!
+//! ```text
+//! FF FF  id  length  instruction or alarms  parameters...  checksum
+//! ```
+//! `length` counts what follows it. The checksum is the complement of the sum of all from `id` on. There
+//! is no byte stuffing: data may hold `FF FF`, so a header alone proves nothing.
+
+use std::ops::Range;
+
+use super::packet::{Event, Status, Window};
+use crate::model::Protocol;
+use crate::units::ServoId;
+
+const HEADER: u8 = 0xFF;
+const BROADCAST: u8 = 0xFE;
+/// Instruction of a ping.
+pub(super) const PING: u8 = 0x01;
+const READ: u8 = 0x02;
+const WRITE: u8 = 0x03;
+const SYNC_READ: u8 = 0x82;
+const SYNC_WRITE: u8 = 0x83;
+
+/// Bytes of a packet around its parameters: header 2, id, length, instruction or alarms, checksum.
+pub const FRAME_BYTES: usize = 6;
+/// Longest packet a servo is sent; the vendor's own libraries refuse more.
+pub const PACKET_BYTES_MAX: usize = 250;
+
+/// Appends a ping: the servo answers with its alarms and no data.
+pub fn ping(out: &mut Vec<u8>, id: ServoId) {
+    let start = open(out, id.0, PING);
+    close(out, start);
+}
+
+/// Appends a read of `bytes` bytes from `address` on.
+pub fn read(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8) {
+    let start = open(out, id.0, READ);
+    out.extend([address, bytes]);
+    close(out, start);
+}
+
+/// Appends a write of the lowest `bytes` bytes (at most 8) of `raw` to `address`, lowest first.
+pub fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw: u64) {
+    let start = open(out, id.0, WRITE);
+    out.push(address);
+    out.extend(raw.to_le_bytes().iter().take(usize::from(bytes)));
+    close(out, start);
+}
+
+/// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
+///
+/// More servos than [`PACKET_BYTES_MAX`] has room for are spread over several packets; none gives none.
+pub fn sync_write(out: &mut Vec<u8>, address: u8, bytes: u8, values: impl Iterator<Item = (ServoId, u64)>) {
+    let item_bytes = 1 + usize::from(bytes);
+    let mut packet: Option<usize> = None;
+    for (id, raw) in values {
+        if let Some(start) = packet
+            && out.len() - start + item_bytes + 1 > PACKET_BYTES_MAX
+        {
+            close(out, start);
+            packet = None;
+        }
+        packet.get_or_insert_with(|| {
+            let start = open(out, BROADCAST, SYNC_WRITE);
+            out.extend([address, bytes]);
+            start
+        });
+        out.push(id.0);
+        out.extend(raw.to_le_bytes().iter().take(usize::from(bytes)));
+    }
+    if let Some(start) = packet {
+        close(out, start);
+    }
+}
+
+/// How many packets [`sync_write`] makes for `servos` values of `bytes` bytes.
+pub fn sync_write_packets(servos: usize, bytes: u8) -> usize {
+    let per_packet = (PACKET_BYTES_MAX - FRAME_BYTES - 2) / (1 + usize::from(bytes));
+    servos.div_ceil(per_packet.max(1))
+}
+
+/// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
+/// the order of `ids`. At most 242 ids fit ([`PACKET_BYTES_MAX`]); those behind are not asked.
+pub fn sync_read(out: &mut Vec<u8>, address: u8, bytes: u8, ids: &[ServoId]) {
+    let start = open(out, BROADCAST, SYNC_READ);
+    out.extend([address, bytes]);
+    out.extend(ids.iter().map(|id| id.0).take(PACKET_BYTES_MAX - FRAME_BYTES - 2));
+    close(out, start);
+}
+
+fn open(out: &mut Vec<u8>, id: u8, instruction: u8) -> usize {
+    let start = out.len();
+    out.extend([HEADER, HEADER, id, 0, instruction]);
+    start
+}
+
+/// Fills in the length and appends the checksum.
+fn close(out: &mut Vec<u8>, start: usize) {
+    // Header, id and length are not counted, the checksum to come is. Packets are at most 250 bytes.
+    let length = out.len().saturating_sub(start + 3);
+    if let Some(field) = out.get_mut(start + 3) {
+        *field = u8::try_from(length).unwrap_or(u8::MAX);
+    }
+    let sum = checksum(out.get(start + 2..).unwrap_or_default());
+    out.push(sum);
+}
+
+/// Complement of the sum, over everything between header and checksum.
+fn checksum(bytes: &[u8]) -> u8 {
+    !bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))
+}
+
+/// Finds status packets in received bytes.
+///
+/// A changed bit always changes the checksum. What 8 bits cannot exclude is a packet that is not there:
+/// one in 256 stretches of noise with a header and a plausible length passes. Data of a servo never hold
+/// such a header (`FF FF` would be a position beyond 32,000 counts), and a caller that knows the length
+/// it asked for turns away nearly all others.
+#[derive(Debug)]
+pub struct Decoder {
+    window: Window,
+    parameters_max: usize,
+}
+
+impl Decoder {
+    /// A decoder for status packets of up to `parameters_max` parameter bytes. The tighter, the sooner
+    /// noise that looks like a header is seen through.
+    pub fn new(parameters_max: usize) -> Decoder {
+        let parameters_max = parameters_max.min(PACKET_BYTES_MAX - FRAME_BYTES);
+        Decoder { window: Window::new(parameters_max + FRAME_BYTES), parameters_max }
+    }
+
+    /// Forgets everything received.
+    pub fn clear(&mut self) {
+        self.window.clear();
+    }
+
+    /// Takes as many bytes as fit and returns how many: more than none, once [`Decoder::next_event`] has
+    /// been called until it gave `None`.
+    pub fn push(&mut self, bytes: &[u8]) -> usize {
+        self.window.push(bytes)
+    }
+
+    /// No more bytes will come: an incomplete packet no longer holds up what may lie behind its header.
+    pub fn end_of_input(&mut self) {
+        self.window.end();
+    }
+
+    /// The next packet, or `None` when more bytes are needed.
+    ///
+    /// After anything but a good packet the search goes on from the very next byte, so a header found in
+    /// noise never swallows the packet behind it.
+    pub fn next_event(&mut self) -> Option<Event<'_>> {
+        while !self.window.unread().is_empty() {
+            match scan(self.window.unread(), self.parameters_max) {
+                Step::Wait if !self.window.is_ended() => return None,
+                Step::Wait | Step::Noise => self.window.skip(1),
+                Step::Corrupt(id) => {
+                    self.window.skip(1);
+                    return Some(Event::Corrupt(id));
+                }
+                Step::Good { id, error, parameters, packet_bytes } => {
+                    self.window.skip(packet_bytes);
+                    let parameters = self.window.skipped(packet_bytes, parameters);
+                    return Some(Event::Status(Status { id, error, parameters }));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// What the bytes at the front of the window are.
+enum Step {
+    /// The first byte begins no status packet.
+    Noise,
+    /// They may begin one that is not all here.
+    Wait,
+    /// One with a wrong checksum, if it is one.
+    Corrupt(ServoId),
+    /// A good one; `parameters` is counted from its front.
+    Good { id: ServoId, error: u8, parameters: Range<usize>, packet_bytes: usize },
+}
+
+fn scan(bytes: &[u8], parameters_max: usize) -> Step {
+    let [HEADER, HEADER, id, length, rest @ ..] = bytes else {
+        let is_start = matches!(bytes, [HEADER] | [HEADER, HEADER] | [HEADER, HEADER, _]);
+        return if is_start { Step::Wait } else { Step::Noise };
+    };
+    let (id, length) = (*id, usize::from(*length));
+    // Servos never answer with the broadcast id: what has it is a request, echoed.
+    if id > Protocol::ID_MAX || !(2..=parameters_max + 2).contains(&length) {
+        return Step::Noise;
+    }
+    let Some([error, .., sum]) = rest.get(..length) else { return Step::Wait };
+    let packet_bytes = 4 + length;
+    if checksum(bytes.get(2..packet_bytes - 1).unwrap_or_default()) != *sum {
+        return Step::Corrupt(ServoId(id));
+    }
+    Step::Good { id: ServoId(id), error: *error, parameters: 5..packet_bytes - 1, packet_bytes }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,136 @@
+//! How many bytes one exchange is, and how long it takes on the wire.
+//!
+//! Comes in: a bus, its registers, how many servos. Goes out: bytes and times. Pure functions, so that
+//! `check` can print what the loop will do.
+
+use std::time::Duration;
+
+use super::{dynamixel, feetech};
+use crate::model::servo_model::Register;
+use crate::model::{Bus, Protocol, Registers};
+
+/// How the replies of all servos are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GroupRead {
+    /// Sync read: each servo answers with a packet of its own, after its own return delay.
+    Plain,
+    /// Fast sync read (Dynamixel): all servos answer with one packet, after one return delay.
+    Fast,
+}
+
+/// What one exchange costs when every servo moves and every reply comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CycleCost {
+    /// Bytes sent.
+    pub bytes_out: usize,
+    /// Bytes received, without an echo.
+    pub bytes_in: usize,
+    /// From sending to the last byte of the last reply: wire, return delays and adapter.
+    pub time: Duration,
+}
+
+/// Cost of one exchange with `servos` servos on `bus`. The highest loop rate is one over its time.
+///
+/// `servos` x (1 + width) bytes and a frame for each of the three sync writes; a frame and `servos` bytes
+/// for the read. Stuffing is left out: goals and limits in their ranges have none.
+pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRead) -> CycleCost {
+    if servos == 0 {
+        return CycleCost::default();
+    }
+    let data = usize::from(registers.feedback_bytes);
+    let writes = [registers.torque_limit, registers.goal_position, registers.torque_enable];
+    let bytes_out =
+        writes.into_iter().map(|register| sync_write_bytes(bus.protocol, servos, register)).sum::<usize>()
+            + sync_read_bytes(bus.protocol, servos);
+    let (bytes_in, return_delays) = match (bus.protocol, read) {
+        (Protocol::Feetech, _) => (servos * (feetech::FRAME_BYTES + data), servos),
+        (Protocol::Dynamixel, GroupRead::Plain) => (servos * (dynamixel::STATUS_FRAME_BYTES + data), servos),
+        (Protocol::Dynamixel, GroupRead::Fast) => {
+            (dynamixel::FAST_HEAD_BYTES + servos * (dynamixel::BLOCK_FRAME_BYTES + data), 1)
+        }
+    };
+    let return_delay = u64::from(bus.return_delay_us) * u64::try_from(return_delays).unwrap_or(u64::MAX);
+    let time = wire_time(bytes_out + bytes_in, bus.baud)
+        + Duration::from_micros(return_delay)
+        + Duration::from_micros(u64::from(bus.adapter_latency_us));
+    CycleCost { bytes_out, bytes_in, time }
+}
+
+fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
+    let items = servos * (1 + usize::from(register.bytes));
+    match protocol {
+        // Two parameters lead: address and width, of one byte each, or of two.
+        Protocol::Feetech => {
+            feetech::sync_write_packets(servos, register.bytes) * (feetech::FRAME_BYTES + 2) + items
+        }
+        Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + items,
+    }
+}
+
+fn sync_read_bytes(protocol: Protocol, servos: usize) -> usize {
+    match protocol {
+        Protocol::Feetech => feetech::FRAME_BYTES + 2 + servos,
+        Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + servos,
+    }
+}
+
+/// Time `bytes` take on a line of `baud` bits per second: 8 bits, a start bit and a stop bit each.
+pub fn wire_time(bytes: usize, baud: u32) -> Duration {
+    let bits = u64::try_from(bytes).unwrap_or(u64::MAX).saturating_mul(10);
+    Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(baud.max(1)))
+}
+
+/// How long after sending to wait for replies that should take `expected`.
+///
+/// A quarter more covers what grows with the exchange: UART clocks off by some percent at both ends,
+/// servos that take longer than their return delay, an adapter slower than its latency says. 200 us
+/// cover what does not: the system handing over bytes late. More would let one silent servo, which makes
+/// every exchange last until this deadline, cost the loop its rate.
+pub(super) fn reply_deadline(expected: Duration) -> Duration {
+    expected + expected / 4 + Duration::from_micros(200)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
+
+    fn bus(protocol: Protocol, baud: u32, return_delay_us: u32) -> Bus {
+        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us }
+    }
+
+    /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).
+    #[test]
+    fn sixteen_feetech_servos() {
+        let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_STS, 16, GroupRead::Plain);
+        assert_eq!(cost.bytes_out, (8 + 16 * 3) + (8 + 16 * 3) + (8 + 16 * 2) + (8 + 16));
+        assert_eq!(cost.bytes_in, 16 * 14);
+        assert_eq!(cost.time, Duration::from_micros((176 + 224) * 10 + 1000));
+    }
+
+    /// 4 servos: sync write 14 + N(1 + L), sync read 14 + N, replies N(11 + L) or 8 + N(4 + L).
+    #[test]
+    fn four_dynamixel_servos() {
+        let bus = bus(Protocol::Dynamixel, 4_000_000, 250);
+        let plain = cycle_cost(&bus, &DYNAMIXEL_X, 4, GroupRead::Plain);
+        assert_eq!(plain.bytes_out, (14 + 4 * 3) + (14 + 4 * 5) + (14 + 4 * 2) + (14 + 4));
+        assert_eq!(plain.bytes_in, 4 * (11 + 21));
+        assert_eq!(plain.time, Duration::from_nanos((100 + 128) * 2500 + 4 * 250_000 + 1_000_000));
+        let fast = cycle_cost(&bus, &DYNAMIXEL_X, 4, GroupRead::Fast);
+        assert_eq!(fast.bytes_in, 8 + 4 * (4 + 21));
+        assert_eq!(fast.time, Duration::from_nanos((100 + 108) * 2500 + 250_000 + 1_000_000));
+    }
+
+    #[test]
+    fn no_servos_cost_nothing() {
+        let cost = cycle_cost(&bus(Protocol::Feetech, 0, 9), &FEETECH_STS, 0, GroupRead::Plain);
+        assert_eq!(cost, CycleCost::default());
+    }
+
+    #[test]
+    fn a_byte_is_ten_bits() {
+        assert_eq!(wire_time(100, 1_000_000), Duration::from_millis(1));
+        assert_eq!(wire_time(1, 57_600), Duration::from_nanos(173_611));
+        wire_time(usize::MAX, 0);
+    }
+}
