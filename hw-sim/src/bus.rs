@@ -1,0 +1,212 @@
+//! One bus: adapter, line, servos. In: what the host sends and scripted faults. Out: bytes at the host.
+
+use std::collections::VecDeque;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::config::{BusConfig, Protocol};
+use crate::error::Unplugged;
+use crate::faults::BusFaults;
+use crate::registers::{dynamixel_x, feetech_sts};
+use crate::reply::{MISSING_GUARD_NS, Slot};
+use crate::servo::Servo;
+use crate::wire::{Crossed, Talker, Wire};
+use crate::{dynamixel, feetech};
+
+/// A packet with a pause this long in it is given up, so that noise cannot swallow the packet after it.
+/// Our choice; the makers state none.
+const PACKET_PAUSE_NS: u64 = 10_000_000;
+/// Most bytes of one piece of noise.
+const NOISE_BYTES_MAX: usize = 8;
+
+/// Finds requests in what crosses the line; all servos hear the same, so they share it.
+#[derive(Debug)]
+enum Decoder {
+    Dynamixel(dynamixel::packet::Decoder),
+    Feetech(feetech::packet::Decoder),
+}
+
+#[derive(Debug)]
+pub(crate) struct Bus {
+    pub(crate) servos: Vec<Servo>,
+    pub(crate) wire: Wire,
+    pub(crate) faults: BusFaults,
+    pub(crate) supply_v: f64,
+    baud_code: i64,
+    decoder: Decoder,
+    last_byte_ns: u64,
+    latency_ns: u64,
+    /// Until when the host is sending what it has handed over.
+    host_until_ns: u64,
+    /// Bytes for the host with the time each gets there, in order.
+    inbox: VecDeque<(u64, u8)>,
+    rng: Pcg64Mcg,
+}
+
+impl Bus {
+    pub(crate) fn new(
+        config: &BusConfig,
+        baud_code: i64,
+        servos: Vec<Servo>,
+        faults: BusFaults,
+        seed: u64,
+    ) -> Bus {
+        Bus {
+            servos,
+            wire: Wire::new(config.baud),
+            faults,
+            supply_v: config.supply_v,
+            baud_code,
+            decoder: match config.protocol {
+                Protocol::Dynamixel => Decoder::Dynamixel(dynamixel::packet::Decoder::default()),
+                Protocol::Feetech => Decoder::Feetech(feetech::packet::Decoder::default()),
+            },
+            last_byte_ns: 0,
+            latency_ns: u64::from(config.adapter_latency_us) * 1_000,
+            host_until_ns: 0,
+            inbox: VecDeque::new(),
+            rng: Pcg64Mcg::seed_from_u64(seed),
+        }
+    }
+
+    pub(crate) fn send(&mut self, now_ns: u64, bytes: &[u8]) -> Result<(), Unplugged> {
+        self.check_plugged(now_ns)?;
+        let start = now_ns.max(self.host_until_ns);
+        self.host_until_ns = self.wire.talk(Talker::Host, start, bytes.to_vec());
+        Ok(())
+    }
+
+    pub(crate) fn receive(&mut self, now_ns: u64, into: &mut [u8]) -> Result<usize, Unplugged> {
+        self.check_plugged(now_ns)?;
+        let count = self.pending(now_ns).min(into.len());
+        for (place, (_, byte)) in into.iter_mut().zip(self.inbox.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+
+    pub(crate) fn pending(&self, now_ns: u64) -> usize {
+        self.inbox.partition_point(|&(at, _)| at <= now_ns)
+    }
+
+    /// When the host gets its next byte, which may have been already.
+    pub(crate) fn first_arrival_ns(&self) -> Option<u64> {
+        self.inbox.front().map(|&(at, _)| at)
+    }
+
+    fn check_plugged(&self, now_ns: u64) -> Result<(), Unplugged> {
+        if self.faults.is_unplugged(now_ns) { Err(Unplugged) } else { Ok(()) }
+    }
+
+    /// When something next happens here by itself.
+    pub(crate) fn next_ns(&self) -> Option<u64> {
+        self.wire.next_ns().into_iter().chain(self.faults.next_unplug_ns()).min()
+    }
+
+    /// Lets that happen.
+    pub(crate) fn step(&mut self) {
+        let wire_ns = self.wire.next_ns();
+        if let Some(unplug_ns) = self.faults.next_unplug_ns()
+            && wire_ns.is_none_or(|at| unplug_ns <= at)
+        {
+            // What was under way in either direction is lost with the adapter.
+            self.faults.take_unplug();
+            self.wire.cut(Talker::Host);
+            self.host_until_ns = unplug_ns;
+            self.inbox.clear();
+            return;
+        }
+        let Some(crossed) = self.wire.cross(&mut self.rng) else { return };
+        let reaches_host = match crossed.talker {
+            Talker::Host => self.faults.echoes(crossed.at_ns),
+            Talker::Servo(_) => true,
+        };
+        if reaches_host && !self.faults.is_unplugged(crossed.at_ns) {
+            self.inbox.push_back((crossed.at_ns + self.latency_ns, crossed.byte));
+        }
+        if crossed.talker == Talker::Host {
+            self.listen(crossed);
+        }
+    }
+
+    /// Servos hear the host; they know their own kind's status packets and pass over them.
+    fn listen(&mut self, crossed: Crossed) {
+        let is_late = crossed.at_ns > self.last_byte_ns + PACKET_PAUSE_NS;
+        self.last_byte_ns = crossed.at_ns;
+        let now_ns = crossed.at_ns;
+        let slots = match &mut self.decoder {
+            Decoder::Dynamixel(decoder) => {
+                if is_late {
+                    decoder.reset();
+                }
+                let Some(request) = decoder.push(crossed.byte) else { return };
+                let hears = self.hears(now_ns);
+                dynamixel::answer::answer(&request, &mut self.servos, &hears)
+            }
+            Decoder::Feetech(decoder) => {
+                if is_late {
+                    decoder.reset();
+                }
+                let Some(request) = decoder.push(crossed.byte) else { return };
+                let hears = self.hears(now_ns);
+                feetech::answer::answer(&request, &mut self.servos, &hears)
+            }
+        };
+        self.schedule(now_ns, slots);
+    }
+
+    fn id(&self, servo: usize) -> u8 {
+        let address = match self.decoder {
+            Decoder::Dynamixel(_) => dynamixel_x::ID,
+            Decoder::Feetech(_) => feetech_sts::ID,
+        };
+        u8::try_from(self.servos[servo].get(address)).unwrap_or(u8::MAX)
+    }
+
+    /// The servo that answers to this id now.
+    pub(crate) fn servo_with_id(&self, id: u8) -> Option<usize> {
+        (0..self.servos.len()).find(|&servo| self.id(servo) == id)
+    }
+
+    /// Which servos understand the line: right baud, and not silent by a fault.
+    fn hears(&self, now_ns: u64) -> Vec<bool> {
+        let baud = match self.decoder {
+            Decoder::Dynamixel(_) => dynamixel_x::BAUD,
+            Decoder::Feetech(_) => feetech_sts::BAUD,
+        };
+        (0..self.servos.len())
+            .map(|servo| {
+                self.servos[servo].get(baud) == self.baud_code
+                    && !self.faults.is_silent(now_ns, self.home_id(servo))
+            })
+            .collect()
+    }
+
+    /// The id a fault script knows the servo by: the one it was built with.
+    pub(crate) fn home_id(&self, servo: usize) -> u8 {
+        self.faults.home_ids[servo]
+    }
+
+    fn schedule(&mut self, request_end_ns: u64, slots: Vec<Slot>) {
+        let mut at = request_end_ns;
+        for slot in slots {
+            match slot {
+                Slot::Missing { bytes } => at += self.wire.duration_ns(bytes) + MISSING_GUARD_NS,
+                Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
+                    at += delay_ns;
+                    let id = self.home_id(servo);
+                    if self.faults.flips_a_bit(at, id) {
+                        let place = self.rng.random_range(0..bytes.len() * 8);
+                        bytes[place / 8] ^= 1 << (place % 8);
+                    }
+                    if starts_packet && self.faults.makes_noise(at, id) {
+                        let count = self.rng.random_range(1..=NOISE_BYTES_MAX);
+                        bytes.splice(0..0, (0..count).map(|_| self.rng.random::<u8>()));
+                    }
+                    at = self.wire.talk(Talker::Servo(servo), at, bytes);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What a world is built of: buses, their servos, and how both are set up.
+
+use std::fmt;
+
+/// The language of a bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// ROBOTIS Dynamixel Protocol 2.0.
+    Dynamixel,
+    /// Feetech FT-SCS, little-endian (STS) series.
+    Feetech,
+}
+
+impl Protocol {
+    /// Line rates a servo can be set to, as (register code, bit/s).
+    /// Sources: ROBOTIS e-manual, Baud Rate (8); Feetech wiki, memory-sts, address 6.
+    pub(crate) fn bauds(self) -> &'static [(i64, u32)] {
+        match self {
+            Protocol::Dynamixel => &[
+                (0, 9_600),
+                (1, 57_600),
+                (2, 115_200),
+                (3, 1_000_000),
+                (4, 2_000_000),
+                (5, 3_000_000),
+                (6, 4_000_000),
+                (7, 4_500_000),
+            ],
+            Protocol::Feetech => &[
+                (0, 1_000_000),
+                (1, 500_000),
+                (2, 250_000),
+                (3, 128_000),
+                (4, 115_200),
+                (5, 76_800),
+                (6, 57_600),
+                (7, 38_400),
+            ],
+        }
+    }
+
+    /// Highest id a servo may have.
+    pub(crate) fn id_max(self) -> u8 {
+        match self {
+            Protocol::Dynamixel => 252,
+            Protocol::Feetech => 253,
+        }
+    }
+}
+
+impl fmt::Display for Protocol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Protocol::Dynamixel => "dynamixel",
+            Protocol::Feetech => "feetech",
+        })
+    }
+}
+
+/// One bus: an adapter at the host's end, a half-duplex line, a supply and servos.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BusConfig {
+    /// Name that fault scripts use.
+    pub name: String,
+    /// Language of every servo on it.
+    pub protocol: Protocol,
+    /// Line rate of the host and of every servo at power-on, bit/s. One of the rates the protocol knows.
+    pub baud: u32,
+    /// Time from a byte leaving the line to the host seeing it, µs.
+    pub adapter_latency_us: u32,
+    /// Supply voltage, V, above 0.
+    pub supply_v: f64,
+    /// The servos; ids are unique on a bus.
+    pub servos: Vec<ServoConfig>,
+}
+
+/// One servo with its id and line rate already set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoConfig {
+    /// Name of an entry of [`crate::MODELS`].
+    pub model: String,
+    /// 0..=252 (Dynamixel) or 0..=253 (Feetech).
+    pub id: u8,
+    /// Time from the request's last bit to the reply's first, µs: even, 0..=508 (the register counts 2 µs).
+    pub return_delay_us: u32,
+    /// Where the shaft stands at power-on, encoder counts; finite, may lie outside 0..=4095.
+    pub position_counts: f64,
+}

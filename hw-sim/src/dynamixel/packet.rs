@@ -1,0 +1,164 @@
+//! Protocol 2.0 packets: `FF FF FD 00 id length(2) instruction parameters crc(2)`, with byte stuffing.
+//!
+//! In: bytes off the line. Out: requests with a good CRC, unstuffed; and status packets as bytes. A packet with
+//! a bad CRC is dropped in silence: its id cannot be trusted. The search then starts again one byte later.
+
+use crate::convert::length_u16;
+
+/// Id that every servo listens to.
+pub(crate) const BROADCAST: u8 = 0xFE;
+/// Instruction field of a status packet.
+const STATUS: u8 = 0x55;
+/// Header and reserved byte.
+const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
+/// Longest length field taken for one; a servo's buffer is not larger.
+const LENGTH_MAX: usize = 1024;
+
+/// One request.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Request {
+    pub(crate) id: u8,
+    pub(crate) instruction: u8,
+    pub(crate) parameters: Vec<u8>,
+}
+
+/// CRC-16 with polynomial 0x8005, start 0, most significant bit first, continued from `crc`.
+pub(crate) fn crc16(crc: u16, bytes: &[u8]) -> u16 {
+    bytes.iter().fold(crc, |crc, &byte| {
+        (0..8).fold(
+            crc ^ u16::from(byte) << 8,
+            |crc, _| {
+                if crc & 0x8000 == 0 { crc << 1 } else { crc << 1 ^ 0x8005 }
+            },
+        )
+    })
+}
+
+/// A status packet; `error` has the alert bit in bit 7.
+pub(crate) fn status(id: u8, error: u8, parameters: &[u8]) -> Vec<u8> {
+    let mut body = vec![STATUS, error];
+    body.extend_from_slice(parameters);
+    let body = stuff(&body);
+    let mut packet = HEADER.to_vec();
+    packet.push(id);
+    packet.extend(length_u16(body.len() + 2).to_le_bytes());
+    packet.extend(body);
+    packet.extend(crc16(0, &packet).to_le_bytes());
+    packet
+}
+
+/// Beginning of the one packet that answers a fast sync read: all before the first servo's block.
+/// `blocks` is the length of all blocks together.
+pub(crate) fn fast_status_head(blocks: usize) -> Vec<u8> {
+    let mut packet = HEADER.to_vec();
+    packet.push(BROADCAST);
+    packet.extend(length_u16(blocks + 1).to_le_bytes());
+    packet.push(STATUS);
+    packet
+}
+
+/// One more `FD` after every `FF FF FD`.
+fn stuff(body: &[u8]) -> Vec<u8> {
+    let mut stuffed = Vec::with_capacity(body.len());
+    for &byte in body {
+        stuffed.push(byte);
+        if stuffed.ends_with(&[0xFF, 0xFF, 0xFD]) {
+            stuffed.push(0xFD);
+        }
+    }
+    stuffed
+}
+
+/// Takes the `FD` after every `FF FF FD` away.
+fn unstuff(body: &[u8]) -> Vec<u8> {
+    let mut plain = Vec::with_capacity(body.len());
+    let mut skip_at = None;
+    for (index, &byte) in body.iter().enumerate() {
+        if skip_at == Some(index) && byte == 0xFD {
+            continue;
+        }
+        plain.push(byte);
+        if index >= 2 && body[index - 2..=index] == [0xFF, 0xFF, 0xFD] {
+            skip_at = Some(index + 1);
+        }
+    }
+    plain
+}
+
+/// Finds requests in a stream of bytes.
+#[derive(Debug, Default)]
+pub(crate) struct Decoder {
+    buffer: Vec<u8>,
+}
+
+impl Decoder {
+    /// Forgets a packet that was begun.
+    pub(crate) fn reset(&mut self) {
+        self.buffer.clear();
+    }
+
+    /// Takes one byte; gives the request it completes.
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Request> {
+        self.buffer.push(byte);
+        while !self.buffer.is_empty() {
+            let known = self.buffer.len().min(HEADER.len());
+            if self.buffer[..known] != HEADER[..known] {
+                self.buffer.remove(0);
+                continue;
+            }
+            let &[_, _, _, _, id, low, high, ref rest @ ..] = self.buffer.as_slice() else { return None };
+            let length = usize::from(u16::from_le_bytes([low, high]));
+            if !(3..=LENGTH_MAX).contains(&length) {
+                self.buffer.remove(0);
+                continue;
+            }
+            if rest.len() < length {
+                return None;
+            }
+            let crc_at = 7 + length - 2;
+            let crc = crc16(0, &self.buffer[..crc_at]).to_le_bytes();
+            if crc[..] == self.buffer[crc_at..crc_at + 2] {
+                let body = unstuff(&self.buffer[7..crc_at]);
+                self.buffer.drain(..crc_at + 2);
+                let (&instruction, parameters) = body.split_first()?;
+                return Some(Request { id, instruction, parameters: parameters.to_vec() });
+            }
+            self.buffer.remove(0);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decode(bytes: &[u8]) -> Vec<Request> {
+        let mut decoder = Decoder::default();
+        bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+    }
+
+    /// Vectors of the e-manual, Protocol 2.0.
+    #[test]
+    fn vendor_vectors() {
+        let ping = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E];
+        assert_eq!(decode(&ping), [Request { id: 1, instruction: 1, parameters: vec![] }]);
+        let read = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x02, 0x84, 0x00, 0x04, 0x00, 0x1D, 0x15];
+        assert_eq!(decode(&read), [Request { id: 1, instruction: 2, parameters: vec![0x84, 0, 4, 0] }]);
+        let reply = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x55, 0x00, 0x06, 0x04, 0x26, 0x65, 0x5D];
+        assert_eq!(status(1, 0, &[0x06, 0x04, 0x26]), reply);
+    }
+
+    #[test]
+    fn stuffing_is_undone_also_when_data_hold_the_stuffed_form() {
+        for data in [
+            &[0xFF, 0xFF, 0xFD][..],
+            &[0xFF, 0xFF, 0xFD, 0xFD],
+            &[0xFF, 0xFF, 0xFF, 0xFD, 0xFF, 0xFF, 0xFD],
+            &[0xFF, 0xFF, 0xFD, 0xFF, 0xFF, 0xFD, 0x00],
+        ] {
+            assert_eq!(unstuff(&stuff(data)), data);
+        }
+        assert_eq!(stuff(&[0xFF, 0xFF, 0xFD, 0x01]), [0xFF, 0xFF, 0xFD, 0xFD, 0x01]);
+    }
+}

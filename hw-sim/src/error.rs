@@ -1,0 +1,109 @@
+//! Why a world cannot be built, or a bus not used.
+
+use crate::config::Protocol;
+
+/// The bus's adapter is not there: a scripted unplug is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the adapter is unplugged")]
+pub struct Unplugged;
+
+/// What is wrong with the configuration of a world.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// No such servo model.
+    #[error("bus `{bus}`, servo {id}: no model `{model}`; there are {known}")]
+    UnknownModel {
+        /// Bus name.
+        bus: String,
+        /// Servo id.
+        id: u8,
+        /// Model asked for.
+        model: String,
+        /// Models there are.
+        known: String,
+    },
+    /// The model speaks another language than its bus.
+    #[error("bus `{bus}`, servo {id}: {model} speaks {speaks}, the bus speaks {expected}")]
+    WrongProtocol {
+        /// Bus name.
+        bus: String,
+        /// Servo id.
+        id: u8,
+        /// Model asked for.
+        model: String,
+        /// What the model speaks.
+        speaks: Protocol,
+        /// What the bus speaks.
+        expected: Protocol,
+    },
+    /// An id no servo can have.
+    #[error("bus `{bus}`: id {id} is not possible; {protocol} servos have 0 to {max}")]
+    BadId {
+        /// Bus name.
+        bus: String,
+        /// The id.
+        id: u8,
+        /// Language of the bus.
+        protocol: Protocol,
+        /// Highest possible id.
+        max: u8,
+    },
+    /// Two servos of a bus share an id.
+    #[error("bus `{bus}`: two servos have id {id}; ids are unique on a bus")]
+    DuplicateId {
+        /// Bus name.
+        bus: String,
+        /// The id.
+        id: u8,
+    },
+    /// Two buses share a name.
+    #[error("two buses are named `{bus}`; fault scripts tell buses apart by name")]
+    DuplicateBus {
+        /// The name.
+        bus: String,
+    },
+    /// A line rate the protocol, or one of the models, does not know.
+    #[error("bus `{bus}`: {baud} bit/s is not possible; its servos know {known}")]
+    BadBaud {
+        /// Bus name.
+        bus: String,
+        /// The rate.
+        baud: u32,
+        /// Rates there are.
+        known: String,
+    },
+    /// A number out of its range.
+    #[error("bus `{bus}`: {key} is {value}; expected {expected}")]
+    BadNumber {
+        /// Bus name.
+        bus: String,
+        /// Which field, with the servo where it is one of a servo.
+        key: String,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A fault names a bus that does not exist.
+    #[error("fault {entry} names bus `{bus}`; there are {known}")]
+    FaultOnUnknownBus {
+        /// Place in the script, from 1.
+        entry: usize,
+        /// The name.
+        bus: String,
+        /// Buses there are.
+        known: String,
+    },
+    /// A fault names a servo that does not exist.
+    #[error("fault {entry} names servo {id} of bus `{bus}`; there are {known}")]
+    FaultOnUnknownServo {
+        /// Place in the script, from 1.
+        entry: usize,
+        /// Bus name.
+        bus: String,
+        /// The id.
+        id: u8,
+        /// Ids on that bus.
+        known: String,
+    },
+}

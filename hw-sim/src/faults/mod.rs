@@ -1,0 +1,173 @@
+//! What goes wrong, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts itself.
+
+mod script;
+#[cfg(test)]
+mod tests;
+
+use crate::config::BusConfig;
+use crate::convert::nanoseconds;
+use crate::error::BuildError;
+
+pub use script::{FaultError, FaultKind, FaultScript, ScriptedFault};
+
+/// One fault on one bus.
+#[derive(Debug, Clone, Copy)]
+struct Fault {
+    kind: FaultKind,
+    from_ns: u64,
+    /// Exclusive.
+    until_ns: u64,
+    /// `None` means every servo of the bus.
+    id: Option<u8>,
+}
+
+impl Fault {
+    fn is_on(&self, now_ns: u64) -> bool {
+        (self.from_ns..self.until_ns).contains(&now_ns)
+    }
+
+    fn applies(&self, now_ns: u64, id: u8) -> bool {
+        self.is_on(now_ns) && self.id.is_none_or(|own| own == id)
+    }
+}
+
+/// The faults of one bus.
+#[derive(Debug, Default)]
+pub(crate) struct BusFaults {
+    faults: Vec<Fault>,
+    /// Moments the adapter is pulled out, latest first.
+    unplugs_ns: Vec<u64>,
+    /// Ids the servos were built with, in their order.
+    pub(crate) home_ids: Vec<u8>,
+}
+
+impl BusFaults {
+    fn any(&self, now_ns: u64, kind: FaultKind) -> bool {
+        self.faults.iter().any(|fault| fault.kind == kind && fault.is_on(now_ns))
+    }
+
+    fn any_on(&self, now_ns: u64, id: u8, kind: FaultKind) -> bool {
+        self.faults.iter().any(|fault| fault.kind == kind && fault.applies(now_ns, id))
+    }
+
+    pub(crate) fn is_silent(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::Silent)
+    }
+
+    pub(crate) fn flips_a_bit(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::BitFlip)
+    }
+
+    pub(crate) fn makes_noise(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::Noise)
+    }
+
+    pub(crate) fn is_stuck(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::Stuck)
+    }
+
+    pub(crate) fn echoes(&self, now_ns: u64) -> bool {
+        self.any(now_ns, FaultKind::Echo)
+    }
+
+    pub(crate) fn is_unplugged(&self, now_ns: u64) -> bool {
+        self.any(now_ns, FaultKind::Unplugged)
+    }
+
+    /// Supply forced by a fault, V; the lowest if there are several.
+    pub(crate) fn volts(&self, now_ns: u64) -> Option<f64> {
+        let forced =
+            self.faults.iter().filter(|fault| fault.is_on(now_ns)).filter_map(|fault| match fault.kind {
+                FaultKind::LowVoltage { volts } => Some(volts),
+                _ => None,
+            });
+        forced.min_by(f64::total_cmp)
+    }
+
+    /// Temperature forced by a fault, °C; the highest if there are several.
+    pub(crate) fn celsius(&self, now_ns: u64, id: u8) -> Option<f64> {
+        let on = self.faults.iter().filter(|fault| fault.applies(now_ns, id));
+        let forced = on.filter_map(|fault| match fault.kind {
+            FaultKind::Hot { celsius } => Some(celsius),
+            _ => None,
+        });
+        forced.max_by(f64::total_cmp)
+    }
+
+    /// When the adapter is next pulled out.
+    pub(crate) fn next_unplug_ns(&self) -> Option<u64> {
+        self.unplugs_ns.last().copied()
+    }
+
+    /// That has happened.
+    pub(crate) fn take_unplug(&mut self) {
+        self.unplugs_ns.pop();
+    }
+}
+
+/// Moments at which the host oversleeps.
+#[derive(Debug, Default)]
+pub(crate) struct HostStalls {
+    /// (from when, how long), ns.
+    stalls: Vec<(u64, u64)>,
+}
+
+impl HostStalls {
+    /// Sum of the stalls that have come due; they are gone then.
+    pub(crate) fn take(&mut self, now_ns: u64) -> u64 {
+        let due: u64 = self.stalls.iter().filter(|(from, _)| *from <= now_ns).map(|(_, delay)| delay).sum();
+        self.stalls.retain(|(from, _)| *from > now_ns);
+        due
+    }
+}
+
+impl FaultScript {
+    /// Gives every bus its faults.
+    pub(crate) fn assign(self, buses: &[BusConfig]) -> Result<(Vec<BusFaults>, HostStalls), BuildError> {
+        let mut assigned: Vec<BusFaults> = buses
+            .iter()
+            .map(|bus| BusFaults {
+                home_ids: bus.servos.iter().map(|servo| servo.id).collect(),
+                ..Default::default()
+            })
+            .collect();
+        let mut stalls = HostStalls::default();
+        for (entry, fault) in (1..).zip(&self.faults) {
+            check_target(entry, fault, buses)?;
+            let from_ns = nanoseconds(fault.at_s);
+            let until_ns = fault.for_s.map_or(u64::MAX, |for_s| from_ns.saturating_add(nanoseconds(for_s)));
+            if let FaultKind::LateHost { delay_ms } = fault.kind {
+                stalls.stalls.push((from_ns, nanoseconds(delay_ms / 1000.0)));
+                continue;
+            }
+            let own = Fault { kind: fault.kind, from_ns, until_ns, id: fault.id };
+            for (faults, bus) in assigned.iter_mut().zip(buses) {
+                if fault.bus.as_ref().is_none_or(|name| *name == bus.name) {
+                    faults.faults.push(own);
+                    if fault.kind == FaultKind::Unplugged {
+                        faults.unplugs_ns.push(from_ns);
+                    }
+                }
+            }
+        }
+        for faults in &mut assigned {
+            faults.unplugs_ns.sort_unstable_by(|a, b| b.cmp(a));
+        }
+        Ok((assigned, stalls))
+    }
+}
+
+fn check_target(entry: usize, fault: &ScriptedFault, buses: &[BusConfig]) -> Result<(), BuildError> {
+    let Some(name) = &fault.bus else { return Ok(()) };
+    let Some(bus) = buses.iter().find(|bus| bus.name == *name) else {
+        let known = buses.iter().map(|bus| format!("`{}`", bus.name)).collect::<Vec<_>>().join(", ");
+        return Err(BuildError::FaultOnUnknownBus { entry, bus: name.clone(), known });
+    };
+    match fault.id {
+        Some(id) if bus.servos.iter().all(|servo| servo.id != id) => {
+            let known = bus.servos.iter().map(|servo| servo.id.to_string()).collect::<Vec<_>>().join(", ");
+            Err(BuildError::FaultOnUnknownServo { entry, bus: name.clone(), id, known })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,120 @@
+//! Servo models as data. Performance: ROBOTIS e-manual model pages (stall torque, current and no-load speed at
+//! the stated voltage); Feetech wiki product pages ST-3215-C001, ST-3215-C018, ST-3250-C001.
+//! Inertia, friction and the Feetech position gain are not published: they are estimates, and marked so.
+
+use std::f64::consts::TAU;
+
+use crate::config::Protocol;
+use crate::registers::{Change, Register, dynamixel_x, feetech_sts};
+
+/// Encoder counts in one turn of the shaft, for every model here.
+pub(crate) const COUNTS_PER_TURN: i64 = 4096;
+/// The same as a factor, counts/rad.
+pub(crate) const COUNTS_PER_RAD: f64 = 4096.0 / TAU;
+
+/// One servo model.
+#[derive(Debug)]
+pub struct Model {
+    /// Name in configurations.
+    pub name: &'static str,
+    /// Language it speaks.
+    pub protocol: Protocol,
+    /// Supply voltage of the figures below, V.
+    pub nominal_voltage_v: f64,
+    /// Torque at standstill and full duty, N m.
+    pub stall_torque_nm: f64,
+    /// Speed at full duty without load, rad/s.
+    pub no_load_speed_rad_s: f64,
+    /// Winding current at stall, A.
+    pub stall_current_a: f64,
+    /// Inertia of rotor and gears at the shaft, kg m² (estimate).
+    pub reflected_inertia_kg_m2: f64,
+    /// Coulomb friction of the gearbox, N m (estimate: 0.02 of stall torque).
+    pub friction_nm: f64,
+    /// Torque a radian of position error asks for with the factory gain, N m/rad (Feetech: estimate;
+    /// Dynamixel servos take theirs from the P gain register, and hold 0 here).
+    pub position_gain_nm_per_rad: f64,
+    pub(crate) table: &'static [Register],
+    pub(crate) changes: &'static [Change],
+}
+
+const fn rpm(value: f64) -> f64 {
+    value * TAU / 60.0
+}
+
+const fn model(
+    name: &'static str,
+    protocol: Protocol,
+    nominal_voltage_v: f64,
+    (stall_torque_nm, stall_current_a): (f64, f64),
+    no_load_rpm: f64,
+    reflected_inertia_kg_m2: f64,
+    changes: &'static [Change],
+) -> Model {
+    let (table, position_gain_nm_per_rad) = match protocol {
+        Protocol::Dynamixel => (dynamixel_x::TABLE, 0.0),
+        // 15 N m/rad is the STS3215's; taken as a constant share of stall torque.
+        Protocol::Feetech => (feetech_sts::TABLE, 15.0 / 2.94 * stall_torque_nm),
+    };
+    Model {
+        name,
+        protocol,
+        nominal_voltage_v,
+        stall_torque_nm,
+        no_load_speed_rad_s: rpm(no_load_rpm),
+        stall_current_a,
+        reflected_inertia_kg_m2,
+        friction_nm: 0.02 * stall_torque_nm,
+        position_gain_nm_per_rad,
+        table,
+        changes,
+    }
+}
+
+use Protocol::{Dynamixel, Feetech};
+
+/// Every model there is. Dynamixel inertias are guessed from gear ratio and motor size, so that a bare shaft
+/// comes to rest without ringing; the STS3215's 0.027 kg m² from published simulations of arms built of it.
+/// The STS3215 stall current at 12 V and the STS3250's are estimates too.
+pub static MODELS: [Model; 7] = [
+    model("XL330-M288", Dynamixel, 5.0, (0.52, 1.47), 103.0, 0.001, dynamixel_x::XL330_M288),
+    model("XL430-W250", Dynamixel, 11.1, (1.4, 1.3), 57.0, 0.003, dynamixel_x::XL430_W250),
+    model("XM430-W210", Dynamixel, 12.0, (3.0, 2.3), 77.0, 0.0036, dynamixel_x::XM430_W210),
+    model("XM430-W350", Dynamixel, 12.0, (4.1, 2.3), 46.0, 0.01, dynamixel_x::XM430_W350),
+    model("STS3215-7V4", Feetech, 6.0, (1.91, 2.0), 42.0, 0.027, feetech_sts::STS3215_7V4),
+    model("STS3215-12V", Feetech, 12.0, (2.94, 2.7), 45.0, 0.027, feetech_sts::STS3215_12V),
+    model("STS3250", Feetech, 12.0, (4.90, 4.0), 75.0, 0.02, feetech_sts::STS3250),
+];
+
+impl Model {
+    /// The model of this name.
+    pub(crate) fn named(name: &str) -> Option<&'static Model> {
+        MODELS.iter().find(|model| model.name == name)
+    }
+
+    /// Torque lost for each unit of speed, N m s/rad.
+    pub(crate) fn back_emf_nm_s(&self) -> f64 {
+        self.stall_torque_nm / self.no_load_speed_rad_s
+    }
+
+    /// The model's control table: its family's, with the model's own changes.
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        let mut table = self.table.to_vec();
+        for change in self.changes {
+            match *change {
+                Change::Absent(address) => table.retain(|register| register.address != address),
+                Change::Add(register) => table.push(register),
+                Change::Range(address, default, min, max) => {
+                    for register in table.iter_mut().filter(|register| register.address == address) {
+                        (register.default, register.min, register.max) = (default, min, max);
+                    }
+                }
+            }
+        }
+        if self.protocol == Protocol::Dynamixel {
+            table.extend(dynamixel_x::indirect_registers(self.name));
+        }
+        table.sort_by_key(|register| register.address);
+        table
+    }
+}

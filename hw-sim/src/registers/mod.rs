@@ -1,0 +1,222 @@
+//! Control tables: the descriptions (data, one file a family) and one servo's copy of the values.
+//!
+//! In: addresses and bytes or numbers. Out: bytes or numbers. Knows nothing of what the numbers do.
+
+pub mod dynamixel_x;
+pub mod feetech_sts;
+
+/// Who may change a register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// The servo alone.
+    Read,
+    /// The host too.
+    ReadWrite,
+}
+
+/// How bits mean a number. All registers are little endian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// Plain.
+    Unsigned,
+    /// Two's complement over the register's width.
+    TwosComplement,
+    /// Sign in this bit, magnitude in the bits below it.
+    SignMagnitude(u8),
+}
+
+/// One register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Register {
+    /// First address.
+    pub address: u16,
+    /// Bytes: 1, 2 or 4.
+    pub size: u8,
+    /// The maker's name.
+    pub name: &'static str,
+    /// Who may change it.
+    pub access: Access,
+    /// Meaning of its bits.
+    pub encoding: Encoding,
+    /// Value as shipped.
+    pub default: i64,
+    /// Lowest value a host may write.
+    pub min: i64,
+    /// Highest value a host may write.
+    pub max: i64,
+}
+
+/// How a model departs from its family's table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Change {
+    /// The register at this address is not there.
+    Absent(u16),
+    /// One more register.
+    Add(Register),
+    /// Address, default, lowest, highest.
+    Range(u16, i64, i64, i64),
+}
+
+const fn entry(
+    access: Access,
+    address: u16,
+    size: u8,
+    name: &'static str,
+    encoding: Encoding,
+    range: (i64, i64, i64),
+) -> Register {
+    Register { address, size, name, access, encoding, default: range.0, min: range.1, max: range.2 }
+}
+
+/// Unsigned, the host may write; `(default, min, max)`.
+const fn rw(address: u16, size: u8, name: &'static str, range: (i64, i64, i64)) -> Register {
+    entry(Access::ReadWrite, address, size, name, Encoding::Unsigned, range)
+}
+
+/// The host may write, other encoding.
+const fn rw_as(
+    address: u16,
+    size: u8,
+    name: &'static str,
+    encoding: Encoding,
+    range: (i64, i64, i64),
+) -> Register {
+    entry(Access::ReadWrite, address, size, name, encoding, range)
+}
+
+/// Unsigned, read only.
+const fn ro(address: u16, size: u8, name: &'static str, default: i64) -> Register {
+    entry(Access::Read, address, size, name, Encoding::Unsigned, (default, 0, 0))
+}
+
+/// Read only, other encoding.
+const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -> Register {
+    entry(Access::Read, address, size, name, encoding, (0, 0, 0))
+}
+
+impl Register {
+    /// The number these bytes mean.
+    fn decode(&self, bytes: &[u8]) -> i64 {
+        let mut word = [0u8; 8];
+        word[..bytes.len()].copy_from_slice(bytes);
+        let raw = i64::from_le_bytes(word);
+        let bits = 8 * u32::from(self.size);
+        match self.encoding {
+            Encoding::Unsigned => raw,
+            Encoding::TwosComplement => (raw << (64 - bits)) >> (64 - bits),
+            Encoding::SignMagnitude(bit) => {
+                let magnitude = raw & ((1 << bit) - 1);
+                if raw >> bit & 1 == 1 { -magnitude } else { magnitude }
+            }
+        }
+    }
+
+    /// The register's bytes for a number, the nearest it can hold; the first `size` of the eight count.
+    fn encode(&self, value: i64) -> [u8; 8] {
+        let bits = 8 * u32::from(self.size);
+        let raw = match self.encoding {
+            Encoding::Unsigned => value.clamp(0, (1 << bits) - 1),
+            Encoding::TwosComplement => value.clamp(-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
+            Encoding::SignMagnitude(bit) => {
+                let magnitude = value.abs().min((1 << bit) - 1);
+                if value < 0 { magnitude | 1 << bit } else { magnitude }
+            }
+        };
+        raw.to_le_bytes()
+    }
+
+    /// One past the last address.
+    fn end(&self) -> usize {
+        usize::from(self.address) + usize::from(self.size)
+    }
+}
+
+/// The registers of one servo.
+#[derive(Debug, Clone)]
+pub(crate) struct RegisterFile {
+    table: Vec<Register>,
+    bytes: Vec<u8>,
+    /// Which entry of the table each address belongs to.
+    owner: Vec<Option<u16>>,
+}
+
+impl RegisterFile {
+    /// A servo as shipped.
+    pub(crate) fn new(table: Vec<Register>) -> RegisterFile {
+        let end = table.iter().map(Register::end).max().unwrap_or(0);
+        let mut file = RegisterFile { table: Vec::new(), bytes: vec![0; end], owner: vec![None; end] };
+        for (index, register) in table.iter().enumerate() {
+            file.owner[usize::from(register.address)..register.end()].fill(u16::try_from(index).ok());
+        }
+        file.table = table;
+        for index in 0..file.table.len() {
+            file.set(file.table[index].address, file.table[index].default);
+        }
+        file
+    }
+
+    /// The register this address belongs to.
+    pub(crate) fn at(&self, address: u16) -> Option<&Register> {
+        let index = (*self.owner.get(usize::from(address))?)?;
+        self.table.get(usize::from(index))
+    }
+
+    /// The number in the register that starts at `address`; 0 where the model has none.
+    pub(crate) fn get(&self, address: u16) -> i64 {
+        self.at(address)
+            .map_or(0, |register| register.decode(&self.bytes[usize::from(register.address)..register.end()]))
+    }
+
+    /// Puts the nearest number the register can hold; nothing where the model has none.
+    pub(crate) fn set(&mut self, address: u16, value: i64) {
+        if let Some(&register) = self.at(address) {
+            let bytes = register.encode(value);
+            self.bytes[usize::from(register.address)..register.end()]
+                .copy_from_slice(&bytes[..usize::from(register.size)]);
+        }
+    }
+
+    /// One byte, if a register has it.
+    pub(crate) fn byte(&self, address: u16) -> Option<u8> {
+        self.at(address).and_then(|_| self.bytes.get(usize::from(address)).copied())
+    }
+
+    /// The number `data` would make of `register`.
+    pub(crate) fn meaning(register: &Register, data: &[u8]) -> i64 {
+        register.decode(data)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::MODELS;
+
+    #[test]
+    fn tables_do_not_overlap_and_defaults_fit() {
+        for model in &MODELS {
+            let table = model.registers();
+            for pair in table.windows(2) {
+                assert!(pair[0].end() <= usize::from(pair[1].address), "{}: {:?}", model.name, pair);
+            }
+            for register in &table {
+                assert_eq!(
+                    register.decode(&register.encode(register.default)[..register.size.into()]),
+                    register.default,
+                    "{}: {register:?}",
+                    model.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn encodings_follow_the_manuals() {
+        let offset = rw_as(31, 2, "Position Offset", Encoding::SignMagnitude(11), (0, -2047, 2047));
+        assert_eq!(offset.encode(-5)[..2], [0x05, 0x08]);
+        assert_eq!(offset.decode(&[0x05, 0x08]), -5);
+        let goal = rw_as(116, 4, "Goal Position", Encoding::TwosComplement, (0, 0, 0));
+        assert_eq!(goal.encode(-1)[..4], [0xFF; 4]);
+        assert_eq!(goal.decode(&[0xFE, 0xFF, 0xFF, 0xFF]), -2);
+    }
+}

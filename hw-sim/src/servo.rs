@@ -1,0 +1,114 @@
+//! One servo: its registers, its motor, and the steps both families share.
+//!
+//! In: writes from the bus, the shaft's motion, supply and heat. Out: motor torque and register contents.
+
+use crate::config::{Protocol, ServoConfig};
+use crate::convert::round_to_i64;
+use crate::model::{COUNTS_PER_RAD, Model};
+use crate::motor::{Drive, Motor};
+use crate::registers::RegisterFile;
+use crate::{body::ShaftState, dynamixel, feetech};
+
+#[derive(Debug)]
+pub(crate) struct Servo {
+    pub(crate) model: &'static Model,
+    pub(crate) registers: RegisterFile,
+    pub(crate) motor: Motor,
+    /// Shaft position as the encoder sees it, counts, from the last motor step.
+    pub(crate) encoder_counts: i64,
+    /// Whole turns the position register leaves out, counts.
+    pub(crate) turns_left_out: i64,
+    /// Errors that have switched the torque off for good (Dynamixel).
+    pub(crate) is_shut_down: bool,
+}
+
+/// What a servo feels in one motor step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surroundings {
+    /// Virtual time, ns.
+    pub(crate) now_ns: u64,
+    /// Step, s.
+    pub(crate) dt_s: f64,
+    /// Supply, V.
+    pub(crate) supply_v: f64,
+    /// Temperature forced by a fault, °C.
+    pub(crate) celsius: Option<f64>,
+}
+
+impl Servo {
+    /// A servo that has just been powered, with a shaft standing still.
+    pub(crate) fn new(model: &'static Model, config: &ServoConfig, baud_code: i64) -> Servo {
+        let mut servo = Servo {
+            model,
+            registers: RegisterFile::new(model.registers()),
+            motor: Motor::at_rest(),
+            encoder_counts: round_to_i64(config.position_counts),
+            turns_left_out: 0,
+            is_shut_down: false,
+        };
+        let delay_units = i64::from(config.return_delay_us / 2);
+        match model.protocol {
+            Protocol::Dynamixel => {
+                dynamixel::control::power_on(&mut servo, config.id, baud_code, delay_units)
+            }
+            Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
+        }
+        servo
+    }
+
+    /// The shaft this servo starts with.
+    pub(crate) fn shaft(&self, config: &ServoConfig) -> ShaftState {
+        ShaftState {
+            position_rad: config.position_counts / COUNTS_PER_RAD,
+            speed_rad_s: 0.0,
+            inertia_kg_m2: self.model.reflected_inertia_kg_m2,
+            friction_nm: self.model.friction_nm,
+            is_stuck: false,
+        }
+    }
+
+    /// Reads the register that starts at `address`.
+    pub(crate) fn get(&self, address: u16) -> i64 {
+        self.registers.get(address)
+    }
+
+    /// The same as a float, for the control laws.
+    #[expect(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
+    pub(crate) fn value(&self, address: u16) -> f64 {
+        self.registers.get(address) as f64
+    }
+
+    /// Drives the motor from the registers; returns its torque, N m.
+    pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
+        let drive = self.drive(shaft.speed_rad_s, supply_v);
+        self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
+    }
+
+    fn drive(&self, speed_rad_s: f64, supply_v: f64) -> Drive {
+        match self.model.protocol {
+            Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
+            Protocol::Feetech => feetech::control::drive(self),
+        }
+    }
+
+    /// Writes what the servo measures into its registers, after the shaft has moved.
+    pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
+        self.encoder_counts = round_to_i64(shaft.position_rad * COUNTS_PER_RAD);
+        self.motor.warm(self.model, around.dt_s);
+        if let Some(celsius) = around.celsius {
+            self.motor.temperature_c = celsius;
+        }
+        match self.model.protocol {
+            Protocol::Dynamixel => dynamixel::control::observe(self, shaft.speed_rad_s, around),
+            Protocol::Feetech => feetech::control::observe(self, shaft.speed_rad_s, around),
+        }
+    }
+
+    /// Is the bridge closed?
+    pub(crate) fn is_torque_on(&self) -> bool {
+        match self.model.protocol {
+            Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
+            Protocol::Feetech => feetech::control::is_torque_on(self),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The half-duplex line. In: bursts of bytes with a start time. Out: each byte at the time its stop bit ends,
+//! garbled if anybody else was talking. Knows no packets.
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+/// Bits a byte takes: start, eight data, stop (8N1, both makers).
+const BITS_PER_BYTE: u64 = 10;
+
+/// Who drives the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Talker {
+    Host,
+    /// Index on the bus.
+    Servo(usize),
+}
+
+/// What has crossed a bus since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct WireStatistics {
+    /// Bytes the host put on the line.
+    pub bytes_from_host: u64,
+    /// Bytes the servos put on the line, noise included.
+    pub bytes_from_servos: u64,
+    /// Bytes spoilt by two talkers at once.
+    pub bytes_garbled: u64,
+    /// Time with a byte on the line, ns.
+    pub busy_ns: u64,
+}
+
+#[derive(Debug)]
+struct Burst {
+    talker: Talker,
+    start_ns: u64,
+    end_ns: u64,
+    /// When the byte at `sent` will have crossed; kept, because it is asked for far more often than it changes.
+    byte_end_ns: u64,
+    bytes: Vec<u8>,
+    sent: usize,
+}
+
+/// One byte that has just left the line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossed {
+    pub(crate) talker: Talker,
+    pub(crate) at_ns: u64,
+    pub(crate) byte: u8,
+}
+
+#[derive(Debug)]
+pub(crate) struct Wire {
+    baud: u32,
+    bursts: Vec<Burst>,
+    /// The byte that crosses next: when, and of which burst.
+    next: Option<(u64, usize)>,
+    busy_until_ns: u64,
+    statistics: WireStatistics,
+}
+
+impl Wire {
+    pub(crate) fn new(baud: u32) -> Wire {
+        let statistics = WireStatistics::default();
+        Wire { baud, bursts: Vec::new(), next: None, busy_until_ns: 0, statistics }
+    }
+
+    pub(crate) fn statistics(&self) -> WireStatistics {
+        self.statistics
+    }
+
+    /// Time `count` bytes take, ns, rounded up.
+    pub(crate) fn duration_ns(&self, count: usize) -> u64 {
+        let bits_ns = (count as u64).saturating_mul(BITS_PER_BYTE * 1_000_000_000);
+        bits_ns.div_ceil(u64::from(self.baud))
+    }
+
+    /// Puts bytes on the line from `start_ns` on; returns when the last will have crossed.
+    pub(crate) fn talk(&mut self, talker: Talker, start_ns: u64, bytes: Vec<u8>) -> u64 {
+        let end_ns = start_ns + self.duration_ns(bytes.len());
+        if !bytes.is_empty() {
+            let byte_end_ns = start_ns + self.duration_ns(1);
+            self.bursts.push(Burst { talker, start_ns, end_ns, byte_end_ns, bytes, sent: 0 });
+            self.find_next();
+        }
+        end_ns
+    }
+
+    /// Takes back what a talker has not sent yet.
+    pub(crate) fn cut(&mut self, talker: Talker) {
+        for index in 0..self.bursts.len() {
+            let sent_until = self.bursts[index].start_ns + self.duration_ns(self.bursts[index].sent);
+            let burst = &mut self.bursts[index];
+            if burst.talker == talker {
+                burst.bytes.truncate(burst.sent);
+                burst.end_ns = sent_until;
+            }
+        }
+        self.find_next();
+    }
+
+    /// When the next byte will have crossed.
+    pub(crate) fn next_ns(&self) -> Option<u64> {
+        self.next.map(|(at, _)| at)
+    }
+
+    fn find_next(&mut self) {
+        let ahead = self.bursts.iter().enumerate().filter(|(_, burst)| burst.sent < burst.bytes.len());
+        self.next = ahead.map(|(index, burst)| (burst.byte_end_ns, index)).min();
+    }
+
+    /// Lets the next byte cross.
+    pub(crate) fn cross(&mut self, rng: &mut Pcg64Mcg) -> Option<Crossed> {
+        let (end, index) = self.next?;
+        let sent = self.bursts[index].sent;
+        let start = self.bursts[index].start_ns + self.duration_ns(sent);
+        let byte_end_ns = self.bursts[index].start_ns + self.duration_ns(sent + 2);
+        let burst = &mut self.bursts[index];
+        let (talker, mut byte) = (burst.talker, burst.bytes[sent]);
+        (burst.sent, burst.byte_end_ns) = (sent + 1, byte_end_ns);
+        let clashes = |other: &Burst| other.talker != talker && other.start_ns < end && other.end_ns > start;
+        if self.bursts.iter().any(clashes) {
+            byte ^= rng.random_range(1..=255u8);
+            self.statistics.bytes_garbled += 1;
+        }
+        match talker {
+            Talker::Host => self.statistics.bytes_from_host += 1,
+            Talker::Servo(_) => self.statistics.bytes_from_servos += 1,
+        }
+        self.statistics.busy_ns += end.saturating_sub(start.max(self.busy_until_ns));
+        self.busy_until_ns = self.busy_until_ns.max(end);
+        // A burst is forgotten once it can no longer overlap a byte still to come.
+        let horizon = end.saturating_sub(2 * self.duration_ns(1));
+        self.bursts.retain(|burst| burst.sent < burst.bytes.len() || burst.end_ns > horizon);
+        self.find_next();
+        Some(Crossed { talker, at_ns: end, byte })
+    }
+}

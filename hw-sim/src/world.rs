@@ -1,0 +1,270 @@
+//! All buses of a robot on one virtual clock.
+//!
+//! Three things happen by themselves, in the order of their time: a byte leaves a line, an adapter is
+//! unplugged, the motors step. Motors step at whole milliseconds since the start, so that the result does not
+//! depend on how the host cuts time into calls.
+
+use std::collections::BTreeSet;
+
+use crate::body::{Body, FreeJoints, ShaftState};
+use crate::bus::Bus;
+use crate::config::{BusConfig, ServoConfig};
+use crate::error::{BuildError, Unplugged};
+use crate::faults::{FaultScript, HostStalls};
+use crate::model::{COUNTS_PER_RAD, MODELS, Model};
+use crate::servo::{Servo, Surroundings};
+use crate::wire::WireStatistics;
+
+/// Motor step, ns.
+const STEP_NS: u64 = 1_000_000;
+/// The same, s.
+const STEP_S: f64 = 1e-3;
+
+/// What a shaft truly does, whatever the registers say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shaft {
+    /// Angle, encoder counts with their fraction, never wrapped.
+    pub position_counts: f64,
+    /// Speed, rad/s, positive where counts grow.
+    pub speed_rad_s: f64,
+    /// Motor torque before gearbox friction, N m.
+    pub torque_nm: f64,
+    /// Is the bridge closed?
+    pub torque_on: bool,
+    /// Temperature, °C.
+    pub temperature_c: f64,
+    /// Supply at the servo, V.
+    pub supply_v: f64,
+}
+
+/// Every bus of a robot, their servos, the clock and the faults. Deterministic: equal inputs at equal times
+/// give equal bytes.
+pub struct World {
+    now_ns: u64,
+    next_step_ns: u64,
+    buses: Vec<Bus>,
+    /// Every shaft, bus by bus in the order of configuration.
+    shafts: Vec<ShaftState>,
+    torques: Vec<f64>,
+    body: Box<dyn Body + Send>,
+    stalls: HostStalls,
+}
+
+impl World {
+    /// Powers everything up at time 0, shafts free of each other.
+    ///
+    /// # Errors
+    /// [`BuildError`] names the first thing that cannot be: unknown model, id, rate, number, or a fault on a bus
+    /// or servo that does not exist.
+    pub fn new(buses: &[BusConfig], faults: FaultScript, seed: u64) -> Result<World, BuildError> {
+        let (bus_faults, stalls) = faults.assign(buses)?;
+        let mut built = Vec::new();
+        let mut shafts = Vec::new();
+        let mut names = BTreeSet::new();
+        for ((index, config), faults) in (0u64..).zip(buses).zip(bus_faults) {
+            if !names.insert(&config.name) {
+                return Err(BuildError::DuplicateBus { bus: config.name.clone() });
+            }
+            let baud_code = check_bus(config)?;
+            let mut servos = Vec::new();
+            for servo_config in &config.servos {
+                let servo = Servo::new(check_servo(config, servo_config)?, servo_config, baud_code);
+                shafts.push(servo.shaft(servo_config));
+                servos.push(servo);
+            }
+            // Distinct streams for each bus; the multiplier only spreads small seeds.
+            let bus_seed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(index);
+            built.push(Bus::new(config, baud_code, servos, faults, bus_seed));
+        }
+        let torques = vec![0.0; shafts.len()];
+        let body = Box::new(FreeJoints);
+        let mut world =
+            World { now_ns: 0, next_step_ns: STEP_NS, buses: built, shafts, torques, body, stalls };
+        world.observe(0, 0.0);
+        Ok(world)
+    }
+
+    /// Virtual time since power-up, ns.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// Hands bytes to the adapter of a bus; they leave at 10 bits a byte, after whatever it is still sending.
+    ///
+    /// # Errors
+    /// [`Unplugged`] while a script has the adapter out, or when there is no such bus.
+    pub fn host_send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), Unplugged> {
+        self.buses.get_mut(bus).ok_or(Unplugged)?.send(self.now_ns, bytes)
+    }
+
+    /// Takes bytes that have reached the host by now; returns how many, 0 when there are none.
+    ///
+    /// # Errors
+    /// As [`World::host_send`].
+    pub fn host_receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, Unplugged> {
+        self.buses.get_mut(bus).ok_or(Unplugged)?.receive(self.now_ns, into)
+    }
+
+    /// How many bytes have arrived on a bus and were not taken yet.
+    pub fn host_pending(&self, bus: usize) -> usize {
+        self.buses.get(bus).map_or(0, |bus| bus.pending(self.now_ns))
+    }
+
+    /// Runs wires and motors up to and including `ns`; does nothing for a time already past.
+    pub fn advance_to(&mut self, ns: u64) {
+        while self.step_once_until(ns) {}
+        self.now_ns = self.now_ns.max(ns);
+    }
+
+    /// Runs until a byte for the host is there on any bus (at once if one already is), at most to
+    /// `deadline_ns`. Returns whether one is.
+    pub fn advance_to_input(&mut self, deadline_ns: u64) -> bool {
+        loop {
+            let arrival = self.buses.iter().filter_map(Bus::first_arrival_ns).min();
+            let stop = arrival.unwrap_or(u64::MAX).min(deadline_ns);
+            if self.step_once_until(stop) {
+                continue;
+            }
+            self.now_ns = self.now_ns.max(stop);
+            return arrival.is_some_and(|at| at <= self.now_ns);
+        }
+    }
+
+    /// The next thing that happens, if it does by `ns`.
+    fn step_once_until(&mut self, ns: u64) -> bool {
+        let mut at = self.next_step_ns;
+        let mut who = None;
+        for (index, bus) in self.buses.iter().enumerate() {
+            if let Some(bus_ns) = bus.next_ns()
+                && bus_ns < at
+            {
+                (at, who) = (bus_ns, Some(index));
+            }
+        }
+        if at > ns {
+            return false;
+        }
+        match who {
+            Some(index) => self.buses[index].step(),
+            None => {
+                self.step_motors(at);
+                self.next_step_ns += STEP_NS;
+            }
+        }
+        true
+    }
+
+    fn step_motors(&mut self, now_ns: u64) {
+        let mut index = 0;
+        for bus in &mut self.buses {
+            let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
+            for place in 0..bus.servos.len() {
+                let is_stuck = bus.faults.is_stuck(now_ns, bus.home_id(place));
+                let shaft = &mut self.shafts[index];
+                shaft.is_stuck = is_stuck;
+                self.torques[index] = bus.servos[place].torque(shaft, supply_v);
+                index += 1;
+            }
+        }
+        self.body.step(STEP_S, &mut self.shafts, &self.torques);
+        self.observe(now_ns, STEP_S);
+    }
+
+    fn observe(&mut self, now_ns: u64, dt_s: f64) {
+        let mut shafts = self.shafts.iter();
+        for bus in &mut self.buses {
+            let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
+            for place in 0..bus.servos.len() {
+                let Some(shaft) = shafts.next() else { return };
+                let celsius = bus.faults.celsius(now_ns, bus.home_id(place));
+                bus.servos[place].observe(shaft, &Surroundings { now_ns, dt_s, supply_v, celsius });
+            }
+        }
+    }
+
+    /// How much longer than it asked for the host sleeps, if it goes to sleep now, ns. Each scripted stall that
+    /// has come due is given once; several add up.
+    pub fn host_stall_ns(&mut self) -> u64 {
+        self.stalls.take(self.now_ns)
+    }
+
+    /// The true state of the shaft of the servo that has this id now.
+    pub fn shaft(&self, bus: usize, id: u8) -> Option<Shaft> {
+        let line = self.buses.get(bus)?;
+        let place = line.servo_with_id(id)?;
+        let before: usize = self.buses[..bus].iter().map(|bus| bus.servos.len()).sum();
+        let (state, servo) = (self.shafts.get(before + place)?, &line.servos[place]);
+        Some(Shaft {
+            position_counts: state.position_rad * COUNTS_PER_RAD,
+            speed_rad_s: state.speed_rad_s,
+            torque_nm: servo.motor.torque_nm,
+            torque_on: servo.is_torque_on(),
+            temperature_c: servo.motor.temperature_c,
+            supply_v: line.faults.volts(self.now_ns).unwrap_or(line.supply_v),
+        })
+    }
+
+    /// One byte of the control table of the servo that has this id now.
+    pub fn register(&self, bus: usize, id: u8, address: u16) -> Option<u8> {
+        let line = self.buses.get(bus)?;
+        line.servos[line.servo_with_id(id)?].registers.byte(address)
+    }
+
+    /// What has crossed a bus since power-up.
+    pub fn wire_statistics(&self, bus: usize) -> Option<WireStatistics> {
+        self.buses.get(bus).map(|bus| bus.wire.statistics())
+    }
+}
+
+/// Checks what belongs to a bus; returns the register code of its rate.
+fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
+    let bus = || config.name.clone();
+    let bauds = config.protocol.bauds();
+    let Some(&(code, _)) = bauds.iter().find(|(_, baud)| *baud == config.baud) else {
+        let known = bauds.iter().map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
+        return Err(BuildError::BadBaud { bus: bus(), baud: config.baud, known });
+    };
+    if !(config.supply_v.is_finite() && config.supply_v > 0.0) {
+        let (key, value) = ("supply_v".into(), config.supply_v.to_string());
+        return Err(BuildError::BadNumber { bus: bus(), key, value, expected: "volts above 0" });
+    }
+    let mut ids = BTreeSet::new();
+    for servo in &config.servos {
+        if servo.id > config.protocol.id_max() {
+            let (protocol, max) = (config.protocol, config.protocol.id_max());
+            return Err(BuildError::BadId { bus: bus(), id: servo.id, protocol, max });
+        }
+        if !ids.insert(servo.id) {
+            return Err(BuildError::DuplicateId { bus: bus(), id: servo.id });
+        }
+    }
+    Ok(code)
+}
+
+fn check_servo(config: &BusConfig, servo: &ServoConfig) -> Result<&'static Model, BuildError> {
+    let (bus, id) = (config.name.clone(), servo.id);
+    let Some(model) = Model::named(&servo.model) else {
+        let known = MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ");
+        return Err(BuildError::UnknownModel { bus, id, model: servo.model.clone(), known });
+    };
+    if model.protocol != config.protocol {
+        let (speaks, expected) = (model.protocol, config.protocol);
+        return Err(BuildError::WrongProtocol { bus, id, model: servo.model.clone(), speaks, expected });
+    }
+    let bad = |key: &str, value: String, expected| {
+        Err(BuildError::BadNumber {
+            bus: config.name.clone(),
+            key: format!("{key} of servo {id}"),
+            value,
+            expected,
+        })
+    };
+    if servo.return_delay_us > 508 || servo.return_delay_us % 2 != 0 {
+        return bad("return_delay_us", servo.return_delay_us.to_string(), "an even number of 0 to 508");
+    }
+    // A Dynamixel's position register has 32 bits; a shaft further out than this has no place in it.
+    if servo.position_counts.is_nan() || servo.position_counts.abs() > 1e9 {
+        return bad("position_counts", servo.position_counts.to_string(), "a number within 1e9 of 0");
+    }
+    Ok(model)
+}
