@@ -1,3 +1,7 @@
 //! The `hippocamp` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    hippocamp::cli::main()
+}

@@ -13,11 +13,14 @@ pub mod packet;
 pub mod port;
 mod register;
 mod reply;
+mod sim;
 #[cfg(test)]
 mod testing;
 pub mod timing;
 
-pub use buses::{BusStatistics, Buses, ExchangeTimes};
+pub use buses::{BusStatistics, Buses, ExchangeTimes, StartError};
 pub use client::{Answer, BusClient, Counters, ServoGoal};
 pub use error::{Request, ServoPlace, TransactionError};
+pub use port::{PortError, Ports};
 pub use reply::{Feedback, Slot};
+pub use sim::SimPorts;

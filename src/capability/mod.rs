@@ -2,6 +2,7 @@
 //!
 //! Stands beside the pipeline: `check` prints it, and a run is planned within it.
 
+pub mod bus_costs;
 pub mod reach;
 pub mod top_speed;
 

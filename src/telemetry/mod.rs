@@ -3,13 +3,16 @@
 //! The observers check the pipeline from outside it: goal registers against the robot's ranges, feet from
 //! the targets and from the measured joints. They never change anything and never allocate after start.
 
+mod buses;
 mod feet;
 mod joints;
 mod report;
 
+use crate::bus::BusStatistics;
 use crate::counts::Goals;
 use crate::model::Robot;
 use crate::signals::{JointTargets, State, Targets};
+use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
 use joints::JointObserver;
@@ -37,6 +40,7 @@ pub struct CycleRecord<'a> {
 /// Observes a whole run.
 #[derive(Debug)]
 pub struct Telemetry {
+    buses: BusObserver,
     feet: FootObserver,
     joints: JointObserver,
     cycles: u64,
@@ -63,6 +67,7 @@ impl Telemetry {
     /// For a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
         Telemetry {
+            buses: BusObserver::new(robot),
             feet: FootObserver::new(robot),
             joints: JointObserver::new(robot),
             cycles: 0,
@@ -83,6 +88,11 @@ impl Telemetry {
         }
         self.joints.observe(robot, record);
         self.feet.observe(robot, record);
+    }
+
+    /// Looks at the buses after a cycle's exchange.
+    pub fn observe_buses<'s>(&mut self, buses: impl Iterator<Item = BusStatistics<'s>>) {
+        self.buses.observe(buses);
     }
 
     /// Notes how late a cycle began after its deadline, and whether that counts as late.

@@ -1,9 +1,13 @@
 //! The report of a run, as it is written to a file.
 
+use std::time::Duration;
+
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
 use super::Telemetry;
+use crate::bus::BusStatistics;
+use crate::model::Robot;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -141,6 +145,16 @@ impl Telemetry {
     /// Times of the loop so far.
     pub fn loop_report(&self) -> LoopReport {
         LoopReport { work_us: Quantiles::of(&self.work_us), late_us: Quantiles::of(&self.late_us) }
+    }
+
+    /// Buses so far, in a run of this `duration`.
+    pub fn bus_reports<'s>(
+        &self,
+        robot: &Robot,
+        duration: Duration,
+        buses: impl Iterator<Item = BusStatistics<'s>>,
+    ) -> Vec<BusReport> {
+        self.buses.report(robot, duration, buses)
     }
 
     /// Joints so far.

@@ -5,6 +5,7 @@
 //! short for the others. An exchange allocates nothing and never panics.
 
 mod line;
+mod start;
 mod transaction;
 
 use std::time::Duration;
@@ -14,10 +15,12 @@ use super::error::ServoPlace;
 use super::port::Ports;
 use super::timing::GroupRead;
 use super::{Slot, TransactionError};
+use crate::counts::Goals;
 use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
 use line::Line;
+pub use start::StartError;
 
 /// How long exchanges took, from sending to the last reply or the deadline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -97,11 +100,15 @@ impl<P: Ports> Buses<P> {
 
     /// Sends every joint its goal and fetches what every servo reports.
     ///
-    /// `goals` and `out` are in the order of [`Robot::joints`]. A joint without a goal goes limp; one
-    /// without a servo stays [`Slot::Missing`]. Returns when every bus has all replies or is past its own
-    /// deadline.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the cycle that calls it is not there yet"))]
-    pub(crate) fn exchange(&mut self, goals: &[ServoGoal], out: &mut [Slot]) {
+    /// `goals` and `out` are in the order of [`Robot::joints`]. A joint without a servo stays
+    /// [`Slot::Missing`]. Returns when every bus has all replies or is past its own deadline.
+    pub fn exchange(&mut self, goals: &Goals, out: &mut [Slot]) {
+        self.exchange_counts(goals.servos(), out);
+    }
+
+    /// The same for counts that need not have passed safety: for tests, and for letting go.
+    /// A joint without a goal goes limp.
+    fn exchange_counts(&mut self, goals: &[ServoGoal], out: &mut [Slot]) {
         out.fill(Slot::Missing);
         for line in &mut self.lines {
             line.begin_exchange(&mut self.ports, goals);

@@ -197,7 +197,7 @@ const ALL: [Slot; 5] = [Slot::Missing; 5];
 
 fn exchange(buses: &mut Buses<ScriptedPorts>) -> [Slot; 5] {
     let mut out = ALL;
-    buses.exchange(&GOALS, &mut out);
+    buses.exchange_counts(&GOALS, &mut out);
     out
 }
 
@@ -217,7 +217,7 @@ fn goals_reach_the_bus_and_id_of_their_joint() {
     let mut buses = buses(servos(&[10, 12]), servos(&[11, 13]));
     let mut out = ALL;
     let goal = |position| ServoGoal::Move { position, torque_limit: 1 };
-    buses.exchange(&[goal(100), goal(101), goal(102), ServoGoal::Limp], &mut out);
+    buses.exchange_counts(&[goal(100), goal(101), goal(102), ServoGoal::Limp], &mut out);
     let ports = buses.into_ports();
     let holds = |bus: usize, bytes: &[u8]| ports.lines[bus].sent[0].windows(bytes.len()).any(|w| w == bytes);
     assert!(holds(0, &[0x83, 42, 2, 10, 100, 0, 12, 102, 0]));

@@ -41,7 +41,7 @@ impl<P: Ports> Buses<P> {
     ///
     /// # Errors
     /// [`TransactionError`], when the servo refused it or did not take it.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the start-up that calls it is not there yet"))]
+    #[cfg(test)]
     pub(crate) fn write(
         &mut self,
         joint: usize,

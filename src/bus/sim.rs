@@ -1,0 +1,90 @@
+//! Ports on simulated buses: on a virtual clock as fast as it goes, or paced by the real one.
+
+use std::time::{Duration, Instant};
+
+use hw_sim::World;
+
+use super::port::{PortError, Ports};
+use crate::units::Time;
+
+/// Ports of a simulated world.
+#[derive(Debug)]
+pub struct SimPorts {
+    world: World,
+    /// When the run began on the real clock; none on a virtual one.
+    real_start: Option<Instant>,
+}
+
+impl SimPorts {
+    /// Ports of `world` on its own clock: waiting takes no time, and neither does computing.
+    pub fn on_virtual_clock(world: World) -> SimPorts {
+        SimPorts { world, real_start: None }
+    }
+
+    /// Ports of `world` paced by the real clock, from now on.
+    #[allow(clippy::disallowed_methods, reason = "these ports own the clock")]
+    pub fn on_real_clock(world: World) -> SimPorts {
+        SimPorts { world, real_start: Some(Instant::now()) }
+    }
+
+    /// The simulated world, to look at.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Brings the world up to the present.
+    fn catch_up(&mut self) {
+        let now = self.now();
+        self.world.advance_to(now.0);
+    }
+
+    /// Waits until the real clock is where the world is.
+    #[allow(clippy::disallowed_methods, reason = "these ports own the only wait")]
+    fn sleep_to_world(&self) {
+        if let Some(start) = self.real_start {
+            let ahead = Duration::from_nanos(self.world.now_ns()).saturating_sub(start.elapsed());
+            if !ahead.is_zero() {
+                std::thread::sleep(ahead);
+            }
+        }
+    }
+}
+
+impl Ports for SimPorts {
+    fn now(&mut self) -> Time {
+        let real_ns =
+            self.real_start.map_or(0, |start| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX));
+        Time(self.world.now_ns().max(real_ns))
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        let mut scratch = [0; 256];
+        while self.receive(bus, &mut scratch)? > 0 {}
+        Ok(())
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.catch_up();
+        self.world.host_send(bus, bytes).map_err(|_| PortError::Gone { bus })
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        self.catch_up();
+        self.world.host_receive(bus, into).map_err(|_| PortError::Gone { bus })
+    }
+
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.catch_up();
+        self.world.advance_to_input(deadline.0);
+        self.sleep_to_world();
+    }
+
+    fn wait_until(&mut self, deadline: Time) {
+        let target = self.now().max(deadline);
+        self.world.advance_to(target.0);
+        // A script may make this host oversleep.
+        let stall_ns = self.world.host_stall_ns();
+        self.world.advance_to(target.0.saturating_add(stall_ns));
+        self.sleep_to_world();
+    }
+}

@@ -1,0 +1,102 @@
+//! `hippocamp check`: what the robot is and what it can do.
+#![allow(clippy::print_stdout, reason = "the command's output")]
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::load::{Loaded, load};
+
+use crate::capability::{bus_costs, top_speed};
+use crate::model::{LEG_NAMES, Robot};
+
+/// Checks the robot file at `path` and prints what the robot can do.
+pub(super) fn check(path: &Path) -> Result<()> {
+    let loaded = load(path)?;
+    let robot = &loaded.file.robot;
+    let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
+    println!(
+        "{}: {} chains, {} joints, {mass_kg:.2} kg, loop at {} Hz",
+        robot.name,
+        robot.chains.len(),
+        robot.joints.len(),
+        robot.rate_hz
+    );
+    print_joints(robot);
+    print_legs(&loaded);
+    print_gaits(&loaded);
+    print_buses(robot);
+    Ok(())
+}
+
+fn print_joints(robot: &Robot) {
+    println!("\n{:<24} {:>16}  {:>9}  servo", "joint", "range deg", "rate deg/s");
+    for joint in &robot.joints {
+        let (low, high) = joint.range_rad;
+        let range = format!("{:.1} .. {:.1}", low.to_degrees(), high.to_degrees());
+        let (rate, servo) = match &joint.servo {
+            None => ("-".to_owned(), "none".to_owned()),
+            Some(servo) => (
+                format!("{:.0}", (robot.safety.rate_share * servo.model.no_load_speed_rad_s).to_degrees()),
+                format!(
+                    "{} id {} on bus {}{}",
+                    servo.model.name,
+                    servo.id,
+                    robot.buses[servo.bus].name,
+                    if servo.reversed { ", reversed" } else { "" }
+                ),
+            ),
+        };
+        println!("{:<24} {range:>16}  {rate:>9}  {servo}", joint.name);
+    }
+}
+
+fn print_legs(loaded: &Loaded) {
+    println!("\n{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
+    for (name, reach) in LEG_NAMES.iter().zip(&loaded.capability.reaches) {
+        let place = reach.neutral_in_body * 1e3;
+        println!(
+            "{name:<24} {:>16.1}  forward {:.1}, left {:.1}, up {:.1}",
+            reach.half_excursion_m * 1e3,
+            place.x,
+            place.y,
+            place.z
+        );
+    }
+    println!("{:<24} {:>16.1}", "all legs", loaded.capability.half_excursion_m() * 1e3);
+}
+
+fn print_gaits(loaded: &Loaded) {
+    let robot = &loaded.file.robot;
+    println!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
+    for gait in &loaded.horse.gaits {
+        let top = top_speed::of_gait(robot, &loaded.capability.plan(&loaded.horse, gait));
+        let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
+            format!("the speed or acceleration of {}", robot.joints[joint].name)
+        });
+        let by_servos =
+            if robot.buses.is_empty() { "-".to_owned() } else { format!("{:.3}", top.by_servos_m_s) };
+        println!("{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s);
+    }
+}
+
+fn print_buses(robot: &Robot) {
+    if robot.buses.is_empty() {
+        println!("\nNo buses: this robot exists on paper only and cannot be run.");
+        return;
+    }
+    println!(
+        "\n{:<24} {:>16}  {:>9} {:>10} {:>12}",
+        "bus", "exchange ms", "wire ms", "adapter ms", "at most Hz"
+    );
+    for bus in bus_costs::of_robot(robot) {
+        println!(
+            "{:<24} {:>16.3}  {:>9.3} {:>10.3} {:>12.0}",
+            bus.name,
+            bus.total().as_secs_f64() * 1e3,
+            bus.wire.as_secs_f64() * 1e3,
+            bus.adapter.as_secs_f64() * 1e3,
+            bus.highest_rate_hz()
+        );
+    }
+}

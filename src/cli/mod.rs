@@ -1,0 +1,129 @@
+//! The command line: what the user typed, and which command does it.
+
+mod check;
+mod load;
+mod run;
+mod status;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::ik::Method;
+
+/// Everything was done as asked.
+const COMPLETED: u8 = 0;
+/// Anything that has no code of its own.
+const FAILED: u8 = 1;
+/// A file or an option is wrong; nothing was touched.
+const BAD_INPUT: u8 = 2;
+/// Safety stopped the robot.
+const STOPPED_BY_SAFETY: u8 = 3;
+
+/// Drives servo-driven horses (and octopus arms to come) on real or simulated servo buses.
+///
+/// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 1 anything else.
+#[derive(Debug, Parser)]
+#[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Checks a robot file and prints what the robot can do.
+    ///
+    /// Prints joints and servos, how far each leg reaches (half-excursion E and neutral foot point), the top
+    /// speed of each gait with what limits it, and how long one exchange takes on each bus.
+    #[command(after_help = "Example: hippocamp check config/horse.toml")]
+    Check {
+        /// The robot file.
+        robot: PathBuf,
+    },
+    /// Stands up, walks, stops.
+    ///
+    /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
+    /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
+    /// skips the slowing down. All buses are simulated.
+    #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
+                            hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
+    Run(RunArguments),
+}
+
+/// Options of `run`.
+#[derive(Debug, clap::Args)]
+struct RunArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// Gait: one of the robot file's [default: the file's first].
+    #[arg(long, value_name = "NAME")]
+    gait: Option<String>,
+    /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
+    speed: Option<f64>,
+    /// How long to walk, in seconds, before slowing down.
+    #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
+    walk_for_s: f64,
+    /// Run on a virtual clock, as fast as it can.
+    #[arg(long = "virtual")]
+    is_virtual: bool,
+    /// Where the limp joints of the simulated robot are at the start, and all other chance.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// Write the report of the run to this file (JSON).
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
+    #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
+    ik: Ik,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Ik {
+    /// Cyclic coordinate descent alone, ten sweeps a cycle; leaves millimetres.
+    #[value(name = "ccd")]
+    Ccd,
+    /// One sweep, then least squares.
+    #[value(name = "ccd+finish")]
+    CcdFinish,
+}
+
+impl From<Ik> for Method {
+    fn from(ik: Ik) -> Method {
+        match ik {
+            Ik::Ccd => Method::Ccd { sweeps: 10 },
+            Ik::CcdFinish => Method::CcdThenFinish,
+        }
+    }
+}
+
+/// Bad input: exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct BadInput(String);
+
+/// Parses the command line, does what it says, and returns the exit code.
+pub fn main() -> ExitCode {
+    // clap itself exits with 2 on a wrong command line, and 0 on --help and --version.
+    let arguments = Arguments::parse();
+    let result = match &arguments.command {
+        Command::Check { robot } => check::check(robot).map(|()| COMPLETED),
+        Command::Run(options) => run::run(options),
+    };
+    match result {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            let is_input = error.is::<BadInput>() || error.is::<crate::config::ConfigError>();
+            #[allow(clippy::print_stderr, reason = "the error message of the command")]
+            {
+                eprintln!("hippocamp: {error:#}");
+            }
+            ExitCode::from(if is_input { BAD_INPUT } else { FAILED })
+        }
+    }
+}

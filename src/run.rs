@@ -1,0 +1,165 @@
+//! A whole run: find the servos, repeat the cycle at its rate, end in the robot's safe stop, report.
+//!
+//! The clock and the waiting are the ports'; orders come in and status goes out through the caller's
+//! functions, which must not block. Whatever ends the loop, a panic included, the servos end in the stop
+//! action.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use crate::bus::{Buses, Ports, StartError};
+use crate::cycle::Cycle;
+use crate::ik::Method;
+use crate::model::{Robot, StopAction};
+use crate::motion::horse::HorsePlan;
+use crate::motion::{Activity, Order};
+use crate::signals::Permission;
+use crate::telemetry::{Outcome, Report};
+use crate::units::Time;
+
+/// A cycle that begins this share of a period after its deadline counts as late.
+const LATE_SHARE: f64 = 0.1;
+/// Limp goals are sent for this many cycles at the end, in case one is lost.
+const LIMP_CYCLES: u32 = 5;
+
+/// What to run.
+#[derive(Debug, Clone)]
+pub struct RunPlan {
+    /// Gait, speed and posture.
+    pub horse: HorsePlan,
+    /// How targets are solved.
+    pub method: Method,
+    /// How long to walk, from the first step to slowing down, s.
+    pub walk_for_s: f64,
+}
+
+/// What a person wants to see while it runs. Small and copied, so that it can be handed to another thread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Status {
+    /// Time of the run, s.
+    pub time_s: f64,
+    /// What the robot is doing.
+    pub activity: Activity,
+    /// Planned speed, m/s.
+    pub speed_m_s: f64,
+    /// What safety permits.
+    pub permission: Permission,
+    /// Cycles that began late.
+    pub late_cycles: u64,
+    /// Hottest servo, degrees Celsius.
+    pub hottest_c: f64,
+    /// Lowest supply voltage, V.
+    pub lowest_v: f64,
+}
+
+/// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
+///
+/// `order` is asked, and given the status, once a cycle; it must not block.
+///
+/// # Errors
+/// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
+pub fn run<P: Ports>(
+    robot: &Robot,
+    plan: RunPlan,
+    ports: P,
+    mut order: impl FnMut(&Status) -> Order,
+) -> Result<Report, StartError> {
+    let mut buses = Buses::new(robot, ports);
+    buses.identify(robot)?;
+    let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
+    let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    let start = cycle.buses_mut().ports_mut().now();
+
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut order)));
+    let (outcome, reason) = match ended {
+        Ok(was_ordered_to_stop) => verdict(robot, &cycle, was_ordered_to_stop),
+        Err(_) => {
+            // The motion cannot be trusted to sit down any more.
+            if robot.stop_action == StopAction::SitThenLimp {
+                cycle.buses_mut().limp();
+            }
+            (
+                Outcome::Failed,
+                "the loop panicked: this is a defect of the program, please report it".to_owned(),
+            )
+        }
+    };
+    let duration = cycle.buses_mut().ports_mut().now().since(start);
+    let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
+    Ok(Report {
+        robot: robot.name.clone(),
+        gait,
+        speed_m_s,
+        duration_s: duration.as_secs_f64(),
+        cycles,
+        late_cycles,
+        outcome,
+        reason,
+        safety_interventions,
+        loop_times: cycle.telemetry().loop_report(),
+        joints: cycle.telemetry().joints_report(),
+        feet: cycle.telemetry().feet_report(),
+        buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
+    })
+}
+
+/// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
+fn repeat<P: Ports>(
+    robot: &Robot,
+    cycle: &mut Cycle<'_, P>,
+    start: Time,
+    order: &mut impl FnMut(&Status) -> Order,
+) -> bool {
+    let period = Duration::from_secs_f64(robot.period_s());
+    let late = period.mul_f64(LATE_SHARE);
+    let mut deadline = start;
+    let mut was_ordered_to_stop = false;
+    let mut limp_cycles = 0;
+    loop {
+        cycle.buses_mut().ports_mut().wait_until(deadline);
+        let lateness = cycle.buses_mut().ports_mut().now().since(deadline);
+        cycle
+            .telemetry_mut()
+            .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
+        let wanted = order(&status(cycle, start));
+        was_ordered_to_stop |= wanted != Order::Go;
+        cycle.step(wanted);
+        if cycle.generator().activity() == Activity::Done {
+            limp_cycles += 1;
+            if limp_cycles >= LIMP_CYCLES {
+                return was_ordered_to_stop;
+            }
+        }
+        // Deadlines that have passed already are skipped, not made up for.
+        let now = cycle.buses_mut().ports_mut().now();
+        deadline = deadline + period;
+        while now.since(deadline) > period {
+            deadline = deadline + period;
+        }
+    }
+}
+
+fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
+    let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
+    let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
+    Status {
+        time_s,
+        activity: cycle.generator().activity(),
+        speed_m_s: cycle.generator().speed_m_s(),
+        permission: cycle.state().permission,
+        late_cycles: cycle.telemetry().totals().1,
+        hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
+        lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+    }
+}
+
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool) -> (Outcome, String) {
+    if cycle.state().permission == Permission::Stop {
+        let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
+        (Outcome::StoppedBySafety, why)
+    } else if was_ordered_to_stop {
+        (Outcome::Completed, "stopped by the operator".to_owned())
+    } else {
+        (Outcome::Completed, "walked for the time asked".to_owned())
+    }
+}

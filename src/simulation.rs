@@ -1,0 +1,69 @@
+//! The simulated hardware of a robot file: the same buses and servos, limp, somewhere.
+
+use hw_sim::{BuildError, BusConfig, FaultScript, ServoConfig, World};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use crate::model::{Protocol, Robot};
+
+/// How far outside its range a limp joint may lie, share of the range's width.
+const OUTSIDE_SHARE: f64 = 0.1;
+
+/// A simulated world of `robot`'s buses, each joint at a random place in or a little outside its range.
+///
+/// # Errors
+/// When `faults` names a bus or servo the robot does not have.
+pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, BuildError> {
+    let mut chance = Pcg64Mcg::seed_from_u64(seed);
+    let pose: Vec<f64> = robot
+        .joints
+        .iter()
+        .map(|joint| {
+            let (low, high) = joint.range_rad;
+            #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
+            let share = (chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+            low + (high - low) * (share * (1.0 + 2.0 * OUTSIDE_SHARE) - OUTSIDE_SHARE)
+        })
+        .collect();
+    world_from_pose(robot, &pose, seed, faults)
+}
+
+/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad).
+///
+/// # Errors
+/// When `faults` names a bus or servo the robot does not have.
+pub fn world_from_pose(
+    robot: &Robot,
+    pose: &[f64],
+    seed: u64,
+    faults: &FaultScript,
+) -> Result<World, BuildError> {
+    let mut buses: Vec<BusConfig> = robot
+        .buses
+        .iter()
+        .map(|bus| BusConfig {
+            name: bus.name.clone(),
+            protocol: match bus.protocol {
+                Protocol::Dynamixel => hw_sim::Protocol::Dynamixel,
+                Protocol::Feetech => hw_sim::Protocol::Feetech,
+            },
+            baud: bus.baud,
+            adapter_latency_us: bus.adapter_latency_us,
+            supply_v: 0.0,
+            servos: Vec::new(),
+        })
+        .collect();
+    for (joint, angle) in robot.joints.iter().zip(pose) {
+        if let Some(servo) = &joint.servo {
+            let bus = &mut buses[servo.bus];
+            bus.supply_v = servo.model.nominal_voltage_v;
+            bus.servos.push(ServoConfig {
+                model: servo.model.name.to_owned(),
+                id: servo.id.0,
+                return_delay_us: robot.buses[servo.bus].return_delay_us,
+                position_counts: servo.count_of(*angle),
+            });
+        }
+    }
+    World::new(&buses, faults.clone(), seed)
+}

@@ -1,0 +1,59 @@
+//! Buses: what they carried and how long exchanges took.
+
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+
+use super::histogram_us;
+use super::report::{BusReport, Quantiles};
+use crate::bus::BusStatistics;
+use crate::bus::timing::wire_time;
+use crate::model::Robot;
+
+#[derive(Debug)]
+pub(super) struct BusObserver {
+    /// Of each bus: exchange times, microseconds, and how many exchanges were seen.
+    seen: Vec<(Histogram<u64>, u64)>,
+}
+
+impl BusObserver {
+    pub(super) fn new(robot: &Robot) -> BusObserver {
+        BusObserver { seen: robot.buses.iter().map(|_| (histogram_us(), 0)).collect() }
+    }
+
+    pub(super) fn observe<'s>(&mut self, buses: impl Iterator<Item = BusStatistics<'s>>) {
+        for ((times, count), bus) in self.seen.iter_mut().zip(buses) {
+            // An exchange that could not be sent took no time.
+            if bus.times.count > *count {
+                times.saturating_record(u64::try_from(bus.times.last.as_micros()).unwrap_or(u64::MAX));
+                *count = bus.times.count;
+            }
+        }
+    }
+
+    /// One report a bus, over a run of this `duration`.
+    pub(super) fn report<'s>(
+        &self,
+        robot: &Robot,
+        duration: Duration,
+        buses: impl Iterator<Item = BusStatistics<'s>>,
+    ) -> Vec<BusReport> {
+        let of_bus =
+            |((described, statistics), (times, _)): ((&crate::model::Bus, BusStatistics<'_>), &(_, u64))| {
+                let counters = statistics.counters;
+                let bytes = usize::try_from(counters.bytes_out + counters.bytes_in).unwrap_or(usize::MAX);
+                BusReport {
+                    name: described.name.clone(),
+                    exchanges: counters.exchanges,
+                    bytes_out: counters.bytes_out,
+                    bytes_in: counters.bytes_in,
+                    missing: counters.missing,
+                    corrupt: counters.corrupt,
+                    wire_share: wire_time(bytes, described.baud).as_secs_f64()
+                        / duration.as_secs_f64().max(1e-9),
+                    exchange_us: Quantiles::of(times),
+                }
+            };
+        robot.buses.iter().zip(buses).zip(&self.seen).map(of_bus).collect()
+    }
+}
