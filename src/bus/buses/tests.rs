@@ -316,7 +316,8 @@ fn an_adapter_that_echoes_and_hands_over_in_pieces() {
 
 #[test]
 fn chatter_on_a_finished_bus_does_not_keep_the_others_from_waiting() {
-    let left: Responder = Box::new(|_| vec![(MS, [report(10), report(12), vec![0; 600]].concat()); 2]);
+    let left: Responder =
+        Box::new(|_| vec![(MS, [report(10), report(12), vec![0; 600]].concat()), (2 * MS, vec![0; 9])]);
     let mut buses = buses(left, silence());
     assert_eq!(exchange(&mut buses), [fresh(10), Slot::Missing, fresh(12), Slot::Missing, Slot::Missing]);
     assert_eq!(buses.ports_mut().now(), Time(0) + DEADLINE);

@@ -317,13 +317,38 @@ fn transactions_on_feetech() {
     assert_eq!(client.counters(), Counters::default(), "transactions are not counted");
 }
 
-/// With noise before the echo it is not recognised as one; it must still never pass for an answer.
 #[test]
-fn an_echo_is_never_an_answer() {
+fn a_false_header_holds_an_answer_up_only_until_the_deadline() {
+    let mut client = client(Protocol::Feetech);
+    client.begin_read(ServoId(1), FEETECH_STS.present_position);
+    // A header of a report, longer than all that follows.
+    client.feed(&[0xFF, 0xFF, 0x01, 0x0A]);
+    client.feed(&feetech_status(1, 0, &[0x18, 0x05, 0x77])[..]);
+    let at_the_deadline = client.finish_transaction();
+    assert_eq!(at_the_deadline, Answer::Done { value: 1304, alarms: 0 });
+}
+
+#[test]
+fn an_echo_is_silence() {
+    for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
+        let mut client = client(protocol);
+        let register = client.registers().goal_position;
+        let echo = client.begin_read(ServoId(1), register).to_vec();
+        client.feed(&echo);
+        assert_eq!(client.finish_transaction(), Answer::Missing);
+        let echo = client.begin_write(ServoId(1), register, 1).to_vec();
+        client.feed(&echo);
+        assert_eq!(client.finish_transaction(), Answer::Missing);
+    }
+}
+
+/// With noise before it an echo is not recognised as one; it must still never pass for an answer.
+#[test]
+fn an_echo_in_noise_is_no_answer() {
     for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
         for noise in [&[][..], &[0x00], &[0xFF]] {
             let mut client = client(protocol);
-            let registers = client.inbox.registers;
+            let registers = client.registers();
             for register in [registers.torque_enable, registers.goal_position, registers.model_number] {
                 let echo = client.begin_read(ServoId(1), register).to_vec();
                 client.feed(&[noise, &echo].concat());
