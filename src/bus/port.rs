@@ -42,7 +42,8 @@ pub trait Ports {
     /// [`PortError::Gone`] when the line is not there.
     fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError>;
 
-    /// Waits until bytes that were not yet received are there on any bus, or until `deadline`.
+    /// Waits until bytes that were not yet received are there on any bus, or until `deadline`. A line that is
+    /// gone has no input.
     fn wait_for_input(&mut self, deadline: Time);
 
     /// Waits until `deadline`, whatever arrives.

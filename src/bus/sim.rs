@@ -8,11 +8,16 @@ use super::port::{PortError, Ports};
 use crate::units::Time;
 
 /// Ports of a simulated world.
-#[derive(Debug)]
 pub struct SimPorts {
     world: World,
     /// When the run began on the real clock; none on a virtual one.
     real_start: Option<Instant>,
+}
+
+impl std::fmt::Debug for SimPorts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SimPorts").field("real_start", &self.real_start).finish_non_exhaustive()
+    }
 }
 
 impl SimPorts {
