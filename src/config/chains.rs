@@ -3,13 +3,17 @@
 use glam::{DQuat, DVec3};
 
 use super::meters;
-use super::reader::{Limits, Section};
+use super::number::Limits;
+use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
 use crate::model::{Chain, Joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
+
+/// A last link shorter than this has no direction worth the name.
+const LINK_SHORTEST_MM: f64 = 1e-6;
 
 /// What could be read of a chain; `limb` only if all of it was good.
 pub(super) struct ChainEntry<'a> {
@@ -62,7 +66,7 @@ fn read_chain<'a>(
     if joints.is_empty() {
         section.fault("joint", "at least one joint, [[chain.joint]]");
     }
-    if end == Some(DVec3::ZERO) {
+    if end.is_some_and(|link| link.length() < LINK_SHORTEST_MM) {
         let last = joints.len() - 1;
         section.fault(
             &format!("joint[{last}].link_mm"),

@@ -1,6 +1,7 @@
 //! `[[motion.gait]]`, and the gaits a horse knows without it.
 
-use super::reader::{Limits, Section};
+use super::number::Limits;
+use super::reader::Section;
 use super::unique::Unique;
 use crate::model::Gait;
 

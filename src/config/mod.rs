@@ -23,6 +23,7 @@ mod fault;
 mod gaits;
 mod motion;
 mod nearest;
+mod number;
 mod reader;
 mod safety;
 mod servos;
@@ -37,7 +38,8 @@ use toml::de::DeTable;
 
 use crate::model::{Robot, StopAction};
 pub use fault::{ConfigError, Fault};
-use reader::{File, Limits, Section};
+use number::Limits;
+use reader::{File, Section};
 use source::Source;
 
 /// More cycles a second than any servo bus carries.
@@ -169,10 +171,11 @@ fn syntax_faults(text: &str, file_name: &str, errors: &[toml::de::Error]) -> Con
         if faults.iter().any(|fault| fault.line == line) {
             continue;
         }
+        let message = error.message().trim_end_matches(", expected nothing");
         faults.push(Fault {
             line,
             column: Some(source::column_of(text, start)),
-            ..fault_without_key(file_name, &format!("TOML; {}", error.message()))
+            ..fault_without_key(file_name, &format!("TOML; {message}"))
         });
     }
     faults.sort_by_key(|fault| fault.line);

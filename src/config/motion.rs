@@ -2,7 +2,8 @@
 
 use super::chains::ChainEntry;
 use super::gaits;
-use super::reader::{Limits, Section};
+use super::number::Limits;
+use super::reader::Section;
 use crate::model::{HorseMotion, Motion};
 
 /// The kinds of motion a file may name.

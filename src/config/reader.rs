@@ -13,56 +13,12 @@ use toml::de::{DeTable, DeValue};
 
 use super::fault::Fault;
 use super::nearest::nearest;
+use super::number::{LARGEST, Limits, real, whole};
 use super::source::{Source, element, join};
-
-/// Numbers beyond this are slips of the hand in every unit of the schema, and their squares could overflow.
-const LARGEST: f64 = 1e9;
-
-/// Which finite numbers a key takes.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Limits {
-    /// Every number.
-    Any,
-    /// Above zero.
-    Positive,
-    /// Zero or more.
-    NotNegative,
-    /// Above the first, at most the second.
-    AboveToMost(f64, f64),
-    /// Above the first and below the second.
-    Between(f64, f64),
-    /// At least the first and below the second.
-    FromToBelow(f64, f64),
-}
-
-impl Limits {
-    fn contains(self, value: f64) -> bool {
-        match self {
-            Limits::Any => true,
-            Limits::Positive => value > 0.0,
-            Limits::NotNegative => value >= 0.0,
-            Limits::AboveToMost(low, high) => value > low && value <= high,
-            Limits::Between(low, high) => value > low && value < high,
-            Limits::FromToBelow(low, high) => value >= low && value < high,
-        }
-    }
-
-    fn words(self) -> String {
-        match self {
-            Limits::Any => "a number".to_owned(),
-            Limits::Positive => "a number above 0".to_owned(),
-            Limits::NotNegative => "a number of 0 or more".to_owned(),
-            Limits::AboveToMost(low, high) => format!("a number above {low} and at most {high}"),
-            Limits::Between(low, high) => format!("a number above {low} and below {high}"),
-            Limits::FromToBelow(low, high) => format!("a number of at least {low} and below {high}"),
-        }
-    }
-}
 
 /// What all sections of one file share.
 pub(super) struct File {
-    /// Where everything stands.
-    pub(super) source: Source,
+    source: Source,
     faults: RefCell<Vec<Fault>>,
 }
 
@@ -130,12 +86,12 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Full path of a key of this section.
+    /// Full path of a key of this section, or of one further inside, such as `joint[2].link_mm`.
     fn path(&self, key: &str) -> String {
-        join(&self.path, key)
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Notes a fault at a key of this section.
+    /// Notes a fault at a key of this section, or at one further inside.
     pub(super) fn fault(&self, key: &str, expected: impl Into<String>) {
         self.note(&self.path(key), expected);
     }
@@ -390,22 +346,4 @@ impl<'a> Section<'a> {
 /// A path without its list places, as it is written in a header.
 fn list_header(path: &str) -> String {
     path.split('.').map(|key| key.split('[').next().unwrap_or(key)).collect::<Vec<_>>().join(".")
-}
-
-fn whole(value: &DeValue<'_>) -> Option<u32> {
-    let integer = value.as_integer()?;
-    u32::from_str_radix(integer.as_str(), integer.radix()).ok()
-}
-
-fn real(value: &DeValue<'_>) -> Option<f64> {
-    match value {
-        // Every radix goes through i64: exact, and far beyond LARGEST.
-        DeValue::Integer(integer) if integer.radix() != 10 => {
-            let exact = i64::from_str_radix(integer.as_str(), integer.radix()).ok()?;
-            i32::try_from(exact).ok().map(f64::from)
-        }
-        DeValue::Integer(integer) => integer.as_str().parse().ok(),
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        _ => None,
-    }
 }

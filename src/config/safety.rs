@@ -1,6 +1,7 @@
 //! `[safety]`: limits that hold whatever the motion asks; every key has a default.
 
-use super::reader::{Limits, Section};
+use super::number::Limits;
+use super::reader::Section;
 use crate::model::{SafetySettings, ServoModel};
 
 /// Share of no-load speed that leaves a servo torque to follow with.
@@ -75,12 +76,9 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
 /// A servo shuts itself off at its own limit, so a higher one would never act.
 fn read_temperature(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64> {
     let lowest = models.iter().map(|model| f64::from(model.temperature_max_c)).fold(f64::INFINITY, f64::min);
-    section.number_or(
-        "temperature_max_c",
-        "the highest servo temperature in degrees C, not above the servos' own limit",
-        Limits::AboveToMost(0.0, lowest),
-        lowest,
-    )
+    let limits = if models.is_empty() { Limits::Positive } else { Limits::AboveToMost(0.0, lowest) };
+    let meaning = "the highest servo temperature in degrees C, not above the servos' own limit";
+    section.number_or("temperature_max_c", meaning, limits, lowest)
 }
 
 /// One voltage limit watches all servos, so it must lie within what each of them allows.

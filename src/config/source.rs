@@ -113,9 +113,9 @@ pub(super) fn column_of(text: &str, byte: usize) -> usize {
 /// A piece of the file on one line, shortened.
 pub(super) fn shown(text: &str, span: Range<usize>) -> String {
     let piece = text.get(span).unwrap_or_default();
-    let words = piece.split_whitespace().collect::<Vec<_>>().join(" ");
-    if words.chars().count() <= VALUE_SHOWN {
-        return words;
+    let line = piece.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= VALUE_SHOWN {
+        return line;
     }
-    words.chars().take(VALUE_SHOWN).chain("...".chars()).collect()
+    line.chars().take(VALUE_SHOWN).chain("...".chars()).collect()
 }

@@ -1,0 +1,7 @@
+//! Robot files: the three that come with the program, the facts of a good one, and what is said of bad ones.
+
+mod bad;
+mod facts;
+
+/// A good file made to be spoiled: two buses, every optional key once, no two numbers alike where it matters.
+const GOOD: &str = include_str!("good.toml");
