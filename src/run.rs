@@ -65,7 +65,7 @@ pub fn run<P: Ports>(
     mut order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
     let mut buses = Buses::new(robot, ports);
-    buses.identify(robot)?;
+    buses.prepare(robot)?;
     let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();

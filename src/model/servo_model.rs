@@ -69,6 +69,9 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 pub struct Registers {
     /// Model number, read at start.
     pub model_number: Register,
+    /// What is written once before a run, in this order: torque off, and no ramp of the servo's own, since the
+    /// goals are smooth already and a ramp would only make it lag.
+    pub preparation: &'static [(Register, i64)],
     /// Torque on (1) or off (0).
     pub torque_enable: Register,
     /// Torque limit while moving, in units of [`ServoModel::torque_limit_full`].
@@ -95,6 +98,12 @@ pub struct Registers {
 /// The torque limit is Goal PWM (100): every model has it in position mode.
 pub static DYNAMIXEL_X: Registers = Registers {
     model_number: register(0, 2, Encoding::Unsigned),
+    preparation: &[
+        (register(64, 1, Encoding::Unsigned), 0),
+        // Profile Acceleration and Profile Velocity: 0 is no limit.
+        (register(108, 4, Encoding::Unsigned), 0),
+        (register(112, 4, Encoding::Unsigned), 0),
+    ],
     torque_enable: register(64, 1, Encoding::Unsigned),
     torque_limit: register(100, 2, Encoding::Unsigned),
     goal_position: register(116, 4, Encoding::TwosComplement),
@@ -110,6 +119,11 @@ pub static DYNAMIXEL_X: Registers = Registers {
 /// Feetech STS (wiki `parameter/memory-sts.md`).
 pub static FEETECH_STS: Registers = Registers {
     model_number: register(3, 2, Encoding::Unsigned),
+    preparation: &[
+        (register(40, 1, Encoding::Unsigned), 0),
+        // Acceleration: 0 is the largest.
+        (register(41, 1, Encoding::Unsigned), 0),
+    ],
     torque_enable: register(40, 1, Encoding::Unsigned),
     torque_limit: register(48, 2, Encoding::Unsigned),
     goal_position: register(42, 2, Encoding::SignMagnitude(15)),

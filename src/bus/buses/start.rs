@@ -33,11 +33,23 @@ pub enum StartError {
 const LIMP_TRIES: u32 = 3;
 
 impl<P: Ports> Buses<P> {
-    /// Asks every servo whether it is there and is the model the robot file says.
+    /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
+    /// clears what another program may have left in it.
     ///
     /// # Errors
-    /// The first servo that is not.
-    pub fn identify(&mut self, robot: &Robot) -> Result<(), StartError> {
+    /// The first servo that is not. Nothing was written to any servo then.
+    pub fn prepare(&mut self, robot: &Robot) -> Result<(), StartError> {
+        self.identify(robot)?;
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let Some(servo) = &joint.servo else { continue };
+            for &(register, value) in servo.model.registers.preparation {
+                self.write(index, register, value)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn identify(&mut self, robot: &Robot) -> Result<(), StartError> {
         for (index, joint) in robot.joints.iter().enumerate() {
             let Some(servo) = &joint.servo else { continue };
             self.ping(index)?;

@@ -41,8 +41,7 @@ impl<P: Ports> Buses<P> {
     ///
     /// # Errors
     /// [`TransactionError`], when the servo refused it or did not take it.
-    #[cfg(test)]
-    pub(crate) fn write(
+    pub(super) fn write(
         &mut self,
         joint: usize,
         register: Register,
