@@ -1,5 +1,7 @@
 //! The full-size reference horse: the thesis' numbers (Takizawa 2005) on legs of its own kind.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::path::Path;
 
 use glam::DVec3;

@@ -23,8 +23,10 @@ impl TopSpeed {
     }
 }
 
-/// Share of the joint limits a steady stride may use: the rest is for starting and stopping.
-const JOINT_SHARE: f64 = 0.97;
+/// Shares of the joint limits a steady stride may use: the rest is for starting and stopping, and for
+/// peaks of acceleration that fall between the cycles looked at here but not between those of a run.
+const RATE_SHARE: f64 = 0.97;
+const ACCELERATION_SHARE: f64 = 0.75;
 /// Halvings of the search for the speed the servos can do: 0.1 % of the speed by reach.
 const HALVINGS: u32 = 10;
 
@@ -73,10 +75,10 @@ fn overloaded_joint(robot: &Robot, plan: &HorsePlan, speed_m_s: f64) -> Option<u
             let acceleration = (speed - speeds[index]) / dt_s;
             speeds[index] = speed;
             if s >= 2.0 * period_s {
-                let rate = JOINT_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
+                let rate = RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
                 let share = speed.abs() / rate;
                 let share = if rate.is_finite() {
-                    share.max(acceleration.abs() / (JOINT_SHARE * robot.safety.acceleration_rad_s2))
+                    share.max(acceleration.abs() / (ACCELERATION_SHARE * robot.safety.acceleration_rad_s2))
                 } else {
                     0.0
                 };

@@ -21,7 +21,6 @@ const DAMPING_GIVE_UP: f64 = 1e3;
 
 impl Solver {
     pub(super) fn finish(&mut self, target: DVec3, pull: f64, tolerance_m: f64, angles: &mut [f64]) {
-        let count = self.hinges.len();
         let mut distance_m = self.tip().distance(target);
         let mut damping = DAMPING_START;
         let mut pull = pull;
@@ -30,8 +29,8 @@ impl Solver {
                 return;
             }
             self.bounded_step(target, pull, damping, angles);
-            for index in 0..count {
-                let (low, high) = self.hinges[index].range_rad;
+            for (index, hinge) in self.hinges.iter().enumerate() {
+                let (low, high) = hinge.range_rad;
                 self.trial[index] = (angles[index] + self.step[index]).clamp(low, high);
             }
             let trial = std::mem::take(&mut self.trial);
@@ -103,7 +102,7 @@ impl Solver {
                 let wanted = angle + scale * self.step[index];
                 let allowed = wanted.clamp(low, high);
                 self.step[index] = allowed - angle;
-                if allowed < wanted || allowed > wanted {
+                if (allowed - wanted).abs() > 0.0 {
                     self.is_free[index] = false;
                     is_settled = false;
                 }
