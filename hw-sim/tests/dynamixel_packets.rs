@@ -180,13 +180,15 @@ fn a_servo_set_to_another_baud_falls_silent() {
 }
 
 #[test]
-fn voltage_outside_the_limits_raises_the_alert_bit_and_the_xl330_shuts_down() {
-    let mut world = world(BusConfig {
-        supply_v: 5.0,
-        ..dynamixel_bus(vec![servo("XM430-W210", 1), servo("XL330-M288", 2)])
-    });
-    assert_eq!(dynamixel_read(&mut world, 1, 70, 1), status(1, 0x80, &[1]));
-    assert_eq!(dynamixel_read(&mut world, 2, 70, 1), status(2, 0, &[0]));
+fn voltage_outside_the_limits_raises_the_alert_bit_and_shuts_down_the_models_whose_mask_says_so() {
+    let bus = dynamixel_bus(vec![servo("XM430-W210", 1), servo("XL330-M288", 2)]);
+    let mut world = world(BusConfig { supply_v: 8.0, ..bus });
+    for id in [1, 2] {
+        assert_eq!(dynamixel_read(&mut world, id, 70, 1), status(id, 0x80, &[1]));
+    }
+    // Shutdown is 52 on the XM430: no voltage bit. On the XL330 it is 53.
     assert_eq!(dynamixel_write(&mut world, 1, 64, &[1]), status(1, 0x80, &[]));
     assert!(world.shaft(0, 1).unwrap().torque_on);
+    assert_eq!(dynamixel_write(&mut world, 2, 64, &[1]), status(2, 0x81, &[]));
+    assert!(!world.shaft(0, 2).unwrap().torque_on);
 }
