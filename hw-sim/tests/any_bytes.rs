@@ -1,4 +1,5 @@
 //! Decoders take any bytes; the clock may be cut any way; a long run is cheap.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
 use common::*;

@@ -1,4 +1,5 @@
 //! When bytes arrive: 10 bits a byte, return delays, adapter latency, guard times.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
 use common::*;

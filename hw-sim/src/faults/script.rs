@@ -48,7 +48,7 @@ pub enum FaultKind {
         /// Which, V.
         volts: f64,
     },
-    /// The servo has another temperature.
+    /// The servo has another temperature; afterwards it cools as it would.
     Hot {
         /// Which, °C.
         celsius: f64,

@@ -1,5 +1,6 @@
 //! Builders the integration tests share. Packets are built here from the manuals, not with the crate's codecs.
 #![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
 
@@ -73,7 +74,7 @@ pub(crate) fn crc(bytes: &[u8]) -> u16 {
     let mut register = 0u16;
     for byte in bytes {
         for bit in (0..8).rev() {
-            let feedback = (register >> 15) as u8 ^ (byte >> bit & 1);
+            let feedback = (register >> 15) ^ u16::from(byte >> bit & 1);
             register <<= 1;
             if feedback == 1 {
                 register ^= 0x8005;
