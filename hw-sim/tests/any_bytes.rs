@@ -86,8 +86,13 @@ fn chronicle(seed: u64, cut: &[u64]) -> Vec<Vec<u8>> {
         world.host_send(1, &dynamixel(1, &[3, 64, 0, 1])).unwrap();
         world.host_send(1, &dynamixel(0xFE, &[0x8A, 126, 0, 21, 0, 1, 2, 3, 4])).unwrap();
         while world.now_ns() < cycle * 10 * MS {
-            let next = world.now_ns() + steps.next().unwrap();
-            world.advance_to(next.min(cycle * 10 * MS));
+            let step = steps.next().unwrap();
+            let next = (world.now_ns() + step).min(cycle * 10 * MS);
+            if step % 2 == 0 {
+                world.advance_to(next);
+            } else {
+                world.advance_to_input(next);
+            }
             for (bus, record) in record.iter_mut().enumerate() {
                 record.extend(received(&mut world, bus));
             }
