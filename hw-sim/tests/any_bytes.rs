@@ -88,7 +88,7 @@ fn chronicle(seed: u64, cut: &[u64]) -> Vec<Vec<u8>> {
         while world.now_ns() < cycle * 10 * MS {
             let step = steps.next().unwrap();
             let next = (world.now_ns() + step).min(cycle * 10 * MS);
-            if step % 2 == 0 {
+            if step.is_multiple_of(2) {
                 world.advance_to(next);
             } else {
                 world.advance_to_input(next);
