@@ -117,10 +117,6 @@ impl Watch {
                     found.or(Some(Finding { joint: index, fault: Fault::Unheard { age_s: joint.age_s } }));
                 continue;
             }
-            let stall = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings);
-            if let Some(fault) = stall {
-                found = found.or(Some(Finding { joint: index, fault }));
-            }
             match self.fault_of(joint, goal) {
                 None => self.wrong_s[index] = 0.0,
                 Some(fault) => {
@@ -130,6 +126,9 @@ impl Watch {
                     }
                 }
             }
+            // Last, since a servo that is hot or in alarm may well have let go.
+            let stalled = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings);
+            found = found.or(stalled.map(|fault| Finding { joint: index, fault }));
         }
         self.permission = match (self.permission, found) {
             (Permission::Stop, _) => Permission::Stop,
