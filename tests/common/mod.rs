@@ -80,22 +80,12 @@ pub(crate) struct Scenario<'r> {
     pub(crate) seed: u64,
     /// Fault script.
     pub(crate) faults: &'r str,
-    /// What the operator wants at each time since power-up, s.
-    pub(crate) order: fn(f64) -> Order,
 }
 
 impl<'r> Scenario<'r> {
     /// A walk of `gait` at nine tenths of its top speed, from a random pose, with nothing going wrong.
     pub(crate) fn new(robot: &'r Robot, gait: &str, walk_for_s: f64) -> Scenario<'r> {
-        Scenario {
-            robot,
-            plan: plan(robot, gait, 0.9),
-            walk_for_s,
-            pose: None,
-            seed: 1,
-            faults: "",
-            order: |_| Order::Go,
-        }
+        Scenario { robot, plan: plan(robot, gait, 0.9), walk_for_s, pose: None, seed: 1, faults: "" }
     }
 
     /// The same from the sitting pose, which it leaves after a time that is always the same.
@@ -114,8 +104,12 @@ impl<'r> Scenario<'r> {
         .unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Runs it; `look` sees the world and what the robot is doing at the beginning of every cycle.
-    fn run_and_look(&self, mut look: impl FnMut(&World, Activity, Permission)) -> (Report, SharedPorts) {
+    /// Runs it; `look` sees the world and what the robot is doing at the beginning of every
+    /// cycle, and says what the operator wants.
+    fn run_and_look(
+        &self,
+        mut look: impl FnMut(&World, Activity, Permission) -> Order,
+    ) -> (Report, SharedPorts) {
         let ports = SharedPorts::new(self.world());
         let plan =
             RunPlan { horse: self.plan.clone(), method: Method::CcdThenFinish, walk_for_s: self.walk_for_s };
@@ -125,8 +119,7 @@ impl<'r> Scenario<'r> {
             let time_s = Time(ports.world().now_ns()).as_secs_f64();
             // A panic here ends the run as failed, which no test takes for good.
             assert!(time_s < LONGEST_RUN_S, "this run does not end");
-            look(ports.world(), status.activity, status.permission);
-            (self.order)(time_s)
+            look(ports.world(), status.activity, status.permission)
         })
         .unwrap_or_else(|error| panic!("{error}"));
         (report, ports)
@@ -134,15 +127,28 @@ impl<'r> Scenario<'r> {
 
     /// Runs it.
     pub(crate) fn run(&self) -> Report {
-        self.run_and_look(|_, _, _| ()).0
+        self.run_and_look(|_, _, _| Order::Go).0
     }
 
     /// Runs it and writes down every cycle.
     pub(crate) fn watch(&self) -> Watched {
+        self.watch_until(Activity::Done)
+    }
+
+    /// Runs it and writes down every cycle until it does `last`; what comes then is not looked at.
+    pub(crate) fn watch_until(&self, last: Activity) -> Watched {
         let mut moments = Vec::new();
+        let mut is_over = false;
         let (report, ports) = self.run_and_look(|world, activity, permission| {
-            moments.push(Moment::of(self.robot, world, activity, permission));
+            is_over |= activity == last && last != Activity::Done;
+            if !is_over {
+                moments.push(Moment::of(self.robot, world, activity, permission));
+            }
+            if is_over { Order::StopAtOnce } else { Order::Go }
         });
+        if is_over {
+            return Watched { report, moments };
+        }
         let (activity, permission) = moments
             .last()
             .map_or((Activity::Limp, Permission::Move), |last| (last.activity, last.permission));
