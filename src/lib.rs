@@ -25,6 +25,7 @@ pub mod estimate;
 pub mod ik;
 pub mod model;
 pub mod motion;
+pub mod platform;
 pub mod run;
 pub mod safety;
 pub mod signals;

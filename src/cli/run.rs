@@ -10,6 +10,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::load::{Loaded, load};
+use super::ports::{self, Choice};
 use super::status::StatusLine;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY};
 use crate::bus::SimPorts;
@@ -41,6 +42,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
         );
     }
+    let Choice::Simulated = ports::choose(robot, &options.ports)?;
     let horse = plan(options, &loaded)?;
     let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
         .map_err(|error| BadInput(error.to_string()))?;
