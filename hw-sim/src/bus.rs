@@ -8,7 +8,6 @@ use rand_pcg::Pcg64Mcg;
 use crate::config::{BusConfig, Protocol};
 use crate::error::Unplugged;
 use crate::faults::BusFaults;
-use crate::registers::{dynamixel_x, feetech_sts};
 use crate::reply::{MISSING_GUARD_NS, Slot};
 use crate::servo::Servo;
 use crate::wire::{Crossed, Talker, Wire};
@@ -156,31 +155,17 @@ impl Bus {
         self.schedule(now_ns, slots);
     }
 
-    fn id(&self, servo: usize) -> u8 {
-        let address = match self.decoder {
-            Decoder::Dynamixel(_) => dynamixel_x::ID,
-            Decoder::Feetech(_) => feetech_sts::ID,
-        };
-        u8::try_from(self.servos[servo].get(address)).unwrap_or(u8::MAX)
-    }
-
     /// The servo that answers to this id now.
     pub(crate) fn servo_with_id(&self, id: u8) -> Option<usize> {
-        (0..self.servos.len()).find(|&servo| self.id(servo) == id)
+        self.servos.iter().position(|servo| servo.id() == id)
     }
 
     /// Which servos understand the line: right baud, and not silent by a fault.
     fn hears(&self, now_ns: u64) -> Vec<bool> {
-        let baud = match self.decoder {
-            Decoder::Dynamixel(_) => dynamixel_x::BAUD,
-            Decoder::Feetech(_) => feetech_sts::BAUD,
+        let is_listening = |(index, servo): (usize, &Servo)| {
+            servo.baud_code() == self.baud_code && !self.faults.is_silent(now_ns, self.home_id(index))
         };
-        (0..self.servos.len())
-            .map(|servo| {
-                self.servos[servo].get(baud) == self.baud_code
-                    && !self.faults.is_silent(now_ns, self.home_id(servo))
-            })
-            .collect()
+        self.servos.iter().enumerate().map(is_listening).collect()
     }
 
     /// The id a fault script knows the servo by: the one it was built with.

@@ -9,6 +9,27 @@
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
 //! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft),
 //! [`body`] (where joint torque meets joint motion), [`faults`] (what goes wrong, and when).
+//!
+//! ```
+//! use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
+//!
+//! let servo = ServoConfig { model: "STS3215-12V".into(), id: 1, return_delay_us: 0, position_counts: 2048.0 };
+//! let bus = BusConfig {
+//!     name: "legs".into(),
+//!     protocol: Protocol::Feetech,
+//!     baud: 1_000_000,
+//!     adapter_latency_us: 0,
+//!     supply_v: 12.0,
+//!     servos: vec![servo],
+//! };
+//! let mut world = World::new(&[bus], FaultScript::default(), 1)?;
+//! world.host_send(0, &[0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB])?; // ping
+//! world.advance_to(120_000); // 12 bytes at 10 µs
+//! let mut reply = [0; 6];
+//! assert_eq!(world.host_receive(0, &mut reply)?, 6);
+//! assert_eq!(reply, [0xFF, 0xFF, 0x01, 0x02, 0x00, 0xFC]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod body;
 mod bus;

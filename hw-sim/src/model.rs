@@ -97,6 +97,18 @@ impl Model {
         self.stall_torque_nm / self.no_load_speed_rad_s
     }
 
+    /// Code of the fastest line rate it knows.
+    pub(crate) fn highest_baud_code(&self) -> i64 {
+        let address = match self.protocol {
+            Protocol::Dynamixel => dynamixel_x::BAUD,
+            Protocol::Feetech => feetech_sts::BAUD,
+        };
+        self.registers()
+            .iter()
+            .find(|register| register.address == address)
+            .map_or(0, |register| register.max)
+    }
+
     /// The model's control table: its family's, with the model's own changes.
     pub(crate) fn registers(&self) -> Vec<Register> {
         let mut table = self.table.to_vec();

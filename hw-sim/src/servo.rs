@@ -3,10 +3,10 @@
 //! In: writes from the bus, the shaft's motion, supply and heat. Out: motor torque and register contents.
 
 use crate::config::{Protocol, ServoConfig};
-use crate::convert::round_to_i64;
+use crate::convert::{low_byte, round_to_i64};
 use crate::model::{COUNTS_PER_RAD, Model};
 use crate::motor::{Drive, Motor};
-use crate::registers::RegisterFile;
+use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
 use crate::{body::ShaftState, dynamixel, feetech};
 
 #[derive(Debug)]
@@ -72,7 +72,37 @@ impl Servo {
         self.registers.get(address)
     }
 
-    /// The same as a float, for the control laws.
+    /// Reads a register that has one byte.
+    pub(crate) fn byte(&self, address: u16) -> u8 {
+        low_byte(u32::try_from(self.get(address)).unwrap_or(0))
+    }
+
+    /// The id it answers to now.
+    pub(crate) fn id(&self) -> u8 {
+        match self.model.protocol {
+            Protocol::Dynamixel => self.byte(dynamixel_x::ID),
+            Protocol::Feetech => self.byte(feetech_sts::ID),
+        }
+    }
+
+    /// Register code of the line rate it listens at now.
+    pub(crate) fn baud_code(&self) -> i64 {
+        match self.model.protocol {
+            Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
+            Protocol::Feetech => self.get(feetech_sts::BAUD),
+        }
+    }
+
+    /// From the request's last bit to the reply's first, ns; both registers count 2 µs.
+    pub(crate) fn return_delay_ns(&self) -> u64 {
+        2_000
+            * u64::from(match self.model.protocol {
+                Protocol::Dynamixel => self.byte(dynamixel_x::RETURN_DELAY),
+                Protocol::Feetech => self.byte(feetech_sts::RETURN_DELAY),
+            })
+    }
+
+    /// A register as a float, for the control laws.
     #[expect(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
     pub(crate) fn value(&self, address: u16) -> f64 {
         self.registers.get(address) as f64
@@ -111,4 +141,9 @@ impl Servo {
             Protocol::Feetech => feetech::control::is_torque_on(self),
         }
     }
+}
+
+/// Index of the servo that answers to `id`, among those that hear the line.
+pub(crate) fn listener(id: u8, servos: &[Servo], hears: &[bool]) -> Option<usize> {
+    (0..servos.len()).find(|&index| hears[index] && servos[index].id() == id)
 }

@@ -68,7 +68,8 @@ impl World {
             let baud_code = check_bus(config)?;
             let mut servos = Vec::new();
             for servo_config in &config.servos {
-                let servo = Servo::new(check_servo(config, servo_config)?, servo_config, baud_code);
+                let model = check_servo(config, servo_config, baud_code)?;
+                let servo = Servo::new(model, servo_config, baud_code);
                 shafts.push(servo.shaft(servo_config));
                 servos.push(servo);
             }
@@ -221,8 +222,7 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     let bus = || config.name.clone();
     let bauds = config.protocol.bauds();
     let Some(&(code, _)) = bauds.iter().find(|(_, baud)| *baud == config.baud) else {
-        let known = bauds.iter().map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
-        return Err(BuildError::BadBaud { bus: bus(), baud: config.baud, known });
+        return Err(bad_baud(config, i64::MAX));
     };
     if !(config.supply_v.is_finite() && config.supply_v > 0.0) {
         let (key, value) = ("supply_v".into(), config.supply_v.to_string());
@@ -241,7 +241,18 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     Ok(code)
 }
 
-fn check_servo(config: &BusConfig, servo: &ServoConfig) -> Result<&'static Model, BuildError> {
+/// The rate is not among those up to `highest_code`.
+fn bad_baud(config: &BusConfig, highest_code: i64) -> BuildError {
+    let bauds = config.protocol.bauds().iter().filter(|(code, _)| *code <= highest_code);
+    let known = bauds.map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
+    BuildError::BadBaud { bus: config.name.clone(), baud: config.baud, known }
+}
+
+fn check_servo(
+    config: &BusConfig,
+    servo: &ServoConfig,
+    baud_code: i64,
+) -> Result<&'static Model, BuildError> {
     let (bus, id) = (config.name.clone(), servo.id);
     let Some(model) = Model::named(&servo.model) else {
         let known = MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ");
@@ -251,6 +262,9 @@ fn check_servo(config: &BusConfig, servo: &ServoConfig) -> Result<&'static Model
         let (speaks, expected) = (model.protocol, config.protocol);
         return Err(BuildError::WrongProtocol { bus, id, model: servo.model.clone(), speaks, expected });
     }
+    if baud_code > model.highest_baud_code() {
+        return Err(bad_baud(config, model.highest_baud_code()));
+    }
     let bad = |key: &str, value: String, expected| {
         Err(BuildError::BadNumber {
             bus: config.name.clone(),
@@ -259,7 +273,7 @@ fn check_servo(config: &BusConfig, servo: &ServoConfig) -> Result<&'static Model
             expected,
         })
     };
-    if servo.return_delay_us > 508 || servo.return_delay_us % 2 != 0 {
+    if servo.return_delay_us > 508 || !servo.return_delay_us.is_multiple_of(2) {
         return bad("return_delay_us", servo.return_delay_us.to_string(), "an even number of 0 to 508");
     }
     // A Dynamixel's position register has 32 bits; a shaft further out than this has no place in it.

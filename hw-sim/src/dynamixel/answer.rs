@@ -5,13 +5,12 @@
 
 use super::control;
 use super::packet::{BROADCAST, Request, crc16, fast_status_head, status};
-use crate::convert::low_byte;
 use crate::registers::dynamixel_x::{
-    EEPROM_END, FIRMWARE, HARDWARE_ERROR, ID, MODEL_NUMBER, RETURN_DELAY, STATUS_RETURN_LEVEL, TORQUE_ENABLE,
+    EEPROM_END, FIRMWARE, HARDWARE_ERROR, MODEL_NUMBER, STATUS_RETURN_LEVEL, TORQUE_ENABLE,
 };
 use crate::registers::{Access, RegisterFile};
 use crate::reply::Slot;
-use crate::servo::Servo;
+use crate::servo::{Servo, listener};
 
 const PING: u8 = 0x01;
 const READ: u8 = 0x02;
@@ -49,7 +48,7 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
         (SYNC_WRITE, &[a, b, c, d, ref rows @ ..]) if is_broadcast => {
             let (address, count) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
             for row in rows.chunks_exact(usize::from(count) + 1) {
-                if let Some(index) = find(row[0], servos, hears) {
+                if let Some(index) = listener(row[0], servos, hears) {
                     // A refusal has nobody to hear it: sync write has no status packet.
                     let _ = write(&mut servos[index], address, &row[1..]);
                 }
@@ -58,13 +57,13 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
         }
         (PING, _) if is_broadcast => {
             let mut order: Vec<usize> = (0..servos.len()).filter(|&index| hears[index]).collect();
-            order.sort_by_key(|&index| servos[index].get(ID));
+            order.sort_by_key(|&index| servos[index].id());
             order.into_iter().map(|index| talk(index, &servos[index], ping(&servos[index]))).collect()
         }
         _ => {
             let mut slots = Vec::new();
             for (index, servo) in servos.iter_mut().enumerate().filter(|(index, _)| hears[*index]) {
-                if is_broadcast || i64::from(request.id) == servo.get(ID) {
+                if is_broadcast || request.id == servo.id() {
                     let bytes = single(request, servo);
                     slots.extend(bytes.filter(|_| !is_broadcast).map(|bytes| talk(index, servo, bytes)));
                 }
@@ -74,16 +73,8 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
     }
 }
 
-fn find(id: u8, servos: &[Servo], hears: &[bool]) -> Option<usize> {
-    (0..servos.len()).find(|&index| hears[index] && servos[index].get(ID) == i64::from(id))
-}
-
-fn delay_ns(servo: &Servo) -> u64 {
-    2_000 * u64::try_from(servo.get(RETURN_DELAY)).unwrap_or(0)
-}
-
 fn talk(index: usize, servo: &Servo, bytes: Vec<u8>) -> Slot {
-    Slot::Talk { servo: index, bytes, delay_ns: delay_ns(servo), starts_packet: true }
+    Slot::Talk { servo: index, bytes, delay_ns: servo.return_delay_ns(), starts_packet: true }
 }
 
 fn answers(servo: &Servo, level: i64) -> bool {
@@ -95,13 +86,9 @@ fn alert(servo: &Servo) -> u8 {
     if servo.get(HARDWARE_ERROR) == 0 { 0 } else { 0x80 }
 }
 
-fn low_register(servo: &Servo, address: u16) -> u8 {
-    low_byte(u32::try_from(servo.get(address)).unwrap_or(0))
-}
-
 fn ping(servo: &Servo) -> Vec<u8> {
     let [low, high, ..] = servo.get(MODEL_NUMBER).to_le_bytes();
-    status(low_register(servo, ID), alert(servo), &[low, high, low_register(servo, FIRMWARE)])
+    status(servo.id(), alert(servo), &[low, high, servo.byte(FIRMWARE)])
 }
 
 fn outcome(id: u8, servo: &Servo, result: Result<Vec<u8>, Refusal>) -> Vec<u8> {
@@ -114,7 +101,7 @@ fn outcome(id: u8, servo: &Servo, result: Result<Vec<u8>, Refusal>) -> Vec<u8> {
 /// A request for one servo; the bytes of its answer, if its return level lets it give one.
 fn single(request: &Request, servo: &mut Servo) -> Option<Vec<u8>> {
     // A servo that is given a new id still answers that request under the old one.
-    let id = low_register(servo, ID);
+    let id = servo.id();
     match (request.instruction, request.parameters.as_slice()) {
         (PING, _) => Some(ping(servo)),
         (READ, parameters) => {
@@ -137,7 +124,7 @@ fn single(request: &Request, servo: &mut Servo) -> Option<Vec<u8>> {
 }
 
 fn sync_read_slot(id: u8, address: u16, count: u16, servos: &[Servo], hears: &[bool]) -> Slot {
-    match find(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ)) {
+    match listener(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ)) {
         Some(index) => {
             let servo = &servos[index];
             talk(index, servo, outcome(id, servo, read(servo, address, count)))
@@ -154,7 +141,7 @@ fn fast_sync_read(ids: &[u8], address: u16, count: u16, servos: &[Servo], hears:
     let mut slots: Vec<Slot> = Vec::new();
     let mut crc = 0;
     for &id in ids {
-        let heard = find(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ));
+        let heard = listener(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ));
         let Some(index) = heard else { break };
         let servo = &servos[index];
         let (error, data) = match read(servo, address, count) {
@@ -167,7 +154,7 @@ fn fast_sync_read(ids: &[u8], address: u16, count: u16, servos: &[Servo], hears:
         let check = crc.to_le_bytes();
         so_far.extend(check);
         let is_first = slots.is_empty();
-        let delay_ns = if is_first { delay_ns(servo) } else { 0 };
+        let delay_ns = if is_first { servo.return_delay_ns() } else { 0 };
         let bytes = std::mem::take(&mut so_far);
         slots.push(Slot::Talk { servo: index, bytes, delay_ns, starts_packet: is_first });
         // The next block's CRC covers this one's too.

@@ -117,7 +117,7 @@ pub(crate) fn written(servo: &mut Servo, address: u16, before: i64) {
         PWM_LIMIT => servo.registers.set(GOAL_PWM, servo.get(PWM_LIMIT)),
         CURRENT_LIMIT => servo.registers.set(GOAL_CURRENT, servo.get(CURRENT_LIMIT)),
         VELOCITY_LIMIT => servo.registers.set(GOAL_VELOCITY, servo.get(VELOCITY_LIMIT)),
-        DRIVE_MODE | HOMING_OFFSET => leave_turns_out(servo),
+        DRIVE_MODE => leave_turns_out(servo),
         _ => {}
     }
 }

@@ -22,16 +22,26 @@ pub(crate) struct Request {
     pub(crate) parameters: Vec<u8>,
 }
 
+/// CRC of every single byte, so that a packet takes one step a byte and not eight.
+const CRC_OF_BYTE: [u16; 256] = {
+    let mut table = [0; 256];
+    let mut byte = 0u16;
+    while byte < 256 {
+        let mut crc = byte << 8;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = if crc & 0x8000 == 0 { crc << 1 } else { crc << 1 ^ 0x8005 };
+            bit += 1;
+        }
+        table[byte as usize] = crc;
+        byte += 1;
+    }
+    table
+};
+
 /// CRC-16 with polynomial 0x8005, start 0, most significant bit first, continued from `crc`.
 pub(crate) fn crc16(crc: u16, bytes: &[u8]) -> u16 {
-    bytes.iter().fold(crc, |crc, &byte| {
-        (0..8).fold(
-            crc ^ u16::from(byte) << 8,
-            |crc, _| {
-                if crc & 0x8000 == 0 { crc << 1 } else { crc << 1 ^ 0x8005 }
-            },
-        )
-    })
+    bytes.iter().fold(crc, |crc, &byte| crc << 8 ^ CRC_OF_BYTE[usize::from(crc.to_be_bytes()[0] ^ byte)])
 }
 
 /// A status packet; `error` has the alert bit in bit 7.

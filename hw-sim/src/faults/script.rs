@@ -28,7 +28,7 @@ pub enum FaultError {
 pub enum FaultKind {
     /// The servo neither listens nor answers; its motor goes on as last told.
     Silent,
-    /// One bit of each reply is flipped on the way to the host.
+    /// One bit of each reply is flipped on the way to the host; in a fast sync read, of the servo's own block.
     BitFlip,
     /// Random bytes run ahead of each reply.
     Noise,
@@ -48,7 +48,7 @@ pub enum FaultKind {
         /// Which, V.
         volts: f64,
     },
-    /// The servo has another temperature.
+    /// The servo has another temperature; afterwards it cools as it would.
     Hot {
         /// Which, °C.
         celsius: f64,

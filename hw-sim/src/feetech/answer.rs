@@ -5,13 +5,10 @@
 //! no word for refusal: the alarm bits of a status packet speak of the servo's health, not of the request.
 
 use super::packet::{BROADCAST, Request, status};
-use crate::convert::low_byte;
-use crate::registers::feetech_sts::{
-    GOAL_POSITION, ID, MAX_ANGLE, MIN_ANGLE, RESPONSE_LEVEL, RETURN_DELAY, STATUS,
-};
+use crate::registers::feetech_sts::{GOAL_POSITION, MAX_ANGLE, MIN_ANGLE, RESPONSE_LEVEL, STATUS};
 use crate::registers::{Access, RegisterFile};
 use crate::reply::Slot;
-use crate::servo::Servo;
+use crate::servo::{Servo, listener};
 
 const PING: u8 = 0x01;
 const READ: u8 = 0x02;
@@ -27,7 +24,7 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
         }
         (SYNC_WRITE, [address, count, rows @ ..]) if request.id == BROADCAST => {
             for row in rows.chunks_exact(usize::from(*count) + 1) {
-                if let Some(index) = find(row[0], servos, hears) {
+                if let Some(index) = listener(row[0], servos, hears) {
                     write(&mut servos[index], *address, &row[1..]);
                 }
             }
@@ -36,7 +33,7 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
         _ => {
             let mut slots = Vec::new();
             for (index, servo) in servos.iter_mut().enumerate().filter(|(index, _)| hears[*index]) {
-                if request.id == BROADCAST || i64::from(request.id) == servo.get(ID) {
+                if request.id == BROADCAST || request.id == servo.id() {
                     slots.extend(single(request, servo).map(|bytes| talk(index, servo, bytes)));
                 }
             }
@@ -45,21 +42,15 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) ->
     }
 }
 
-fn find(id: u8, servos: &[Servo], hears: &[bool]) -> Option<usize> {
-    (0..servos.len()).find(|&index| hears[index] && servos[index].get(ID) == i64::from(id))
-}
-
 fn talk(index: usize, servo: &Servo, bytes: Vec<u8>) -> Slot {
-    let delay_ns = 2_000 * u64::try_from(servo.get(RETURN_DELAY)).unwrap_or(0);
-    Slot::Talk { servo: index, bytes, delay_ns, starts_packet: true }
+    Slot::Talk { servo: index, bytes, delay_ns: servo.return_delay_ns(), starts_packet: true }
 }
 
 /// A request for one servo; the bytes of its answer, if it gives one.
 fn single(request: &Request, servo: &mut Servo) -> Option<Vec<u8>> {
     let is_broadcast = request.id == BROADCAST;
     // Asked under its old id, a servo answers with the new one it has just been given.
-    let reply =
-        |servo: &Servo, data: &[u8]| Some(status(low_register(servo, ID), low_register(servo, STATUS), data));
+    let reply = |servo: &Servo, data: &[u8]| Some(status(servo.id(), servo.byte(STATUS), data));
     match (request.instruction, request.parameters.as_slice()) {
         (PING, _) => reply(servo, &[]),
         (READ, &[address, count]) if !is_broadcast => reply(servo, &read(servo, address, count)),
@@ -72,18 +63,14 @@ fn single(request: &Request, servo: &mut Servo) -> Option<Vec<u8>> {
 }
 
 fn sync_read_slot(id: u8, address: u8, count: u8, servos: &[Servo], hears: &[bool]) -> Slot {
-    match find(id, servos, hears) {
+    match listener(id, servos, hears) {
         Some(index) => {
             let servo = &servos[index];
             let data = read(servo, address, count);
-            talk(index, servo, status(id, low_register(servo, STATUS), &data))
+            talk(index, servo, status(id, servo.byte(STATUS), &data))
         }
         None => Slot::Missing { bytes: 6 + usize::from(count) },
     }
-}
-
-fn low_register(servo: &Servo, address: u16) -> u8 {
-    low_byte(u32::try_from(servo.get(address)).unwrap_or(0))
 }
 
 fn read(servo: &Servo, address: u8, count: u8) -> Vec<u8> {

@@ -1,0 +1,168 @@
+//! Every fault kind, seen from the host.
+
+mod common;
+use common::*;
+use hw_sim::{BuildError, FaultScript, Unplugged, World};
+
+fn one(script: &str) -> World {
+    world_with_faults(feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 2)]), script)
+}
+
+fn ping(world: &mut World, id: u8) -> Vec<u8> {
+    exchange(world, &feetech(id, 1, &[]))
+}
+
+#[test]
+fn silent_servo_neither_answers_nor_listens_until_it_is_over() {
+    let mut world = one("[[fault]]\nat_s = 1\nfor_s = 1\nkind = 'silent'\nbus = 'legs'\nid = 1");
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    world.advance_to(S);
+    assert_eq!(ping(&mut world, 1), []);
+    assert_eq!(feetech_write(&mut world, 1, 41, &[7]), []);
+    assert_eq!(world.register(0, 1, 41), Some(0));
+    assert_eq!(ping(&mut world, 2), feetech(2, 0, &[]));
+    world.advance_to(2 * S);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+}
+
+#[test]
+fn bit_flip_changes_exactly_one_bit_of_each_reply() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'bit-flip'\nbus = 'legs'\nid = 1");
+    let mut places = std::collections::BTreeSet::new();
+    for _ in 0..50 {
+        let reply = ping(&mut world, 1);
+        let clean = feetech(1, 0, &[]);
+        assert_eq!(reply.len(), clean.len());
+        let flipped: Vec<u32> = reply.iter().zip(&clean).map(|(a, b)| u32::from(a ^ b)).collect();
+        assert_eq!(flipped.iter().map(|bits| bits.count_ones()).sum::<u32>(), 1);
+        places.insert(flipped);
+    }
+    assert!(places.len() > 10, "the place varies");
+    assert_eq!(ping(&mut world, 2), feetech(2, 0, &[]));
+}
+
+#[test]
+fn noise_runs_ahead_of_the_reply() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'noise'");
+    for _ in 0..20 {
+        let reply = ping(&mut world, 1);
+        assert!(reply.len() > 6 && reply.len() <= 6 + 8);
+        assert!(reply.ends_with(&feetech(1, 0, &[])));
+    }
+}
+
+#[test]
+fn noise_does_not_split_a_fast_sync_read() {
+    let bus = dynamixel_bus(vec![servo("XM430-W210", 1), servo("XM430-W210", 2)]);
+    let mut clean = world(bus.clone());
+    let mut noisy = world_with_faults(bus, "[[fault]]\nat_s = 0\nkind = 'noise'");
+    let request = dynamixel(0xFE, &[0x8A, 132, 0, 4, 0, 1, 2]);
+    let (clean, noisy) = (exchange(&mut clean, &request), exchange(&mut noisy, &request));
+    assert!(noisy.len() > clean.len() && noisy.ends_with(&clean));
+}
+
+#[test]
+fn echo_gives_the_host_its_own_bytes_as_they_leave() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'echo'\nbus = 'legs'");
+    let request = feetech(1, 1, &[]);
+    world.host_send(0, &request).unwrap();
+    world.advance_to(60_000);
+    assert_eq!(received(&mut world, 0), request);
+    world.advance_to(S);
+    assert_eq!(received(&mut world, 0), feetech(1, 0, &[]));
+}
+
+#[test]
+fn unplugged_adapter_refuses_and_loses_what_was_under_way() {
+    let mut world = one("[[fault]]\nat_s = 0.0001\nfor_s = 1\nkind = 'unplugged'");
+    world.host_send(0, &feetech(1, 1, &[])).unwrap();
+    // The reply runs from 60 to 120 µs; the plug goes at 100.
+    world.advance_to(99_999);
+    assert_eq!(world.host_pending(0), 3);
+    world.advance_to(100_000);
+    assert_eq!(world.host_pending(0), 0);
+    assert_eq!(world.host_send(0, &[1]), Err(Unplugged));
+    assert_eq!(world.host_receive(0, &mut [0; 8]), Err(Unplugged));
+    assert!(!world.advance_to_input(S / 2));
+    world.advance_to(S + 100_000);
+    assert_eq!(received(&mut world, 0), []);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+}
+
+#[test]
+fn unplugging_cuts_a_request_off_so_that_nobody_acts_on_it() {
+    let mut world = one("[[fault]]\nat_s = 0.00005\nfor_s = 0.001\nkind = 'unplugged'");
+    world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
+    world.advance_to(S);
+    assert_eq!(world.register(0, 1, 41), Some(0));
+    assert_eq!(world.wire_statistics(0).unwrap().bytes_from_host, 4);
+}
+
+#[test]
+fn late_host_is_given_once_when_due() {
+    let mut world = one("[[fault]]\nat_s = 1\nkind = 'late-host'\ndelay_ms = 30");
+    assert_eq!(world.host_stall_ns(), 0);
+    world.advance_to(S + 5);
+    assert_eq!(world.host_stall_ns(), 30 * MS);
+    assert_eq!(world.host_stall_ns(), 0);
+}
+
+#[test]
+fn stuck_shaft_stays_and_then_goes_on() {
+    let mut world = one("[[fault]]\nat_s = 0\nfor_s = 1\nkind = 'stuck'\nbus = 'legs'\nid = 1");
+    for id in [1, 2] {
+        feetech_write(&mut world, id, 42, &[0x00, 0x0C]);
+        feetech_write(&mut world, id, 40, &[1]);
+    }
+    world.advance_to(S - 1);
+    let counts = |world: &World, id| world.shaft(0, id).unwrap().position_counts;
+    assert!((counts(&world, 1) - 2048.0).abs() < 1e-9);
+    assert!((counts(&world, 2) - 3072.0).abs() < 5.0);
+    world.advance_to(3 * S);
+    assert!((counts(&world, 1) - 3072.0).abs() < 5.0);
+}
+
+#[test]
+fn low_voltage_shows_in_the_register_the_alarm_bit_and_the_motor() {
+    let mut world = one("[[fault]]\nat_s = 1\nfor_s = 1\nkind = 'low-voltage'\nvolts = 3.5\nbus = 'legs'");
+    assert_eq!(exchange(&mut world, &feetech(2, 2, &[62, 1])), feetech(2, 0, &[120]));
+    world.advance_to(S + 2 * MS);
+    assert_eq!(exchange(&mut world, &feetech(2, 2, &[62, 1])), feetech(2, 1, &[35]));
+    assert!((world.shaft(0, 1).unwrap().supply_v - 3.5).abs() < 1e-9);
+    world.advance_to(2 * S + 2 * MS);
+    assert_eq!(exchange(&mut world, &feetech(2, 2, &[62, 1])), feetech(2, 0, &[120]));
+}
+
+#[test]
+fn hot_servo_reports_its_heat_and_unloads() {
+    let mut world = one("[[fault]]\nat_s = 1\nkind = 'hot'\ncelsius = 82\nbus = 'legs'\nid = 1");
+    feetech_write(&mut world, 1, 40, &[1]);
+    assert!(world.shaft(0, 1).unwrap().torque_on);
+    world.advance_to(S + 2 * MS);
+    assert_eq!(exchange(&mut world, &feetech(1, 2, &[63, 1])), feetech(1, 4, &[82]));
+    assert!(!world.shaft(0, 1).unwrap().torque_on);
+    assert_eq!(exchange(&mut world, &feetech(2, 2, &[63, 1])), feetech(2, 0, &[30]));
+}
+
+#[test]
+fn hot_dynamixel_shuts_down_and_takes_no_torque_any_more() {
+    let script = "[[fault]]\nat_s = 0\nfor_s = 0.1\nkind = 'hot'\ncelsius = 95";
+    let mut world = world_with_faults(dynamixel_bus(vec![servo("XM430-W210", 1)]), script);
+    world.advance_to(S);
+    let reply = dynamixel_write(&mut world, 1, 64, &[1]);
+    assert_eq!(reply, dynamixel(1, &[0x55, 0x81]));
+    assert_eq!(world.register(0, 1, 70), Some(4));
+}
+
+#[test]
+fn faults_on_what_does_not_exist_name_what_does() {
+    let build = |script: &str| {
+        let bus = feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 4)]);
+        World::new(&[bus], FaultScript::from_toml(script).unwrap(), 0).err().unwrap()
+    };
+    let no_bus = build("[[fault]]\nat_s = 0\nkind = 'echo'\nbus = 'wings'");
+    assert_eq!(no_bus.to_string(), "fault 1 names bus `wings`; there are `legs`");
+    let no_servo = build("[[fault]]\nat_s = 0\nkind = 'silent'\nbus = 'legs'\nid = 2");
+    assert_eq!(no_servo.to_string(), "fault 1 names servo 2 of bus `legs`; there are 1, 4");
+    assert!(matches!(no_servo, BuildError::FaultOnUnknownServo { id: 2, .. }));
+}

@@ -1,0 +1,219 @@
+//! What a shaft does: facts of the data sheets and of mechanics.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
+
+mod common;
+use common::*;
+use hw_sim::{BusConfig, MODELS, Model, Protocol, Shaft, World};
+
+fn bus_for(model: &Model, position_counts: f64) -> BusConfig {
+    let mut config = servo(model.name, 1);
+    config.position_counts = position_counts;
+    let bus = match model.protocol {
+        Protocol::Dynamixel => dynamixel_bus(vec![config]),
+        Protocol::Feetech => feetech_bus(vec![config]),
+    };
+    BusConfig { supply_v: model.nominal_voltage_v, ..bus }
+}
+
+fn write(world: &mut World, model: &Model, feetech_at: u8, dynamixel_at: u8, value: i32) {
+    let bytes = value.to_le_bytes();
+    match model.protocol {
+        Protocol::Feetech => feetech_write(world, 1, feetech_at, &bytes[..2]),
+        Protocol::Dynamixel => {
+            let size = if dynamixel_at == 100 { 2 } else { 4 };
+            dynamixel_write(world, 1, dynamixel_at, &bytes[..size])
+        }
+    };
+}
+
+fn torque_on(world: &mut World, model: &Model) {
+    match model.protocol {
+        Protocol::Feetech => feetech_write(world, 1, 40, &[1]),
+        Protocol::Dynamixel => dynamixel_write(world, 1, 64, &[1]),
+    };
+}
+
+/// Full duty in PWM mode.
+fn full_duty(world: &mut World, model: &Model) {
+    match model.protocol {
+        Protocol::Feetech => {
+            feetech_write(world, 1, 33, &[2]);
+            feetech_write(world, 1, 44, &1000u16.to_le_bytes());
+        }
+        Protocol::Dynamixel => {
+            dynamixel_write(world, 1, 11, &[16]);
+        }
+    }
+    torque_on(world, model);
+}
+
+fn shaft(world: &World) -> Shaft {
+    world.shaft(0, 1).unwrap()
+}
+
+fn after(world: &mut World, ns: u64) -> Shaft {
+    world.advance_to(world.now_ns() + ns);
+    shaft(world)
+}
+
+#[test]
+fn full_duty_reaches_no_load_speed_less_friction() {
+    for model in &MODELS {
+        let mut world = world(bus_for(model, 0.0));
+        full_duty(&mut world, model);
+        let speed = after(&mut world, 3 * S).speed_rad_s;
+        let share = speed / model.no_load_speed_rad_s;
+        // Friction of 0.02 of stall torque takes 0.02 of the speed.
+        assert!((share - 0.98).abs() < 0.002, "{}: {share}", model.name);
+    }
+}
+
+#[test]
+fn a_blocked_shaft_feels_stall_torque_in_proportion_to_the_supply() {
+    for model in &MODELS {
+        let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
+        let mut world = world_with_faults(bus_for(model, 0.0), stuck);
+        full_duty(&mut world, model);
+        let blocked = after(&mut world, S / 10);
+        assert!((blocked.torque_nm / model.stall_torque_nm - 1.0).abs() < 1e-9, "{}", model.name);
+        assert!(blocked.position_counts.abs() < 1e-9);
+    }
+    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let script = "[[fault]]\nat_s = 0\nkind = 'stuck'\n[[fault]]\nat_s = 0\nkind = 'low-voltage'\nvolts = 6";
+    let mut world = world_with_faults(bus_for(model, 0.0), script);
+    full_duty(&mut world, model);
+    assert!((after(&mut world, S / 10).torque_nm - model.stall_torque_nm / 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
+    for model in &MODELS {
+        let mut world = world(bus_for(model, 2048.0));
+        write(&mut world, model, 42, 116, 2048);
+        torque_on(&mut world, model);
+        write(&mut world, model, 42, 116, 3072);
+        let settled = after(&mut world, 3 * S);
+        // Friction holds against what the gain makes of this many counts; one more for rounding.
+        let gain = match model.protocol {
+            Protocol::Feetech => model.position_gain_nm_per_rad / (4096.0 / std::f64::consts::TAU),
+            Protocol::Dynamixel => {
+                let p: f64 = match model.name {
+                    "XL330-M288" => 400.0,
+                    "XL430-W250" => 640.0,
+                    _ => 800.0,
+                };
+                model.stall_torque_nm * p / 128.0 / 885.0
+            }
+        };
+        let dead_zone = model.friction_nm / gain + 1.0;
+        let error = (settled.position_counts - 3072.0).abs();
+        assert!(error <= dead_zone, "{}: {error} counts, dead zone {dead_zone}", model.name);
+        assert!(settled.speed_rad_s.abs() < 1e-9, "{}", model.name);
+    }
+}
+
+#[test]
+fn torque_limit_limits_torque() {
+    for model in &MODELS {
+        let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
+        let mut world = world_with_faults(bus_for(model, 2048.0), stuck);
+        torque_on(&mut world, model);
+        write(&mut world, model, 42, 116, 100);
+        let (limit, share) = if model.protocol == Protocol::Feetech { (250, 0.25) } else { (177, 0.2) };
+        write(&mut world, model, 48, 100, limit);
+        let torque = after(&mut world, S / 10).torque_nm;
+        assert!((torque / model.stall_torque_nm + share).abs() < 1e-9, "{}: {torque}", model.name);
+    }
+}
+
+#[test]
+fn a_limp_shaft_does_not_move_by_itself() {
+    for model in &MODELS {
+        let mut world = world(bus_for(model, 1000.25));
+        write(&mut world, model, 42, 116, 3000);
+        let limp = after(&mut world, 2 * S);
+        assert!(!limp.torque_on);
+        assert!((limp.position_counts - 1000.25).abs() < 1e-9, "{}", model.name);
+    }
+}
+
+#[test]
+fn a_spinning_shaft_let_go_is_stopped_by_friction_alone_and_by_the_short_much_sooner() {
+    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let coast = |switch: u8| {
+        let mut world = world(bus_for(model, 0.0));
+        full_duty(&mut world, model);
+        after(&mut world, S);
+        world.host_send(0, &feetech(1, 3, &[40, switch])).unwrap();
+        let before = after(&mut world, MS).speed_rad_s;
+        let later = after(&mut world, 10 * MS).speed_rad_s;
+        (before - later) / 0.010
+    };
+    let friction = model.friction_nm / model.reflected_inertia_kg_m2;
+    assert!((coast(0) - friction).abs() < 1e-6);
+    assert!(coast(2) > 5.0 * friction);
+}
+
+#[test]
+fn dynamixel_torque_on_keeps_the_shaft_where_it_is() {
+    let model = MODELS.iter().find(|model| model.name == "XM430-W350").unwrap();
+    let mut world = world(bus_for(model, -700.0));
+    torque_on(&mut world, model);
+    assert!((after(&mut world, S).position_counts + 700.0).abs() < 1.0);
+    // Position mode sees one turn: 4096 - 700 = 3396; a goal of 3000 is 396 counts back.
+    write(&mut world, model, 42, 116, 3000);
+    assert!((after(&mut world, 2 * S).position_counts + 1096.0).abs() < 4.0);
+}
+
+#[test]
+fn drive_mode_reverse_turns_the_other_way() {
+    let model = MODELS.iter().find(|model| model.name == "XM430-W210").unwrap();
+    let mut world = world(bus_for(model, 2000.0));
+    dynamixel_write(&mut world, 1, 10, &[1]);
+    torque_on(&mut world, model);
+    let goal = 4096 - 2000 + 300;
+    write(&mut world, model, 42, 116, goal);
+    assert!((after(&mut world, 2 * S).position_counts - 1700.0).abs() < 5.0);
+    let read = dynamixel_read(&mut world, 1, 132, 4);
+    let present = i32::from_le_bytes(read[9..13].try_into().unwrap());
+    assert!((present - goal).abs() < 5);
+}
+
+#[test]
+fn feedback_registers_agree_with_the_shaft_in_each_model_s_units() {
+    for model in &MODELS {
+        let mut world = world(bus_for(model, 0.0));
+        full_duty(&mut world, model);
+        world.advance_to(world.now_ns() + 2 * S);
+        let truth = shaft(&world);
+        let word = |address: u16, size: u16| {
+            let bytes = (0..size).map(|n| u32::from(world.register(0, 1, address + n).unwrap()) << (8 * n));
+            f64::from(bytes.sum::<u32>())
+        };
+        let (speed, unit) = match model.protocol {
+            Protocol::Feetech => (word(58, 2), std::f64::consts::TAU / 4096.0),
+            Protocol::Dynamixel => (word(128, 4), 0.229 * std::f64::consts::TAU / 60.0),
+        };
+        assert!((speed * unit - truth.speed_rad_s).abs() <= unit / 2.0 + 1e-9, "{}", model.name);
+        let (volts, celsius, duty) = match model.protocol {
+            Protocol::Feetech => (word(62, 1), word(63, 1), word(60, 2) / 1000.0),
+            Protocol::Dynamixel => (word(144, 2), word(146, 1), word(124, 2) / 885.0),
+        };
+        assert!((volts / 10.0 - model.nominal_voltage_v).abs() < 0.051, "{}", model.name);
+        assert!((celsius - 30.0).abs() <= 1.0);
+        assert!((duty - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn load_warms_the_servo_slowly() {
+    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let mut world = world_with_faults(bus_for(model, 0.0), "[[fault]]\nat_s = 0\nkind = 'stuck'");
+    full_duty(&mut world, model);
+    let after_10_s = after(&mut world, 10 * S).temperature_c;
+    assert!(after_10_s > 32.0 && after_10_s < 40.0, "{after_10_s}");
+    // In the end the servo protects itself: 70 °C is its limit, and overheating unloads it.
+    let in_the_end = after(&mut world, 600 * S);
+    assert!(!in_the_end.torque_on);
+    assert!(in_the_end.temperature_c < 71.0);
+}
