@@ -150,14 +150,11 @@ fn check_says_what_the_robot_can_do() {
         ["-100.0", "..", "-70.0", "189", "STS3215-12V", "id", "10", "on", "bus", "main,", "reversed"]
     );
     // Legs: both sides alike, and the shorter excursion counts for all.
-    let e_mm = |leg: &str| {
-        let words = line(leg);
-        number(words[2])
-    };
+    let e_mm = |leg: &str| line(leg)[2].to_owned();
     let [hind, fore] = [e_mm("left hind"), e_mm("left fore")];
-    assert_eq!([e_mm("right hind"), e_mm("right fore")], [hind, fore]);
-    assert!((e_mm("all legs") - hind.min(fore)).abs() < 1e-9);
-    assert!(hind > 20.0 && fore > 20.0, "{hind} {fore}");
+    assert_eq!([e_mm("right hind"), e_mm("right fore")], [hind.clone(), fore.clone()]);
+    assert_eq!(number(&e_mm("all legs")).to_string(), number(&hind).min(number(&fore)).to_string());
+    assert!(number(&hind) > 20.0 && number(&fore) > 20.0, "{hind} {fore}");
     assert!(line("left hind").ends_with(&["up", "-190.0"]), "{stdout}");
     // Gaits: none faster by servos than by reach; what limits it is said.
     for gait in ["walk ", "walk-steady", "trot", "canter", "gallop"] {
@@ -278,8 +275,8 @@ fn thesis_inverse_kinematics_alone_walks_less_precisely() {
 #[test]
 fn the_fault_scripts_beside_the_robots_do_what_they_say() {
     let cases = [
-        ("short-silence", 0, "completed"),
-        ("silent-servo", 3, "servo 7 on bus main (joint left_fore.elbow) was not heard"),
+        ("bad-morning", 0, "completed"),
+        ("unplugged-servo", 3, "was not heard"),
         ("loose-plug", 0, "completed"),
         ("noisy-line", 0, "completed"),
         ("late-loop", 3, "the loop stood still for 3.0"),
@@ -297,8 +294,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
     assert_eq!(scripts, tested, "every script is tried here");
     for (script, expected, says) in cases {
         let (file, path) = (format!("config/faults/{script}.toml"), scratch(&format!("{script}.json")));
-        let arguments =
-            ["run", HORSE, "--virtual", "--for", "12", "--faults", &file, "--report", text(&path)];
+        let arguments = ["run", HORSE, "--virtual", "--faults", &file, "--report", text(&path)];
         let (stdout, stderr, code) = texts(&output(&arguments));
         assert_eq!(code, Some(expected), "{script}: {stdout}{stderr}");
         assert!(stdout.contains(says), "{script}: no '{says}' in {stdout}");
