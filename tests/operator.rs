@@ -21,7 +21,7 @@ fn stopped_at(robot: &Robot, order: Order, at_s: f64) -> Watched {
 fn the_operator_can_stop_the_robot_at_any_time() {
     for file in ROBOTS {
         let robot = shipped(file);
-        let step = if file == "horse.toml" { 2 } else { 9 };
+        let step = if file == "horse.toml" { 3 } else { 13 };
         for tenths in (1_u32..70).step_by(step) {
             let at_s = f64::from(tenths) * 0.1;
             for order in [Order::Stop, Order::StopAtOnce] {
