@@ -44,8 +44,12 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     }
     let Choice::Simulated = ports::choose(robot, &options.ports)?;
     let horse = plan(options, &loaded)?;
-    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
-        .map_err(|error| BadInput(error.to_string()))?;
+    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?).map_err(
+        |error| match &options.faults {
+            Some(path) => BadInput(format!("{}: {error}", path.display())),
+            None => BadInput(error.to_string()),
+        },
+    )?;
     let report_file = options.report.as_deref().map(check_writable).transpose()?;
 
     println!(
@@ -123,7 +127,7 @@ fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
 /// A report that could not be written is better known before the robot has walked.
 fn check_writable(path: &Path) -> Result<&Path> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if path.file_name().is_none() || !folder.is_dir() {
+    if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
         return Err(BadInput(format!(
             "--report {}: expected a file in a folder that exists",
             path.display()

@@ -80,12 +80,22 @@ pub(crate) struct Scenario<'r> {
     pub(crate) seed: u64,
     /// Fault script.
     pub(crate) faults: &'r str,
+    /// What the operator wants at each time since power-up, s.
+    pub(crate) order: &'r dyn Fn(f64) -> Order,
 }
 
 impl<'r> Scenario<'r> {
     /// A walk of `gait` at nine tenths of its top speed, from a random pose, with nothing going wrong.
     pub(crate) fn new(robot: &'r Robot, gait: &str, walk_for_s: f64) -> Scenario<'r> {
-        Scenario { robot, plan: plan(robot, gait, 0.9), walk_for_s, pose: None, seed: 1, faults: "" }
+        Scenario {
+            robot,
+            plan: plan(robot, gait, 0.9),
+            walk_for_s,
+            pose: None,
+            seed: 1,
+            faults: "",
+            order: &|_| Order::Go,
+        }
     }
 
     /// The same from the sitting pose, which it leaves after a time that is always the same.
@@ -105,21 +115,20 @@ impl<'r> Scenario<'r> {
     }
 
     /// Runs it; `look` sees the world and what the robot is doing at the beginning of every
-    /// cycle, and says what the operator wants.
+    /// cycle, and ends the run by returning true.
     fn run_and_look(
         &self,
-        mut look: impl FnMut(&World, Activity, Permission) -> Order,
+        mut look: impl FnMut(&World, Activity, Permission) -> bool,
     ) -> (Report, SharedPorts) {
         let ports = SharedPorts::new(self.world());
-        let plan =
-            RunPlan { horse: self.plan.clone(), method: Method::CcdThenFinish, walk_for_s: self.walk_for_s };
         let eye = ports.clone();
-        let report = run(self.robot, plan, ports.clone(), |status| {
+        let report = run(self.robot, self.run_plan(), ports.clone(), |status| {
             let ports = eye.borrow();
             let time_s = Time(ports.world().now_ns()).as_secs_f64();
             // A panic here ends the run as failed, which no test takes for good.
             assert!(time_s < LONGEST_RUN_S, "this run does not end");
-            look(ports.world(), status.activity, status.permission)
+            let is_enough = look(ports.world(), status.activity, status.permission);
+            if is_enough { Order::StopAtOnce } else { (self.order)(time_s) }
         })
         .unwrap_or_else(|error| panic!("{error}"));
         (report, ports)
@@ -127,7 +136,20 @@ impl<'r> Scenario<'r> {
 
     /// Runs it.
     pub(crate) fn run(&self) -> Report {
-        self.run_and_look(|_, _, _| Order::Go).0
+        self.run_and_look(|_, _, _| false).0
+    }
+
+    /// Runs it and returns why it could not start, and the ports.
+    pub(crate) fn fail_to_start(&self) -> (String, SharedPorts) {
+        let ports = SharedPorts::new(self.world());
+        match run(self.robot, self.run_plan(), ports.clone(), |_| Order::Go) {
+            Ok(report) => panic!("it started: {}", report.reason),
+            Err(error) => (error.to_string(), ports),
+        }
+    }
+
+    fn run_plan(&self) -> RunPlan {
+        RunPlan { horse: self.plan.clone(), method: Method::CcdThenFinish, walk_for_s: self.walk_for_s }
     }
 
     /// Runs it and writes down every cycle.
@@ -144,7 +166,7 @@ impl<'r> Scenario<'r> {
             if !is_over {
                 moments.push(Moment::of(self.robot, world, activity, permission));
             }
-            if is_over { Order::StopAtOnce } else { Order::Go }
+            is_over
         });
         if is_over {
             return Watched { report, moments };
