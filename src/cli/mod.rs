@@ -1,6 +1,7 @@
 //! The command line: what the user typed, and which command does it.
 
 mod check;
+mod guard;
 mod load;
 mod ports;
 mod run;
@@ -51,6 +52,15 @@ enum Command {
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
+    /// Takes the torque off if the controller that started it dies. For the program's own use.
+    #[command(hide = true)]
+    Guard {
+        /// The robot file.
+        robot: PathBuf,
+        /// The device of each bus.
+        #[arg(long = "port", value_name = "BUS=PATH")]
+        ports: Vec<ports::PortOption>,
+    },
 }
 
 /// Options of `run`.
@@ -118,6 +128,7 @@ pub fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check { robot } => check::check(robot).map(|()| COMPLETED),
         Command::Run(options) => run::run(options),
+        Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {
         Ok(code) => ExitCode::from(code),

@@ -1,5 +1,6 @@
 //! Which ports a run is on: simulated buses, or the devices the user named.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -12,6 +13,16 @@ use crate::model::Robot;
 pub(super) struct PortOption {
     bus: String,
     path: PathBuf,
+}
+
+impl PortOption {
+    /// As it is typed after `--port`.
+    pub(super) fn to_argument(&self) -> OsString {
+        let mut argument = OsString::from(&self.bus);
+        argument.push("=");
+        argument.push(&self.path);
+        argument
+    }
 }
 
 impl FromStr for PortOption {
