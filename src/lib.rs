@@ -10,6 +10,7 @@ pub mod estimate;
 pub mod ik;
 pub mod model;
 pub mod motion;
+pub mod recording;
 pub mod run;
 pub mod safety;
 pub mod signals;

@@ -78,6 +78,9 @@ struct RunArguments {
     /// Write the report of the run to this file (JSON).
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,

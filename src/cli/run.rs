@@ -1,8 +1,9 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 #![allow(clippy::print_stdout, reason = "the command's output")]
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
@@ -17,7 +18,8 @@ use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
 use crate::motion::horse::HorsePlan;
-use crate::run::{RunPlan, run as run_robot};
+use crate::recording::{Recorder, RunHeader};
+use crate::run::{RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
 
@@ -44,6 +46,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let horse = plan(options, &loaded)?;
     let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
         .map_err(|error| BadInput(error.to_string()))?;
+    let recording_file = options.record.as_deref().map(|path| create(path, "--record")).transpose()?;
     let report_file = options.report.as_deref().map(check_writable).transpose()?;
 
     println!(
@@ -58,9 +61,12 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let ports =
         if options.is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) };
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
+    let recorder = recording_file
+        .map(|(path, file)| recorder(robot, &plan, options, path, file))
+        .transpose()?;
     let mut status_line = StatusLine::start();
     let mut order = Order::Go;
-    let report = run_robot(robot, plan, ports, |status| {
+    let report = run_recorded(robot, plan, ports, recorder, |status| {
         status_line.show(status);
         order = orders.try_recv().unwrap_or(order);
         order
@@ -116,6 +122,28 @@ fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
     let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
     hw_sim::FaultScript::from_toml(&text)
         .map_err(|error| BadInput(format!("{}: {error}", path.display())).into())
+}
+
+/// A file that could not be written is better known before the robot has walked.
+fn create<'p>(path: &'p Path, option: &str) -> Result<(&'p Path, File)> {
+    let file = File::create(path).map_err(|error| BadInput(format!("{option} {}: {error}", path.display())))?;
+    Ok((path, file))
+}
+
+fn recorder(robot: &Robot, plan: &RunPlan, options: &RunArguments, path: &Path, file: File) -> Result<Recorder> {
+    let robot_text = fs::read_to_string(&options.robot)
+        .with_context(|| format!("{} could not be read again", options.robot.display()))?;
+    // A virtual run is the same whenever it is done, and so is its recording.
+    let started = if options.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
+    let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let header = RunHeader::new(
+        robot,
+        plan,
+        &options.robot.display().to_string(),
+        u64::try_from(started_ns).unwrap_or_default(),
+    );
+    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.is_virtual)
+        .context("the recording could not be started")
 }
 
 /// A report that could not be written is better known before the robot has walked.
@@ -194,6 +222,13 @@ fn print_summary(robot: &Robot, report: &Report) {
             bus.wire_share * 100.0,
             bus.missing,
             bus.corrupt
+        );
+    }
+    if let Some(recording) = &report.recording {
+        let error = recording.error.as_ref().map_or_else(String::new, |error| format!(", then ended: {error}"));
+        println!(
+            "  recording {}: {} cycles, {} dropped{error}",
+            recording.file, recording.records, recording.dropped
         );
     }
 }
