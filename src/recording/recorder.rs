@@ -145,7 +145,7 @@ fn write_all(
 ) -> Written {
     let mut written = Written { records: 0, lost: 0, error: None };
     let mut writer = RecordingWriter::new(robot.clone(), header, robot_text, sink)
-        .map_err(|error| written.error = Some(error.to_string()))
+        .map_err(|error| written.error = Some(describe(&error)))
         .ok();
     for handed in handed {
         match handed {
@@ -153,7 +153,7 @@ fn write_all(
                 match writer.as_mut().map(|writer| writer.write(&sample)) {
                     Some(Ok(())) => written.records += 1,
                     Some(Err(error)) => {
-                        written.error = Some(error.to_string());
+                        written.error = Some(describe(&error));
                         written.lost += 1;
                         writer = None;
                     }
@@ -163,11 +163,17 @@ fn write_all(
             }
             Handed::End(outcome) => {
                 if let Some(Err(error)) = writer.take().map(|writer| writer.finish(outcome)) {
-                    written.error = Some(error.to_string());
+                    written.error = Some(describe(&error));
                 }
                 break;
             }
         }
     }
     written
+}
+
+/// The error with what is behind it: MCAP's own text leaves the system's out.
+fn describe(error: &mcap::McapError) -> String {
+    let causes = std::iter::successors(std::error::Error::source(error), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use glam::DVec3;
+
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::cycle::CycleTimes;
-use crate::model::Robot;
+use crate::model::{Chain, Robot};
 use crate::motion::{Activity, Order};
 use crate::signals::{JointTargets, State, Targets};
 use crate::telemetry::CycleRecord;
@@ -132,5 +134,26 @@ impl Sample {
             is_held: self.is_held,
             dt_s: self.dt_s,
         }
+    }
+
+    /// Joints and tip of each chain of `robot` by the measured angles, body frame, m.
+    pub fn limbs_in_body(&self, robot: &Robot) -> Vec<Vec<DVec3>> {
+        let limb = |chain: &Chain| {
+            let joints = &self.state.joints[chain.joints.clone()];
+            robot.places_in_body(chain, joints.iter().map(|joint| joint.position_rad))
+        };
+        robot.chains.iter().map(limb).collect()
+    }
+
+    /// Where to draw the trunk of `robot`, m: where it is planned; while nothing is planned, so that what hangs
+    /// lowest lies on the ground.
+    pub fn trunk_in_world(&self, robot: &Robot) -> DVec3 {
+        let planned = self.targets.trunk_in_world;
+        if !self.targets.feet.is_empty() {
+            return planned;
+        }
+        let places = self.limbs_in_body(robot);
+        let lowest_m = places.iter().flatten().map(|place| place.z).fold(0.0, f64::min);
+        DVec3 { z: -lowest_m, ..planned }
     }
 }

@@ -80,28 +80,6 @@ const GROUND: Color = Color { r: 0.8, g: 0.8, b: 0.78, a: 1.0 };
 /// A strip of lines, in Foxglove's numbers.
 const LINE_STRIP: u8 = 0;
 
-/// Joints and tip of each chain by the measured angles, body frame, m.
-fn limbs(robot: &Robot, sample: &Sample) -> Vec<Vec<DVec3>> {
-    robot
-        .chains
-        .iter()
-        .map(|chain| {
-            let joints = &sample.state.joints[chain.joints.clone()];
-            robot.places_in_body(chain, joints.iter().map(|joint| joint.position_rad))
-        })
-        .collect()
-}
-
-/// World to body: the planned trunk; while nothing is planned, what lies lowest lies on the ground.
-pub(super) fn trunk_in_world(robot: &Robot, sample: &Sample) -> DVec3 {
-    let planned = sample.targets.trunk_in_world;
-    if !sample.targets.feet.is_empty() {
-        return planned;
-    }
-    let lowest_m = limbs(robot, sample).iter().flatten().map(|place| place.z).fold(0.0, f64::min);
-    DVec3 { z: -lowest_m, ..planned }
-}
-
 pub(super) fn transforms(trunk_in_world: DVec3, timestamp: Stamp) -> FrameTransforms<'static> {
     let pose = Pose::at(trunk_in_world);
     FrameTransforms {
@@ -118,7 +96,7 @@ pub(super) fn transforms(trunk_in_world: DVec3, timestamp: Stamp) -> FrameTransf
 pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUpdate {
     let size_m =
         robot.chains.iter().map(|chain| chain.length_m(robot.joints_of(chain))).fold(0.0, f64::max);
-    let limbs = limbs(robot, sample);
+    let limbs = sample.limbs_in_body(robot);
     let sphere = |place: DVec3, share: f64, color| Solid {
         pose: Pose::at(place),
         size: DVec3::splat(share * size_m).into(),

@@ -112,7 +112,7 @@ impl<W: Write> RecordingWriter<W> {
         self.put(topics::BUSES, cycle, at, |robot| buses(robot, sample, stamp))?;
         self.put(topics::LOOP, cycle, at, |_| loop_times(sample, stamp))?;
         self.put(topics::TRANSFORMS, cycle, at, |robot| {
-            scene::transforms(scene::trunk_in_world(robot, sample), stamp)
+            scene::transforms(sample.trunk_in_world(robot), stamp)
         })?;
         if cycle.is_multiple_of(self.scene_every) {
             self.put(topics::SCENE, cycle, at, |robot| scene::scene(robot, sample, stamp))?;
