@@ -112,12 +112,7 @@ fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) ->
     controller.learn(gap_s, &sample.slots);
     let now = controller.record(&sample.slots);
     let difference = |joint, what| {
-        Some(Difference {
-            cycle: sample.times.number,
-            time_s: sample.times.began.as_secs_f64(),
-            joint,
-            what,
-        })
+        Some(Difference { cycle: sample.times.number, time_s: sample.times.began.as_secs_f64(), joint, what })
     };
     for (joint, (recorded, again)) in sample.goals.iter().zip(now.goals).enumerate() {
         if recorded != again {
@@ -161,10 +156,16 @@ fn violations(joints: &JointsReport, feet: &FeetReport, ik: Method) -> Vec<Strin
         found.push(format!("{} goals outside their joint's range", joints.range_violations));
     }
     if joints.rate_violations > 0 {
-        found.push(format!("{} goals further from the one before than the rate limit", joints.rate_violations));
+        found.push(format!(
+            "{} goals further from the one before than the rate limit",
+            joints.rate_violations
+        ));
     }
     if feet.stance_slip_planned_max_m > SLIP_MAX_M {
-        found.push(format!("a standing foot planned to slip by {:.3} mm", feet.stance_slip_planned_max_m * 1e3));
+        found.push(format!(
+            "a standing foot planned to slip by {:.3} mm",
+            feet.stance_slip_planned_max_m * 1e3
+        ));
     }
     if feet.swing_velocity_jump_max_m_s > 0.0 {
         found.push(format!("a foot's planned velocity jumps by {:.4} m/s", feet.swing_velocity_jump_max_m_s));

@@ -85,7 +85,8 @@ pub fn run_recorded<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut recorder, &mut order)));
+    let ended =
+        catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut recorder, &mut order)));
     let (outcome, reason) = match ended {
         Ok(was_ordered_to_stop) => verdict(robot, &cycle, was_ordered_to_stop),
         Err(_) => {

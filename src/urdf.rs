@@ -18,7 +18,13 @@ pub const BODY: &str = "body";
 pub fn of_robot(robot: &Robot) -> String {
     let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", escaped(&robot.name));
     let (low, high) = robot.root_extent();
-    link(&mut text, BODY, robot.trunk_mass_kg, robot.trunk_center_m, box_inertia(robot.trunk_mass_kg, high - low));
+    link(
+        &mut text,
+        BODY,
+        robot.trunk_mass_kg,
+        robot.trunk_center_m,
+        box_inertia(robot.trunk_mass_kg, high - low),
+    );
     for chain in &robot.chains {
         limb(&mut text, robot, chain);
     }
@@ -76,7 +82,12 @@ fn link(text: &mut String, name: &str, mass_kg: f64, center_m: DVec3, inertia: D
     let _ = writeln!(
         text,
         "      <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
-        inertia.x_axis.x, inertia.x_axis.y, inertia.x_axis.z, inertia.y_axis.y, inertia.y_axis.z, inertia.z_axis.z
+        inertia.x_axis.x,
+        inertia.x_axis.y,
+        inertia.x_axis.z,
+        inertia.y_axis.y,
+        inertia.y_axis.z,
+        inertia.z_axis.z
     );
     text.push_str("    </inertial>\n  </link>\n");
 }
@@ -95,6 +106,8 @@ fn box_inertia(mass_kg: f64, size_m: DVec3) -> DMat3 {
 }
 
 fn numbers(v: DVec3) -> String {
+    // Adding zero makes -0 a plain 0.
+    let v = v + DVec3::ZERO;
     format!("{} {} {}", v.x, v.y, v.z)
 }
 

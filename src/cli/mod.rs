@@ -52,7 +52,9 @@ enum Command {
     /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
     /// the servos answered, which must give the same goals. Exit codes: 0 it agrees, 1 it differs, 2 the file is
     /// no recording.
-    #[command(after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html")]
+    #[command(
+        after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
+    )]
     Replay {
         /// A file of 'run --record'.
         recording: PathBuf,

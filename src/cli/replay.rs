@@ -37,7 +37,12 @@ fn print_run(recording: &Recording) {
         Ending::Outcome(outcome) => {
             let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
             println!("{}: {}", entry("outcome"), entry("reason"));
-            println!("  {} cycles in {} s, {} late", entry("cycles"), entry("duration_s"), entry("late_cycles"));
+            println!(
+                "  {} cycles in {} s, {} late",
+                entry("cycles"),
+                entry("duration_s"),
+                entry("late_cycles")
+            );
         }
         Ending::CutShort { reason } => println!("CUT SHORT: {reason}"),
     }
@@ -87,7 +92,10 @@ fn print_replay(robot: &Robot, replay: &Replay) {
         None => println!("replay: {} cycles, all goals the same", replay.cycles),
         Some(found) => {
             let joint = found.joint.map_or("the robot", |joint| &robot.joints[joint].name);
-            println!("DIFFERS first in cycle {} ({:.3} s), {joint}: {}", found.cycle, found.time_s, found.what);
+            println!(
+                "DIFFERS first in cycle {} ({:.3} s), {joint}: {}",
+                found.cycle, found.time_s, found.what
+            );
         }
     }
     if let Some(gap) = replay.first_gap {

@@ -66,8 +66,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let ports =
         if options.is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) };
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
-    let recorder =
-        created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
+    let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut status_line = StatusLine::start();
     let mut order = Order::Go;
     let report = run_recorded(robot, plan, ports, recorder, |status| {
@@ -137,8 +136,8 @@ fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
 
 /// A recording that could not be written is better known before the robot has walked.
 fn create_recording(path: &Path) -> Result<(&Path, File)> {
-    let file = File::create(path)
-        .map_err(|error| BadInput(format!("the recording {}: {error}", path.display())))?;
+    let file =
+        File::create(path).map_err(|error| BadInput(format!("the recording {}: {error}", path.display())))?;
     Ok((path, file))
 }
 
@@ -149,7 +148,13 @@ fn beside_page(page: &Path) -> PathBuf {
     beside.into()
 }
 
-fn recorder(robot: &Robot, plan: &RunPlan, options: &RunArguments, path: &Path, file: File) -> Result<Recorder> {
+fn recorder(
+    robot: &Robot,
+    plan: &RunPlan,
+    options: &RunArguments,
+    path: &Path,
+    file: File,
+) -> Result<Recorder> {
     let robot_text = fs::read_to_string(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
@@ -239,7 +244,8 @@ fn print_summary(robot: &Robot, report: &Report) {
         );
     }
     if let Some(recording) = &report.recording {
-        let error = recording.error.as_ref().map_or_else(String::new, |error| format!(", then ended: {error}"));
+        let error =
+            recording.error.as_ref().map_or_else(String::new, |error| format!(", then ended: {error}"));
         println!(
             "  recording {}: {} cycles, {} dropped{error}",
             recording.file, recording.records, recording.dropped

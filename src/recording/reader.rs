@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use mcap::records::Record;
 use mcap::read::{ChunkFlattener, Options};
+use mcap::records::Record;
 use serde::de::DeserializeOwned;
 
 use super::header::RunHeader;
@@ -89,16 +89,17 @@ impl Recording {
     /// # Errors
     /// When they are no recording.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Recording, ReadError> {
-        let not_a_recording =
-            |reason: String| ReadError::NotARecording { file: file.to_owned(), reason };
+        let not_a_recording = |reason: String| ReadError::NotARecording { file: file.to_owned(), reason };
         let contents = Contents::of(bytes).map_err(not_a_recording)?;
         let text = |name: &str| {
-            let data = contents.attachments.get(name).ok_or_else(|| format!("it has no attachment {name}"))?;
+            let data =
+                contents.attachments.get(name).ok_or_else(|| format!("it has no attachment {name}"))?;
             String::from_utf8(data.to_vec()).map_err(|_| format!("its attachment {name} is no text"))
         };
         let header: RunHeader = text(RUN_ATTACHMENT)
             .and_then(|text| {
-                serde_json::from_str(&text).map_err(|error| format!("its attachment {RUN_ATTACHMENT}: {error}"))
+                serde_json::from_str(&text)
+                    .map_err(|error| format!("its attachment {RUN_ATTACHMENT}: {error}"))
             })
             .map_err(not_a_recording)?;
         if header.version != RunHeader::VERSION {
@@ -185,7 +186,9 @@ impl<'a> Contents<'a> {
 fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     fn read<M: DeserializeOwned>(cycle: &Messages, topic: topics::Topic) -> Result<Option<M>, String> {
         let Some(data) = cycle.get(topic.name) else { return Ok(None) };
-        serde_json::from_slice(data).map(Some).map_err(|error| format!("a message of {}: {error}", topic.name))
+        serde_json::from_slice(data)
+            .map(Some)
+            .map_err(|error| format!("a message of {}: {error}", topic.name))
     }
     let times: Option<messages::Loop> = read(cycle, topics::LOOP)?;
     let motion: Option<messages::Motion> = read(cycle, topics::MOTION)?;

@@ -94,8 +94,7 @@ pub(super) fn transforms(trunk_in_world: DVec3, timestamp: Stamp) -> FrameTransf
 }
 
 pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUpdate {
-    let size_m =
-        robot.chains.iter().map(|chain| chain.length_m(robot.joints_of(chain))).fold(0.0, f64::max);
+    let size_m = robot.chains.iter().map(|chain| chain.length_m(robot.joints_of(chain))).fold(0.0, f64::max);
     let limbs = sample.limbs_in_body(robot);
     let sphere = |place: DVec3, share: f64, color| Solid {
         pose: Pose::at(place),
@@ -110,9 +109,13 @@ pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUp
             Some(sphere(*places.last()?, FOOT_SHARE, if is_swing { SWING } else { STANCE }))
         })
         .collect();
-    spheres.extend(sample.targets.feet.iter().map(|foot| {
-        sphere(foot.in_world - sample.targets.trunk_in_world, 0.6 * FOOT_SHARE, TARGET)
-    }));
+    spheres.extend(
+        sample
+            .targets
+            .feet
+            .iter()
+            .map(|foot| sphere(foot.in_world - sample.targets.trunk_in_world, 0.6 * FOOT_SHARE, TARGET)),
+    );
     let lines = limbs
         .iter()
         .map(|places| Line {

@@ -77,7 +77,11 @@ impl<W: Write> RecordingWriter<W> {
             channels.push(mcap.add_channel(schema, topic.name, "json", &BTreeMap::new())?);
         }
         mcap.flush()?;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 20: at most 1000 Hz")]
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1 to 20: at most 1000 Hz"
+        )]
         let scene_every = (robot.rate_hz / SCENE_HZ).ceil().max(1.0) as u64;
         Ok(RecordingWriter {
             robot,
