@@ -5,9 +5,9 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, tick};
 use serde::Serialize;
 
 use super::header::RunHeader;
@@ -22,6 +22,8 @@ use crate::telemetry::CycleRecord;
 const BUFFERED_S: f64 = 2.0;
 /// Fewest samples in circulation.
 const SAMPLES_MIN: usize = 16;
+/// How often the thread looks for samples.
+const LOOK: Duration = Duration::from_millis(20);
 /// How long the end of the run waits for the disk.
 const FINISH_PATIENCE: Duration = Duration::from_secs(10);
 
@@ -90,7 +92,13 @@ impl Recorder {
         }
         let robot = robot.clone();
         std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
-            let written = write_all(&robot, &header, &robot_text, sink, &handed, &give_back);
+            let written = if waits {
+                write_all(&robot, &header, &robot_text, sink, handed.iter(), &give_back)
+            } else {
+                let beat = tick(LOOK);
+                let handed = std::iter::from_fn(|| next_by_looking(&handed, &beat));
+                write_all(&robot, &header, &robot_text, sink, handed, &give_back)
+            };
             let _ = tell.send(written);
         })?;
         Ok(Recorder { file, waits, empty, filled, finished, dropped: 0 })
@@ -134,13 +142,25 @@ impl Recorder {
     }
 }
 
+/// What was handed over next, looked for at each `beat` instead of waited for: to wake a waiting thread would
+/// cost the loop more than everything else about a recording.
+fn next_by_looking(handed: &Receiver<Handed>, beat: &Receiver<Instant>) -> Option<Handed> {
+    loop {
+        match handed.try_recv() {
+            Ok(next) => return Some(next),
+            Err(TryRecvError::Disconnected) => return None,
+            Err(TryRecvError::Empty) => beat.recv().map(drop).ok()?,
+        }
+    }
+}
+
 /// The thread: writes what it is handed until the end. After an error it only hands samples back.
 fn write_all(
     robot: &Robot,
     header: &RunHeader,
     robot_text: &str,
     sink: impl Write,
-    handed: &Receiver<Handed>,
+    handed: impl Iterator<Item = Handed>,
     give_back: &Sender<Box<Sample>>,
 ) -> Written {
     let mut written = Written { records: 0, lost: 0, error: None };

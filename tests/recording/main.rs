@@ -5,5 +5,7 @@
 mod common;
 mod contents;
 mod disk;
+mod ends;
+mod page;
 mod replays;
 mod schema;

@@ -57,10 +57,14 @@ fn a_replay_names_cycle_and_joint_of_a_reply_that_was_changed() {
 fn a_replay_finds_a_recorded_goal_outside_its_range() {
     let mut recording = recording("");
     let servo = recording.robot.joints[1].servo.unwrap();
-    let (low, _) = recording.robot.joints[1].range_rad;
+    // A joint's whole range further down, and a little more.
+    let (low, high) = recording.robot.joints[1].range_rad;
+    let counts = (servo.count_of(low) - servo.count_of(high)).abs();
+    let outside = (0..4096).find(|count| f64::from(*count) > counts + 10.0).unwrap();
+    let outside = if servo.reversed { outside } else { -outside };
     for sample in &mut recording.samples[600..700] {
         let ServoGoal::Move { position, .. } = &mut sample.goals[1] else { panic!("limp") };
-        *position = servo.count_of(low - 0.2).round() as i32;
+        *position += outside;
     }
     let violations = replay(&recording).unwrap().violations;
     assert!(violations.iter().any(|found| found.contains("outside their joint's range")), "{violations:?}");
