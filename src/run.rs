@@ -13,6 +13,7 @@ use crate::ik::Method;
 use crate::model::{Robot, StopAction};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Activity, Order};
+use crate::recording::Recorder;
 use crate::signals::Permission;
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
@@ -62,6 +63,20 @@ pub fn run<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
+    order: impl FnMut(&Status) -> Order,
+) -> Result<Report, StartError> {
+    run_recorded(robot, plan, ports, None, order)
+}
+
+/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_recorded<P: Ports>(
+    robot: &Robot,
+    plan: RunPlan,
+    ports: P,
+    mut recorder: Option<Recorder>,
     mut order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
     let mut buses = Buses::new(robot, ports);
@@ -70,7 +85,8 @@ pub fn run<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut order)));
+    let ended =
+        catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut recorder, &mut order)));
     let (outcome, reason) = match ended {
         Ok(was_ordered_to_stop) => verdict(robot, &cycle, was_ordered_to_stop),
         Err(_) => {
@@ -86,6 +102,16 @@ pub fn run<P: Ports>(
     };
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
+    let recording = recorder.map(|recorder| {
+        let entries = [
+            ("outcome", outcome.name().to_owned()),
+            ("reason", reason.clone()),
+            ("duration_s", duration.as_secs_f64().to_string()),
+            ("cycles", cycles.to_string()),
+            ("late_cycles", late_cycles.to_string()),
+        ];
+        recorder.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
+    });
     Ok(Report {
         robot: robot.name.clone(),
         gait,
@@ -100,6 +126,7 @@ pub fn run<P: Ports>(
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
+        recording,
     })
 }
 
@@ -108,6 +135,7 @@ fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
+    recorder: &mut Option<Recorder>,
     order: &mut impl FnMut(&Status) -> Order,
 ) -> bool {
     let period = Duration::from_secs_f64(robot.period_s());
@@ -124,6 +152,9 @@ fn repeat<P: Ports>(
         let wanted = order(&status(cycle, start));
         was_ordered_to_stop |= wanted != Order::Go;
         cycle.step(wanted);
+        if let Some(recorder) = recorder {
+            recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
+        }
         if cycle.generator().activity() == Activity::Done {
             limp_cycles += 1;
             if limp_cycles >= LIMP_CYCLES {

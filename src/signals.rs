@@ -5,11 +5,13 @@
 //! both x forward, y left, z up, metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
 
 /// What the generator asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Aim {
     /// No torque.
     Limp,
@@ -63,7 +65,8 @@ pub struct JointTargets {
 }
 
 /// How far the robot may go on, as safety judged in the cycle before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Permission {
     /// Everything is well.
     #[default]

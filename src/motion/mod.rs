@@ -7,13 +7,16 @@ pub mod curves;
 mod gait;
 pub mod horse;
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::{Robot, StopAction};
 use crate::signals::{Aim, Permission, State, Targets};
 use curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
 use horse::{HorsePlan, Walk};
 
 /// What the operator wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// Stand up and walk.
     Go,
@@ -62,7 +65,8 @@ enum Phase {
 }
 
 /// What the robot is doing, for people.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Activity {
     /// Without torque.
     Limp,
