@@ -1,7 +1,9 @@
 //! The command line: what the user typed, and which command does it.
 
 mod check;
+mod guard;
 mod load;
+mod ports;
 mod replay;
 mod run;
 mod status;
@@ -66,10 +68,19 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. All buses are simulated.
+    /// skips the slowing down. All buses are simulated, unless each has a --port.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
+    /// Takes the torque off if the controller that started it dies. For the program's own use.
+    #[command(hide = true)]
+    Guard {
+        /// The robot file.
+        robot: PathBuf,
+        /// The device of each bus.
+        #[arg(long = "port", value_name = "BUS=PATH")]
+        ports: Vec<ports::PortOption>,
+    },
 }
 
 /// Options of `run`.
@@ -86,14 +97,17 @@ struct RunArguments {
     /// How long to walk, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
+    /// Serial device of a bus; give one for every bus (paths in /dev/serial/by-id stay the same).
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<ports::PortOption>,
     /// Run on a virtual clock, as fast as it can.
-    #[arg(long = "virtual")]
+    #[arg(long = "virtual", conflicts_with = "ports")]
     is_virtual: bool,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports")]
     seed: u64,
     /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     faults: Option<PathBuf>,
     /// Write the report of the run to this file (JSON).
     #[arg(long, value_name = "FILE")]
@@ -150,6 +164,7 @@ pub fn main() -> ExitCode {
         Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
+        Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {
         Ok(code) => ExitCode::from(code),

@@ -11,6 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::load::{Loaded, load};
+use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, write_whole};
@@ -44,9 +45,14 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
         );
     }
+    let Choice::Simulated = ports::choose(robot, &options.ports)?;
     let horse = plan(options, &loaded)?;
-    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
-        .map_err(|error| BadInput(error.to_string()))?;
+    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?).map_err(
+        |error| match &options.faults {
+            Some(path) => BadInput(format!("{}: {error}", path.display())),
+            None => BadInput(error.to_string()),
+        },
+    )?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
@@ -178,7 +184,7 @@ fn recorder(
 /// A report that could not be written is better known before the robot has walked.
 fn check_writable<'p>(path: &'p Path, option: &str) -> Result<&'p Path> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if path.file_name().is_none() || !folder.is_dir() {
+    if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
         return Err(BadInput(format!(
             "{option} {}: expected a file in a folder that exists",
             path.display()
