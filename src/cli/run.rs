@@ -81,7 +81,12 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         order
     });
     drop(status_line);
-    let report = report?;
+    let mut report = report?;
+    if passing_file.is_some() {
+        // The recording behind a page is no result of its own, unless it is not whole.
+        report.recording =
+            report.recording.filter(|recording| recording.error.is_some() || recording.dropped > 0);
+    }
     print_summary(robot, &report);
     if let Some(path) = report_file {
         write_report(path, &report)?;
