@@ -19,6 +19,8 @@ pub enum Aim {
     Pose,
     /// Tip places: [`Targets::tips_in_body`].
     Tips,
+    /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
+    Joint(usize),
 }
 
 /// Computed by the generator.
@@ -28,6 +30,8 @@ pub struct Targets {
     pub aim: Aim,
     /// Joint angles, rad.
     pub pose_rad: Vec<f64>,
+    /// Share of the permitted torque that is asked for, 0 to 1.
+    pub torque_share: f64,
     /// Tip of each chain, body frame, m.
     pub tips_in_body: Vec<DVec3>,
     /// The planned place of the trunk, world frame, m.
@@ -58,10 +62,18 @@ pub struct FootTarget {
 pub struct JointTargets {
     /// True when no torque is asked for; the angles mean nothing then.
     pub is_limp: bool,
+    /// Where only one joint is to have torque: which.
+    pub only: Option<usize>,
+    /// Share of the permitted torque that is asked for, 0 to 1.
+    pub torque_share: f64,
+    /// The first joint for which a target was asked that is not a number.
+    pub not_finite: Option<usize>,
     /// Joint angles, rad.
     pub angles_rad: Vec<f64>,
     /// What each chain's tip misses its target by, m; 0 where a pose was asked for.
     pub residual_m: Vec<f64>,
+    /// How many joints of each chain stand on a limit of their range; 0 where a pose was asked for.
+    pub saturated: Vec<u32>,
 }
 
 /// How far the robot may go on, as safety judged in the cycle before.
@@ -159,6 +171,7 @@ impl Targets {
         Targets {
             aim: Aim::Limp,
             pose_rad: vec![0.0; robot.joints.len()],
+            torque_share: 1.0,
             tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
             trunk_in_world: DVec3::ZERO,
             feet: Vec::with_capacity(robot.chains.len()),
@@ -172,8 +185,12 @@ impl JointTargets {
     pub fn new(robot: &Robot) -> JointTargets {
         JointTargets {
             is_limp: true,
+            only: None,
+            torque_share: 1.0,
+            not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
+            saturated: vec![0; robot.chains.len()],
         }
     }
 }

@@ -25,18 +25,30 @@ impl Limbs {
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
     pub fn solve(&mut self, targets: &Targets, joints: &mut JointTargets) {
         joints.is_limp = targets.aim == Aim::Limp;
+        joints.only = match targets.aim {
+            Aim::Joint(joint) => Some(joint),
+            Aim::Limp | Aim::Pose | Aim::Tips => None,
+        };
+        joints.torque_share = targets.torque_share;
+        joints.not_finite = None;
+        joints.residual_m.fill(0.0);
+        joints.saturated.fill(0);
         match targets.aim {
-            Aim::Limp => joints.residual_m.fill(0.0),
-            Aim::Pose => {
+            Aim::Limp => {}
+            Aim::Pose | Aim::Joint(_) => {
                 joints.angles_rad.copy_from_slice(&targets.pose_rad);
-                joints.residual_m.fill(0.0);
+                joints.not_finite = targets.pose_rad.iter().position(|angle| !angle.is_finite());
             }
             Aim::Tips => {
                 for (index, (range, solver)) in self.chains.iter_mut().enumerate() {
                     let angles = &mut joints.angles_rad[range.clone()];
                     let tip = targets.tips_in_body[index];
-                    joints.residual_m[index] =
-                        solver.solve(self.method, tip, targets.posture_pull, angles).residual_m;
+                    let solution = solver.solve(self.method, tip, targets.posture_pull, angles);
+                    joints.residual_m[index] = solution.residual_m;
+                    joints.saturated[index] = solution.saturated;
+                    if !solution.residual_m.is_finite() {
+                        joints.not_finite = joints.not_finite.or(Some(range.start));
+                    }
                 }
             }
         }

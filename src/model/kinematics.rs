@@ -76,6 +76,14 @@ impl Joint {
         (p.min(q), p.max(q))
     }
 
+    /// Where the joint's servo has counts, rad; everywhere on a joint without servo.
+    pub fn servo_range_rad(&self) -> (f64, f64) {
+        let Some(servo) = &self.servo else { return (f64::NEG_INFINITY, f64::INFINITY) };
+        let (low, high) = servo.model.count_range;
+        let (a, b) = (servo.angle_of(f64::from(low)), servo.angle_of(f64::from(high)));
+        (a.min(b), a.max(b))
+    }
+
     /// Largest speed the servo can turn at without load, rad/s; infinite on a joint without servo.
     pub fn no_load_speed_rad_s(&self) -> f64 {
         self.servo.as_ref().map_or(f64::INFINITY, |servo| servo.model.no_load_speed_rad_s)

@@ -12,8 +12,12 @@ pub(super) struct Limiter {
     rate_rad_s: f64,
     slow_rate_rad_s: f64,
     acceleration_rad_s2: f64,
+    /// Where the servo has counts.
+    servo_range_rad: (f64, f64),
     goal_rad: f64,
     speed_rad_s: f64,
+    /// True from a start until the goal has reached what is wanted; till then it moves slowly.
+    is_catching_up: bool,
 }
 
 impl Limiter {
@@ -24,17 +28,32 @@ impl Limiter {
             rate_rad_s,
             slow_rate_rad_s: settings.slow_rate_rad_s.min(rate_rad_s),
             acceleration_rad_s2: settings.acceleration_rad_s2,
+            servo_range_rad: joint.servo_range_rad(),
             goal_rad: 0.0,
             speed_rad_s: 0.0,
+            is_catching_up: false,
         }
     }
 
-    /// The next goal follows from here, at rest: the measured position, which may lie outside the range.
+    /// The next goal follows from here, at rest: the measured position, which may lie outside the range. The goal
+    /// moves slowly until it has reached what is wanted.
     pub(super) fn start_from(&mut self, measured_rad: f64) {
         if measured_rad.is_finite() {
             self.goal_rad = measured_rad;
             self.speed_rad_s = 0.0;
+            self.is_catching_up = true;
         }
+    }
+
+    /// The next goal follows from the last one, at rest.
+    pub(super) fn rest_at_goal(&mut self) {
+        self.speed_rad_s = 0.0;
+    }
+
+    /// Whether the servo has a count for the measured angle.
+    pub(super) fn can_start_from(&self, measured_rad: f64) -> bool {
+        let (low, high) = self.servo_range_rad;
+        (low - ROUNDING_RAD..=high + ROUNDING_RAD).contains(&measured_rad)
     }
 
     pub(super) fn goal_rad(&self) -> f64 {
@@ -54,7 +73,9 @@ impl Limiter {
         // Range outranks acceleration: a joint never overruns its limit to stop gently.
         let goal = goal.clamp(low, high);
         self.accept(goal, dt_s);
-        (goal, differs(goal, wanted_rad))
+        let differs = differs(goal, wanted_rad);
+        self.is_catching_up &= differs;
+        (goal, differs)
     }
 
     /// Comes to rest as fast as the acceleration limit allows; returns the goal, and whether that is not
@@ -75,7 +96,8 @@ impl Limiter {
 
     /// Speed towards a place `way_rad` off that keeps rate and acceleration, and can still stop there.
     fn allowed_speed(&self, way_rad: f64, dt_s: f64) -> f64 {
-        let rate = if self.is_outside() { self.slow_rate_rad_s } else { self.rate_rad_s };
+        let rate =
+            if self.is_outside() || self.is_catching_up { self.slow_rate_rad_s } else { self.rate_rad_s };
         let wanted = way_rad / dt_s;
         let change = self.acceleration_rad_s2 * dt_s;
         if wanted.abs() <= rate && (wanted - self.speed_rad_s).abs() <= change * (1.0 + 1e-9) {

@@ -17,7 +17,7 @@ mod tests;
 mod watch;
 
 use crate::model::{Robot, SafetySettings};
-use crate::signals::{JointTargets, Permission, State};
+use crate::signals::{JointState, JointTargets, Permission, State};
 use limiter::Limiter;
 use watch::Watch;
 pub use watch::{Fault, Finding};
@@ -37,7 +37,7 @@ pub enum JointCommand {
 }
 
 /// What all joints are told: the proof that safety looked.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Command {
     joints: Vec<JointCommand>,
     interventions: u32,
@@ -56,26 +56,37 @@ impl Command {
 }
 
 /// Holds every joint inside its limits and watches over the robot.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Safety {
     settings: SafetySettings,
-    limiters: Vec<Limiter>,
+    joints: Vec<JointSafety>,
     watch: Watch,
     command: Command,
-    /// Time since torque came on, s; none while limp.
+}
+
+/// What safety remembers of a joint.
+#[derive(Debug)]
+struct JointSafety {
+    limiter: Limiter,
+    /// Time since its torque came on, s; none while limp.
     torque_on_s: Option<f64>,
+    /// True while its servo has been silent for too long to be where it was told to be.
+    is_lost: bool,
 }
 
 impl Safety {
     /// Safety for `robot`; everything limp.
     pub fn new(robot: &Robot) -> Safety {
-        let count = robot.joints.len();
+        let of_joint = |joint| JointSafety {
+            limiter: Limiter::new(joint, &robot.safety),
+            torque_on_s: None,
+            is_lost: false,
+        };
         Safety {
             settings: robot.safety.clone(),
-            limiters: robot.joints.iter().map(|joint| Limiter::new(joint, &robot.safety)).collect(),
+            joints: robot.joints.iter().map(of_joint).collect(),
             watch: Watch::new(robot),
-            command: Command { joints: vec![JointCommand::Limp; count], interventions: 0 },
-            torque_on_s: None,
+            command: Command { joints: vec![JointCommand::Limp; robot.joints.len()], interventions: 0 },
         }
     }
 
@@ -91,41 +102,90 @@ impl Safety {
     pub fn check(&mut self, dt_s: f64, gap_s: f64, targets: &JointTargets, state: &mut State) -> &Command {
         self.command.interventions = 0;
         if targets.is_limp || !state.is_known() {
-            self.torque_on_s = None;
-            self.command.joints.fill(JointCommand::Limp);
+            for index in 0..self.joints.len() {
+                self.let_go(index, state);
+            }
             state.permission = self.watch.judge_limp(&state.joints);
             return &self.command;
         }
-        if self.torque_on_s.is_none() {
-            for (limiter, joint) in self.limiters.iter_mut().zip(&state.joints) {
-                limiter.start_from(joint.position_rad);
-            }
-        } else if gap_s > self.settings.coast_s {
-            // The servos have long arrived and stand: start again from rest, not at full speed.
-            for limiter in &mut self.limiters {
-                let goal = limiter.goal_rad();
-                limiter.start_from(goal);
-            }
+        if let Some(finding) = self.out_of_counts(targets, state) {
+            self.watch.stop(finding);
         }
-        let on_s = self.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
-        self.torque_on_s = Some(on_s);
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            joint.take_over(gap_s - dt_s, &self.settings, &state.joints[index]);
+        }
+        let goals = self.joints.iter().map(|joint| joint.limiter.goal_rad());
+        state.permission = self.watch.judge(dt_s, gap_s, &state.joints, goals, targets.not_finite);
 
-        let not_finite = targets.angles_rad.iter().position(|angle| !angle.is_finite());
-        let goals = self.limiters.iter().map(Limiter::goal_rad);
-        state.permission = self.watch.judge(dt_s, gap_s, &state.joints, goals, not_finite);
-
-        let torque_share = self.settings.torque_share * (on_s / self.settings.torque_ramp_s).min(1.0);
-        for (index, limiter) in self.limiters.iter_mut().enumerate() {
+        for index in 0..self.joints.len() {
+            if targets.only.is_some_and(|only| only != index) || self.is_out_of_counts(index, state) {
+                self.let_go(index, state);
+                continue;
+            }
+            let joint = &mut self.joints[index];
             let wanted_rad = targets.angles_rad[index];
-            let (angle_rad, differs) = if self.watch.permission() == Permission::Hold {
-                limiter.hold(wanted_rad, dt_s)
+            let (angle_rad, differs) = if state.permission == Permission::Hold {
+                joint.limiter.hold(wanted_rad, dt_s)
             } else {
-                limiter.next(wanted_rad, dt_s)
+                joint.limiter.next(wanted_rad, dt_s)
             };
             self.command.interventions += u32::from(differs);
             state.goal_rad[index] = angle_rad;
+            let on_s = joint.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
+            joint.torque_on_s = Some(on_s);
+            let rise = (on_s / self.settings.torque_ramp_s).min(1.0);
+            let torque_share = self.settings.torque_share * rise.min(targets.torque_share);
             self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
         }
         &self.command
+    }
+
+    /// Ends waiting: what is held is stopped for good. For an operator who will not wait.
+    pub fn give_up_waiting(&mut self, state: &mut State) {
+        if let (Permission::Hold, Some(cause)) = (state.permission, self.watch.cause()) {
+            self.watch.stop(cause);
+            state.permission = self.watch.permission();
+        }
+    }
+
+    /// Without torque a joint is where it is, and would start from there.
+    fn let_go(&mut self, index: usize, state: &mut State) {
+        let joint = &mut self.joints[index];
+        joint.torque_on_s = None;
+        joint.limiter.start_from(state.joints[index].position_rad);
+        state.goal_rad[index] = joint.limiter.goal_rad();
+        self.command.joints[index] = JointCommand::Limp;
+    }
+
+    /// The first joint that is to have torque now, and is where its servo has no counts.
+    fn out_of_counts(&self, targets: &JointTargets, state: &State) -> Option<Finding> {
+        let joint = (0..self.joints.len())
+            .filter(|index| targets.only.is_none_or(|only| only == *index))
+            .find(|index| self.is_out_of_counts(*index, state))?;
+        let position_rad = state.joints[joint].position_rad;
+        Some(Finding { joint: Some(joint), fault: Fault::OutOfCounts { position_rad } })
+    }
+
+    /// A goal cannot start where a limp joint is if its servo has no counts there.
+    fn is_out_of_counts(&self, index: usize, state: &State) -> bool {
+        let joint = &self.joints[index];
+        joint.torque_on_s.is_none() && !joint.limiter.can_start_from(state.joints[index].position_rad)
+    }
+}
+
+impl JointSafety {
+    /// Starts from where the joint is measured, where the last goal says nothing of that: when its torque comes on,
+    /// and when its servo is heard again after a silence in which it may have been without power. After a stall
+    /// of the loop by `stall_s` it starts from its goal, at rest: its servo has long arrived there.
+    fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
+        if measured.age_s > settings.coast_s {
+            self.is_lost = true;
+        } else if self.torque_on_s.is_none() || self.is_lost {
+            self.limiter.start_from(measured.position_rad);
+            self.torque_on_s = None;
+            self.is_lost = false;
+        } else if stall_s > settings.coast_s {
+            self.limiter.rest_at_goal();
+        }
     }
 }

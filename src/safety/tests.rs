@@ -33,7 +33,7 @@ fn middle(robot: &Robot) -> Vec<f64> {
 }
 
 fn asking(robot: &Robot, angles_rad: Vec<f64>) -> JointTargets {
-    JointTargets { is_limp: false, angles_rad, residual_m: vec![0.0; robot.chains.len()] }
+    JointTargets { is_limp: false, angles_rad, ..JointTargets::new(robot) }
 }
 
 fn goal(command: JointCommand) -> (f64, f64) {
@@ -93,7 +93,7 @@ fn silence_coasts_then_holds_then_stops() {
     assert!((moved as f64 - cycles(robot.safety.coast_s)).abs() <= 1.5, "{moved} cycles of coasting");
     assert!((held as f64 - cycles(robot.safety.hold_s)).abs() <= 1.5, "{held} cycles of holding");
     let finding = safety.cause().unwrap();
-    assert_eq!(finding.joint, 4);
+    assert_eq!(finding.joint, Some(4));
     assert!(matches!(finding.fault, Fault::Unheard { .. }));
     let words = finding.describe(&robot);
     for word in ["servo 5", "bus main", "left_fore.scapula", "check"] {
@@ -152,7 +152,7 @@ fn after_the_loop_stood_still_joints_start_from_rest() {
     let speed = (state.goal_rad[6] - before) / DT_S;
     assert!(speed <= robot.safety.acceleration_rad_s2 * DT_S * (1.0 + 1e-9), "{speed} rad/s at once");
     // A loop that stood still longer than a hold may last does not go on by itself.
-    safety.check(DT_S, robot.safety.hold_s + 0.01, &asking(&robot, pose), &mut state);
+    safety.check(DT_S, robot.safety.hold_s + 2.0 * DT_S, &asking(&robot, pose), &mut state);
     assert_eq!(state.permission, Permission::Stop);
 }
 
@@ -221,6 +221,98 @@ fn heat_and_voltage_are_named_rather_than_their_alarm_bits() {
     }
 }
 
+#[test]
+fn a_servo_that_comes_back_limp_is_taken_over_where_it_hangs() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let pose = middle(&robot);
+    let elbow = 6;
+    let mut state = heard(&robot, &pose);
+    let ramp_cycles = (robot.safety.torque_ramp_s / DT_S) as u32 + 2;
+    for _ in 0..ramp_cycles {
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+    }
+    // Its plug comes out, it hangs half a radian further, and the plug goes back in.
+    state.joints[elbow].age_s = robot.safety.coast_s + 0.05;
+    safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+    assert_eq!(state.permission, Permission::Hold);
+    let hangs = pose[elbow] + 0.5;
+    state.joints[elbow] = JointState { age_s: 0.0, position_rad: hangs, ..state.joints[elbow] };
+    let mut before = hangs;
+    for cycle in 0..300 {
+        let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        let (angle, torque) = goal(command.joints()[elbow]);
+        assert!((before - angle).abs() <= robot.safety.slow_rate_rad_s * DT_S * (1.0 + 1e-9), "at {angle}");
+        let expected = (f64::from(cycle) * DT_S / robot.safety.torque_ramp_s).min(1.0);
+        assert!((torque - expected).abs() < 1e-9, "its torque rises anew");
+        let (_, others) = goal(command.joints()[0]);
+        assert!(others > 0.99, "the others keep theirs");
+        before = angle;
+        state.joints[elbow].position_rad = angle;
+    }
+    assert!((before - pose[elbow]).abs() < 1e-9, "and it is back");
+    assert_eq!(state.permission, Permission::Move);
+}
+
+#[test]
+fn a_link_that_fails_again_and_again_is_a_stop_in_the_end() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    let mut cycle = 0_u32;
+    while state.permission != Permission::Stop {
+        // Silent for 180 ms of every 200 ms.
+        let in_period = f64::from(cycle % 20) * DT_S;
+        state.joints[2].age_s = if in_period < 0.18 { in_period } else { 0.0 };
+        safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+        cycle += 1;
+        assert!(cycle < 3000, "flaps for ever");
+    }
+}
+
+#[test]
+fn a_joint_where_its_servo_has_no_counts_gets_no_torque() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut pose = middle(&robot);
+    // Half a turn and a bit from the middle count.
+    pose[6] += std::f64::consts::PI + 0.1;
+    let mut state = heard(&robot, &pose);
+    let command = safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+    assert_eq!(command.joints()[6], JointCommand::Limp);
+    assert_eq!(state.permission, Permission::Stop);
+    let words = safety.cause().unwrap().describe(&robot);
+    assert!(words.contains("left_fore.elbow") && words.contains("turn the limp joint by hand"), "{words}");
+}
+
+#[test]
+fn a_bus_without_any_reply_is_named_as_such() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+    for joint in &mut state.joints {
+        joint.age_s = 1.0;
+    }
+    safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+    let words = safety.cause().unwrap().describe(&robot);
+    assert!(
+        words.starts_with("bus main: none of its servos is heard") && words.contains("adapter"),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_target_that_is_no_number_holds_the_robot() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    let lost = JointTargets { not_finite: Some(3), ..asking(&robot, middle(&robot)) };
+    safety.check(DT_S, DT_S, &lost, &mut state);
+    assert_eq!(state.permission, Permission::Hold);
+    assert_eq!(safety.cause().map(|finding| finding.fault), Some(Fault::NotFinite));
+}
+
 /// Anything a defect upstream could ask for.
 fn anything() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -236,11 +328,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
     fn goals_stay_in_range_and_rate_whatever_is_asked(
-        start in proptest::collection::vec(-3.0..3.0_f64, 16),
+        from_middle in proptest::collection::vec(-3.0..3.0_f64, 16),
         asked in proptest::collection::vec(proptest::collection::vec(anything(), 16), 1..120),
     ) {
         let robot = robot();
         let mut safety = Safety::new(&robot);
+        let start: Vec<f64> = middle(&robot).iter().zip(from_middle).map(|(middle, offset)| middle + offset).collect();
         let mut state = heard(&robot, &start);
         let mut before = start.clone();
         for angles in asked {

@@ -60,6 +60,7 @@ fn walk(plan: &HorsePlan, stop_s: f64) -> Walked {
         aim: Aim::Tips,
         pose_rad: vec![],
         tips_in_body: vec![DVec3::ZERO; 4],
+        torque_share: 1.0,
         trunk_in_world: DVec3::ZERO,
         feet: Vec::new(),
         posture_pull: 0.0,
