@@ -66,6 +66,7 @@ pub fn run<P: Ports>(
 ) -> Result<Report, StartError> {
     let mut buses = Buses::new(robot, ports);
     buses.prepare(robot)?;
+    buses.arm_watchdogs(robot)?;
     let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
@@ -85,6 +86,8 @@ pub fn run<P: Ports>(
         }
     };
     let duration = cycle.buses_mut().ports_mut().now().since(start);
+    // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
+    cycle.buses_mut().disarm_watchdogs();
     let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
     Ok(Report {
         robot: robot.name.clone(),

@@ -18,7 +18,7 @@ mod sim;
 mod testing;
 pub mod timing;
 
-pub use buses::{BusStatistics, Buses, ExchangeTimes, StartError};
+pub use buses::{BusDevice, BusStatistics, Buses, Disagreement, ExchangeTimes, StartError, watchdog_time};
 pub use client::{Answer, BusClient, Counters, ServoGoal};
 pub use error::{Request, ServoPlace, TransactionError};
 pub use port::{PortError, Ports};
