@@ -71,6 +71,9 @@ fn run(client: &mut BusClient, plain: &[u8], fast: &[u8]) -> (u32, u32) {
     for cycle in 0..300usize {
         let read = client.group_read();
         let replies = if read == GroupRead::Fast { fast } else { plain };
+        if cycle % 5 == 0 {
+            client.renew_watchdog(127);
+        }
         let request = client.begin_cycle(if cycle % 3 == 0 { &worst } else { &usual });
         assert!(!request.is_empty());
         match cycle % 120 {
@@ -88,6 +91,7 @@ fn run(client: &mut BusClient, plain: &[u8], fast: &[u8]) -> (u32, u32) {
             }
         }
     }
+    client.begin_watchdog(0);
     client.begin_read(ServoId(1), FEETECH_STS.model_number);
     client.finish_transaction();
     whole
