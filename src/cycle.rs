@@ -33,9 +33,14 @@ pub struct Cycle<'r, P> {
 impl<'r, P: Ports> Cycle<'r, P> {
     /// A limp `robot` on `buses`, to walk as `plan` says for `walk_for_s` when ordered to.
     pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64, buses: Buses<P>) -> Self {
+        Cycle::with_generator(robot, Generator::new(robot, plan, walk_for_s), method, buses)
+    }
+
+    /// A limp `robot` on `buses`, moved by `generator`.
+    pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method, buses: Buses<P>) -> Self {
         Cycle {
             robot,
-            generator: Generator::new(robot, plan, walk_for_s),
+            generator,
             limbs: Limbs::new(robot, method),
             safety: Safety::new(robot),
             buses,

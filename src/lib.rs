@@ -8,6 +8,7 @@ pub mod counts;
 pub mod cycle;
 pub mod estimate;
 pub mod ik;
+pub mod jog;
 pub mod model;
 pub mod motion;
 pub mod run;

@@ -17,6 +17,8 @@ pub enum Aim {
     Pose,
     /// Tip places: [`Targets::tips_in_body`].
     Tips,
+    /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
+    Joint(usize),
 }
 
 /// Computed by the generator.
@@ -56,6 +58,8 @@ pub struct FootTarget {
 pub struct JointTargets {
     /// True when no torque is asked for; the angles mean nothing then.
     pub is_limp: bool,
+    /// Where only one joint is to have torque: which.
+    pub only: Option<usize>,
     /// Joint angles, rad.
     pub angles_rad: Vec<f64>,
     /// What each chain's tip misses its target by, m; 0 where a pose was asked for.
@@ -125,6 +129,7 @@ impl JointTargets {
     pub fn new(robot: &Robot) -> JointTargets {
         JointTargets {
             is_limp: true,
+            only: None,
             angles_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
         }

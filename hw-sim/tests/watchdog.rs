@@ -1,6 +1,8 @@
 //! The bus watchdog of Dynamixel servos. Facts: ROBOTIS e-manual, X-series, Bus Watchdog (98): unit 20 ms; runs
 //! with torque on; stops the servo, reads -1 and makes goals read-only (range error, 4) until 0 is written.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
+
 mod common;
 use common::*;
 use hw_sim::World;

@@ -12,7 +12,7 @@ use crate::model::{LEG_NAMES, Robot};
 
 /// Checks the robot file at `path` and prints what the robot can do.
 pub(super) fn check(path: &Path) -> Result<()> {
-    let loaded = load(path)?;
+    let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
     let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
     println!(

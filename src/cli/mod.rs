@@ -1,9 +1,11 @@
 //! The command line: what the user typed, and which command does it.
 
 mod check;
+mod jog;
 mod load;
 mod run;
 mod status;
+mod unit;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -46,10 +48,44 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. All buses are simulated.
+    /// skips the slowing down. Buses are simulated, unless a unit file names the devices of all of them.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
+    /// Turns one joint to an angle, slowly, and lets it go again.
+    ///
+    /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
+    /// held to it. The joint is held at its goal for a second; what it measures then is printed.
+    #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
+    Jog(JogArguments),
+}
+
+/// Which built robot, and whether it is there.
+#[derive(Debug, clap::Args)]
+struct UnitArguments {
+    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Run on simulated buses, even where the unit file names devices.
+    #[arg(long)]
+    simulate: bool,
+    /// Run on simulated buses and a virtual clock, as fast as it can.
+    #[arg(long = "virtual")]
+    is_virtual: bool,
+}
+
+/// Options of `jog`.
+#[derive(Debug, clap::Args)]
+struct JogArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The joint's full name, such as left_hind.hip.
+    joint: String,
+    /// The angle, in degrees.
+    #[arg(value_name = "DEG", allow_negative_numbers = true)]
+    angle_deg: f64,
+    #[command(flatten)]
+    unit: UnitArguments,
 }
 
 /// Options of `run`.
@@ -66,9 +102,8 @@ struct RunArguments {
     /// How long to walk, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
-    /// Run on a virtual clock, as fast as it can.
-    #[arg(long = "virtual")]
-    is_virtual: bool,
+    #[command(flatten)]
+    unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -114,6 +149,7 @@ pub fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check { robot } => check::check(robot).map(|()| COMPLETED),
         Command::Run(options) => run::run(options),
+        Command::Jog(options) => jog::jog(options),
     };
     match result {
         Ok(code) => ExitCode::from(code),

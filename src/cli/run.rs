@@ -11,6 +11,7 @@ use signal_hook::iterator::Signals;
 
 use super::load::{Loaded, load};
 use super::status::StatusLine;
+use super::unit::{self, Lines};
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY};
 use crate::bus::SimPorts;
 use crate::capability::top_speed;
@@ -26,7 +27,8 @@ const DEFAULT_SPEED_SHARE: f64 = 0.9;
 
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments) -> Result<u8> {
-    let loaded = load(&options.robot)?;
+    let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
+    let loaded = load(&options.robot, unit.as_ref())?;
     let robot = &loaded.file.robot;
     if robot.buses.is_empty() {
         let path = options.robot.display();
@@ -41,6 +43,11 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
         );
     }
+    let is_simulation = options.unit.is_virtual || options.unit.simulate;
+    let lines = unit::lines(robot, &options.robot, unit.as_ref(), &[], is_simulation)?;
+    if let Lines::Devices(_) = &lines {
+        return Err(BadInput(unit::NO_SERIAL_PORTS.to_owned()).into());
+    }
     let horse = plan(options, &loaded)?;
     let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
         .map_err(|error| BadInput(error.to_string()))?;
@@ -52,11 +59,14 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         horse.gait.name,
         horse.speed_m_s,
         options.walk_for_s,
-        if options.is_virtual { ", virtual clock" } else { "" }
+        if options.unit.is_virtual { ", virtual clock" } else { "" }
     );
     let orders = orders_from_signals()?;
-    let ports =
-        if options.is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) };
+    let ports = if options.unit.is_virtual {
+        SimPorts::on_virtual_clock(world)
+    } else {
+        SimPorts::on_real_clock(world)
+    };
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
     let mut status_line = StatusLine::start();
     let mut order = Order::Go;
@@ -71,11 +81,25 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     if let Some(path) = report_file {
         write_report(path, &report)?;
     }
-    Ok(match report.outcome {
+    Ok(exit_code(report.outcome))
+}
+
+/// Exit code of a run that ended so.
+pub(super) fn exit_code(outcome: Outcome) -> u8 {
+    match outcome {
         Outcome::Completed => COMPLETED,
         Outcome::StoppedBySafety => STOPPED_BY_SAFETY,
         Outcome::Failed => FAILED,
-    })
+    }
+}
+
+/// An outcome as it is printed.
+pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Completed => "completed",
+        Outcome::StoppedBySafety => "STOPPED BY SAFETY",
+        Outcome::Failed => "FAILED",
+    }
 }
 
 /// The gait asked for, at the speed asked for, held to what the robot can do.
@@ -142,7 +166,7 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
 }
 
 /// The first SIGINT or SIGTERM orders a stop, the second one at once.
-fn orders_from_signals() -> Result<Receiver<Order>> {
+pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
     let (sender, receiver) = bounded(8);
     let mut signals = Signals::new([SIGINT, SIGTERM]).context("signals could not be caught")?;
     std::thread::spawn(move || {
@@ -155,12 +179,7 @@ fn orders_from_signals() -> Result<Receiver<Order>> {
 }
 
 fn print_summary(robot: &Robot, report: &Report) {
-    let outcome = match report.outcome {
-        Outcome::Completed => "completed",
-        Outcome::StoppedBySafety => "STOPPED BY SAFETY",
-        Outcome::Failed => "FAILED",
-    };
-    println!("{outcome}: {}", report.reason);
+    println!("{}: {}", outcome_words(report.outcome), report.reason);
     println!(
         "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
         report.duration_s,

@@ -25,9 +25,13 @@ impl Limbs {
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
     pub fn solve(&mut self, targets: &Targets, joints: &mut JointTargets) {
         joints.is_limp = targets.aim == Aim::Limp;
+        joints.only = match targets.aim {
+            Aim::Joint(joint) => Some(joint),
+            Aim::Limp | Aim::Pose | Aim::Tips => None,
+        };
         match targets.aim {
             Aim::Limp => joints.residual_m.fill(0.0),
-            Aim::Pose => {
+            Aim::Pose | Aim::Joint(_) => {
                 joints.angles_rad.copy_from_slice(&targets.pose_rad);
                 joints.residual_m.fill(0.0);
             }

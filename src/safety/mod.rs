@@ -114,6 +114,13 @@ impl Safety {
 
         let torque_share = self.settings.torque_share * (on_s / self.settings.torque_ramp_s).min(1.0);
         for (index, limiter) in self.limiters.iter_mut().enumerate() {
+            if targets.only.is_some_and(|only| only != index) {
+                // Without torque a joint is where it is, and would start from there.
+                limiter.start_from(state.joints[index].position_rad);
+                state.goal_rad[index] = limiter.goal_rad();
+                self.command.joints[index] = JointCommand::Limp;
+                continue;
+            }
             let angle_rad = if self.watch.permission() == Permission::Hold {
                 limiter.rest(dt_s)
             } else {
