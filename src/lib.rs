@@ -1,4 +1,19 @@
 //! Controller for servo-driven horse-like quadrupeds and octopus-arm rigs.
+//!
+//! A robot file becomes a [`model::Robot`]; what it can do is worked out in [`capability`]; and
+//! [`run::run`] repeats one [`cycle`] at the robot's rate:
+//!
+//! ```text
+//! motion    order, state          -> foot or tip targets, or a pose
+//! ik        targets               -> joint angles, and what is left over
+//! safety    joint angles, state   -> a command: move, hold, limp
+//! counts    command               -> goals in servo counts
+//! bus       goals                 -> one slot a servo: a reply, or what became of it
+//! estimate  slots                 -> state
+//! telemetry all of the above      -> the report
+//! ```
+//!
+//! Inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
 
 pub mod bus;
 pub mod capability;
@@ -11,6 +26,7 @@ pub mod ik;
 pub mod jog;
 pub mod model;
 pub mod motion;
+pub mod platform;
 pub mod run;
 pub mod safety;
 pub mod signals;

@@ -146,6 +146,11 @@ impl State {
         }
     }
 
+    /// True if every servo was heard in the last exchange.
+    pub fn is_fresh(&self) -> bool {
+        self.joints.iter().all(|joint| joint.is_known && joint.age_s <= 0.0)
+    }
+
     /// True once every servo has been heard.
     pub fn is_known(&self) -> bool {
         self.joints.iter().all(|joint| joint.is_known)

@@ -18,6 +18,9 @@ use crate::{dynamixel, feetech};
 const PACKET_PAUSE_NS: u64 = 10_000_000;
 /// Most bytes of one piece of noise.
 const NOISE_BYTES_MAX: usize = 8;
+/// Most bytes an adapter hands over at once: a full-speed USB packet less the two status bytes FTDI's adapters
+/// put before them (FTDI AN232B-04).
+const HANDOVER_BYTES_MAX: usize = 62;
 
 /// Finds requests in what crosses the line; all servos hear the same, so they share it.
 #[derive(Debug)]
@@ -28,6 +31,7 @@ enum Decoder {
 
 #[derive(Debug)]
 pub(crate) struct Bus {
+    pub(crate) name: String,
     pub(crate) servos: Vec<Servo>,
     pub(crate) wire: Wire,
     pub(crate) faults: BusFaults,
@@ -52,6 +56,7 @@ impl Bus {
         seed: u64,
     ) -> Bus {
         Bus {
+            name: config.name.clone(),
             servos,
             wire: Wire::new(config.baud),
             faults,
@@ -94,8 +99,20 @@ impl Bus {
         self.inbox.front().map(|&(at, _)| at)
     }
 
+    /// When to look here next, for a host that is served in pieces: when a burst has crossed, or the adapter has
+    /// a piece to hand over.
+    pub(crate) fn next_handover_ns(&self) -> Option<u64> {
+        let piece = self.inbox.len().min(HANDOVER_BYTES_MAX).checked_sub(1);
+        let arrival = piece.and_then(|last| self.inbox.get(last)).map(|&(at, _)| at);
+        arrival.into_iter().chain(self.wire.next_burst_end_ns()).min()
+    }
+
+    pub(crate) fn is_unplugged(&self, now_ns: u64) -> bool {
+        self.faults.is_unplugged(now_ns)
+    }
+
     fn check_plugged(&self, now_ns: u64) -> Result<(), Unplugged> {
-        if self.faults.is_unplugged(now_ns) { Err(Unplugged) } else { Ok(()) }
+        if self.is_unplugged(now_ns) { Err(Unplugged) } else { Ok(()) }
     }
 
     /// When something next happens here by itself.

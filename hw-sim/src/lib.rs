@@ -2,8 +2,9 @@
 //!
 //! In: bytes the host sends, and the passing of virtual time. Out: the bytes that reach the host, each at the
 //! time it would on a real line, and the ground truth of every shaft and register for tests.
-//! Never: a real clock, a wait, a global, or a call to the controller's code. The codecs here are written
-//! from the makers' manuals alone, so that they are a second opinion on the controller's own.
+//! Never: a global, or a call to the controller's code; and, but for [`pty`], which serves other programs in
+//! real time, a real clock or a wait. The codecs here are written from the makers' manuals alone, so that they
+//! are a second opinion on the controller's own.
 //!
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
@@ -41,6 +42,8 @@ pub mod faults;
 mod feetech;
 mod model;
 mod motor;
+#[cfg(target_os = "linux")]
+pub mod pty;
 pub mod registers;
 mod reply;
 mod servo;

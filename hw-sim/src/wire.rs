@@ -102,6 +102,16 @@ impl Wire {
         self.next.map(|(at, _)| at)
     }
 
+    /// When the first burst under way or to come will have crossed whole.
+    pub(crate) fn next_burst_end_ns(&self) -> Option<u64> {
+        let ahead = self.bursts.iter().filter(|burst| burst.sent < burst.bytes.len());
+        ahead.map(|burst| burst.end_ns).min()
+    }
+
+    pub(crate) fn baud(&self) -> u32 {
+        self.baud
+    }
+
     fn find_next(&mut self) {
         let ahead = self.bursts.iter().enumerate().filter(|(_, burst)| burst.sent < burst.bytes.len());
         self.next = ahead.map(|(index, burst)| (burst.byte_end_ns, index)).min();

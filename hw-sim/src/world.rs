@@ -111,6 +111,22 @@ impl World {
         self.buses.get(bus).map_or(0, |bus| bus.pending(self.now_ns))
     }
 
+    /// When to come back for a host that is served in pieces, as a USB adapter does: when a burst will have
+    /// crossed a line whole, or a piece of it will have got through an adapter. None while every line rests.
+    pub fn next_handover_ns(&self) -> Option<u64> {
+        self.buses.iter().filter_map(Bus::next_handover_ns).min()
+    }
+
+    /// Whether a script has the adapter of a bus out now, or there is no such bus.
+    pub fn is_unplugged(&self, bus: usize) -> bool {
+        self.buses.get(bus).is_none_or(|bus| bus.is_unplugged(self.now_ns))
+    }
+
+    /// Name and line rate (bit/s) of every bus, in the order of configuration.
+    pub fn lines(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.buses.iter().map(|bus| (bus.name.as_str(), bus.wire.baud()))
+    }
+
     /// Runs wires and motors up to and including `ns`; does nothing for a time already past.
     pub fn advance_to(&mut self, ns: u64) {
         while self.step_once_until(ns) {}

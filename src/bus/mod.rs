@@ -13,6 +13,7 @@ pub mod packet;
 pub mod port;
 mod register;
 mod reply;
+pub mod serial;
 mod sim;
 #[cfg(test)]
 mod testing;
@@ -23,4 +24,5 @@ pub use client::{Answer, BusClient, Counters, ServoGoal};
 pub use error::{Request, ServoPlace, TransactionError};
 pub use port::{PortError, Ports};
 pub use reply::{Feedback, Slot};
+pub use serial::SerialPorts;
 pub use sim::SimPorts;

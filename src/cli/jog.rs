@@ -4,12 +4,13 @@
 use anyhow::Result;
 
 use super::load::load;
+use super::ports::{self, Choice};
 use super::run::{exit_code, orders_from_signals, outcome_words};
-use super::unit::{self, Lines};
+use super::unit;
 use super::{BadInput, JogArguments};
-use crate::bus::SimPorts;
+use crate::bus::{Ports, SimPorts};
 use crate::config::nearest;
-use crate::jog::jog as jog_robot;
+use crate::jog::{JogReport, jog as jog_robot};
 use crate::model::{Joint, Robot};
 use crate::motion::Order;
 use crate::simulation;
@@ -24,25 +25,21 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
     let robot = &loaded.file.robot;
     let (index, joint) = find_joint(robot, &options.joint)?;
     let goal_rad = goal_rad(joint, options.angle_deg)?;
-    let is_simulation = options.unit.is_virtual || options.unit.simulate;
-    let lines = unit::lines(robot, &options.robot, unit.as_ref(), &[], is_simulation)?;
-    if let Lines::Devices(_) = &lines {
-        return Err(BadInput(unit::NO_SERIAL_PORTS.to_owned()).into());
-    }
-    let world = simulation::world(robot, SEED, &hw_sim::FaultScript::default())
-        .map_err(|error| BadInput(error.to_string()))?;
-    println!("{}: {} to {:.1} degrees on {lines}", robot.name, joint.name, goal_rad.to_degrees());
-
-    let orders = orders_from_signals()?;
-    let ports = match options.unit.is_virtual {
-        true => SimPorts::on_virtual_clock(world),
-        false => SimPorts::on_real_clock(world),
+    let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
+    let line = format!("{}: {} to {:.1} degrees on {choice}", robot.name, joint.name, goal_rad.to_degrees());
+    let report = match choice {
+        Choice::Simulated { is_virtual } => {
+            let world = simulation::world(robot, SEED, &hw_sim::FaultScript::default())
+                .map_err(|error| BadInput(error.to_string()))?;
+            println!("{line}");
+            drive(robot, index, goal_rad, SimPorts::of(world, is_virtual))?
+        }
+        Choice::Devices(devices) => {
+            let ports = ports::open(&devices)?;
+            println!("{line}");
+            drive(robot, index, goal_rad, ports)?
+        }
     };
-    let mut order = Order::Go;
-    let report = jog_robot(robot, index, goal_rad, ports, |_| {
-        order = orders.try_recv().unwrap_or(order);
-        order
-    })?;
     println!("{}: {}", outcome_words(report.outcome), report.reason);
     let goal_deg = report.goal_rad.to_degrees();
     match report.measured_rad {
@@ -50,6 +47,16 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
         None => println!("{}: goal {goal_deg:.2} degrees, not moved", joint.name),
     }
     Ok(exit_code(report.outcome))
+}
+
+/// Jogs the joint until it is done, or the operator or safety stops it.
+fn drive(robot: &Robot, joint: usize, goal_rad: f64, ports: impl Ports) -> Result<JogReport> {
+    let orders = orders_from_signals()?;
+    let mut order = Order::Go;
+    Ok(jog_robot(robot, joint, goal_rad, ports, |_| {
+        order = orders.try_recv().unwrap_or(order);
+        order
+    })?)
 }
 
 /// The joint of this name.

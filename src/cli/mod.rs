@@ -3,6 +3,7 @@
 mod check;
 mod jog;
 mod load;
+mod ports;
 mod run;
 mod status;
 mod unit;
@@ -48,7 +49,7 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. Buses are simulated, unless a unit file names the devices of all of them.
+    /// skips the slowing down. Buses are simulated, unless the unit file or --port names the device of each.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
@@ -66,11 +67,14 @@ struct UnitArguments {
     /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
+    /// Serial device of a bus, in the place of the unit file's (paths in /dev/serial/by-id stay the same).
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<ports::PortOption>,
     /// Run on simulated buses, even where the unit file names devices.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "ports")]
     simulate: bool,
     /// Run on simulated buses and a virtual clock, as fast as it can.
-    #[arg(long = "virtual")]
+    #[arg(long = "virtual", conflicts_with = "ports")]
     is_virtual: bool,
 }
 
@@ -105,10 +109,10 @@ struct RunArguments {
     #[command(flatten)]
     unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports")]
     seed: u64,
     /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     faults: Option<PathBuf>,
     /// Write the report of the run to this file (JSON).
     #[arg(long, value_name = "FILE")]

@@ -10,10 +10,11 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::load::{Loaded, load};
+use super::ports::{self, Choice};
 use super::status::StatusLine;
-use super::unit::{self, Lines};
+use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY};
-use crate::bus::SimPorts;
+use crate::bus::{Ports, SimPorts};
 use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
@@ -43,31 +44,40 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
         );
     }
-    let is_simulation = options.unit.is_virtual || options.unit.simulate;
-    let lines = unit::lines(robot, &options.robot, unit.as_ref(), &[], is_simulation)?;
-    if let Lines::Devices(_) = &lines {
-        return Err(BadInput(unit::NO_SERIAL_PORTS.to_owned()).into());
-    }
+    let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     let horse = plan(options, &loaded)?;
-    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?)
-        .map_err(|error| BadInput(error.to_string()))?;
     let report_file = options.report.as_deref().map(check_writable).transpose()?;
-
-    println!(
-        "{}: {} at {:.3} m/s for {} s on simulated buses{}",
-        robot.name,
-        horse.gait.name,
-        horse.speed_m_s,
-        options.walk_for_s,
-        if options.unit.is_virtual { ", virtual clock" } else { "" }
+    let line = format!(
+        "{}: {} at {:.3} m/s for {} s on {choice}",
+        robot.name, horse.gait.name, horse.speed_m_s, options.walk_for_s
     );
-    let orders = orders_from_signals()?;
-    let ports = if options.unit.is_virtual {
-        SimPorts::on_virtual_clock(world)
-    } else {
-        SimPorts::on_real_clock(world)
-    };
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
+    let report = match choice {
+        Choice::Simulated { is_virtual } => {
+            let world = simulated_world(options, robot)?;
+            println!("{line}");
+            drive(robot, plan, SimPorts::of(world, is_virtual))?
+        }
+        Choice::Devices(devices) => {
+            if options.faults.is_some() {
+                let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
+                return Err(BadInput(said.to_owned()).into());
+            }
+            let ports = ports::open(&devices)?;
+            println!("{line}");
+            drive(robot, plan, ports)?
+        }
+    };
+    print_summary(robot, &report);
+    if let Some(path) = report_file {
+        write_report(path, &report)?;
+    }
+    Ok(exit_code(report.outcome))
+}
+
+/// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
+fn drive(robot: &Robot, plan: RunPlan, ports: impl Ports) -> Result<Report> {
+    let orders = orders_from_signals()?;
     let mut status_line = StatusLine::start();
     let mut order = Order::Go;
     let report = run_robot(robot, plan, ports, |status| {
@@ -76,12 +86,19 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         order
     });
     drop(status_line);
-    let report = report?;
-    print_summary(robot, &report);
-    if let Some(path) = report_file {
-        write_report(path, &report)?;
-    }
-    Ok(exit_code(report.outcome))
+    Ok(report?)
+}
+
+/// The servos of `robot` in a world of their own, with the faults that were asked for.
+fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
+    let faults = fault_script(options.faults.as_deref())?;
+    simulation::world(robot, options.seed, &faults).map_err(|error| {
+        let said = match &options.faults {
+            Some(path) => format!("{}: {error}", path.display()),
+            None => error.to_string(),
+        };
+        BadInput(said).into()
+    })
 }
 
 /// Exit code of a run that ended so.
@@ -145,7 +162,7 @@ fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
 /// A report that could not be written is better known before the robot has walked.
 fn check_writable(path: &Path) -> Result<&Path> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if path.file_name().is_none() || !folder.is_dir() {
+    if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
         return Err(BadInput(format!(
             "--report {}: expected a file in a folder that exists",
             path.display()

@@ -64,12 +64,16 @@ impl Solver {
         let count = self.hinges.len();
         self.is_free.fill(true);
         self.step.fill(0.0);
+        let tip = self.tip();
+        for index in 0..count {
+            self.columns[index] = self.axes[index].cross(tip - self.places[index]);
+        }
         // Each pass fixes at least one joint on a limit, so there are at most count + 1.
         for _ in 0..=count {
-            let mut wanted = target - self.tip();
+            let mut wanted = target - tip;
             let mut normal = DMat3::ZERO;
             for index in 0..count {
-                let column = self.column(index);
+                let column = self.columns[index];
                 if self.is_free[index] {
                     let weight = self.hinges[index].stiffness;
                     normal += outer(column, column * weight);
@@ -87,7 +91,7 @@ impl Solver {
             }
             let mut largest: f64 = 0.0;
             for index in (0..count).filter(|&index| self.is_free[index]) {
-                let turn = self.hinges[index].stiffness * self.column(index).dot(multiplier)
+                let turn = self.hinges[index].stiffness * self.columns[index].dot(multiplier)
                     + self.pull_of(index, pull, angles);
                 self.step[index] = turn;
                 largest = largest.max(turn.abs());
@@ -111,11 +115,6 @@ impl Solver {
                 return;
             }
         }
-    }
-
-    /// How the tip moves a radian of joint `index`, m/rad, body frame.
-    fn column(&self, index: usize) -> DVec3 {
-        self.axes[index].cross(self.tip() - self.places[index])
     }
 
     fn pull_of(&self, index: usize, pull: f64, angles: &[f64]) -> f64 {

@@ -60,6 +60,8 @@ pub struct Solver {
     places: Vec<DVec3>,
     /// Turning axis of each joint in the body frame.
     axes: Vec<DVec3>,
+    /// How the tip moves with each joint, body frame, m/rad: the columns of the Jacobian.
+    columns: Vec<DVec3>,
     /// Steps and trial angles of the finish.
     step: Vec<f64>,
     trial: Vec<f64>,
@@ -95,6 +97,7 @@ impl Solver {
             length_m: chain.length_m(joints),
             places: vec![DVec3::ZERO; count + 1],
             axes: vec![DVec3::Y; count],
+            columns: vec![DVec3::ZERO; count],
             step: vec![0.0; count],
             trial: vec![0.0; count],
             is_free: vec![true; count],

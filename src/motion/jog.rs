@@ -84,7 +84,8 @@ impl Jog {
         let must_end = order != Order::Go || state.permission == Permission::Stop;
         let next = match self.phase {
             _ if must_end => Phase::Done,
-            Phase::Limp if state.is_known() => {
+            // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
+            Phase::Limp if state.is_fresh() => {
                 for (start, joint) in self.start_pose_rad.iter_mut().zip(&state.joints) {
                     *start = joint.position_rad;
                 }

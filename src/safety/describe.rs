@@ -11,6 +11,7 @@ impl Finding {
             Fault::OffGoal { error_rad } => {
                 format!("is {:.1} degrees off its goal", error_rad.to_degrees().abs())
             }
+            Fault::Stalled { .. } => "does not turn though its goal does".to_owned(),
             Fault::Hot { temperature_c } => {
                 format!("is at {temperature_c:.0} C, its limit is {:.0} C", robot.safety.temperature_c)
             }
@@ -28,7 +29,9 @@ impl Finding {
         };
         let cure = match self.fault {
             Fault::Unheard { .. } => "check its plug, its cable and the power of its bus",
-            Fault::OffGoal { .. } => "check that nothing blocks the joint and that its horn is tight",
+            Fault::OffGoal { .. } | Fault::Stalled { .. } => {
+                "check that nothing blocks the joint and that its horn is tight"
+            }
             Fault::Hot { .. } => "let it cool, then walk slower or lighten the robot",
             Fault::LowVoltage { .. } => "charge the battery or check the supply and its wires",
             Fault::Alarm { .. } => "switch its power off and on, and check its load, heat and voltage",

@@ -44,7 +44,7 @@ impl Limiter {
     /// A wanted angle that is not finite brings the joint to rest.
     pub(super) fn next(&mut self, wanted_rad: f64, dt_s: f64) -> (f64, bool) {
         if !wanted_rad.is_finite() {
-            return (self.rest(dt_s), true);
+            return self.hold(wanted_rad, dt_s);
         }
         // On the way in from outside, the joint may be where it is, but never further out.
         let (low, high) = (self.range_rad.0.min(self.goal_rad), self.range_rad.1.max(self.goal_rad));
@@ -53,11 +53,17 @@ impl Limiter {
         // Range outranks acceleration: a joint never overruns its limit to stop gently.
         let goal = goal.clamp(low, high);
         self.accept(goal, dt_s);
-        (goal, (goal - wanted_rad).abs() > ROUNDING_RAD)
+        (goal, differs(goal, wanted_rad))
     }
 
-    /// Comes to rest as fast as the acceleration limit allows; returns the goal.
-    pub(super) fn rest(&mut self, dt_s: f64) -> f64 {
+    /// Comes to rest as fast as the acceleration limit allows; returns the goal, and whether that is not
+    /// `wanted_rad`.
+    pub(super) fn hold(&mut self, wanted_rad: f64, dt_s: f64) -> (f64, bool) {
+        let goal = self.rest(dt_s);
+        (goal, differs(goal, wanted_rad))
+    }
+
+    fn rest(&mut self, dt_s: f64) -> f64 {
         let change = self.acceleration_rad_s2 * dt_s;
         let speed = self.speed_rad_s - self.speed_rad_s.clamp(-change, change);
         let (low, high) = (self.range_rad.0.min(self.goal_rad), self.range_rad.1.max(self.goal_rad));
@@ -90,4 +96,9 @@ impl Limiter {
         self.speed_rad_s = (goal_rad - self.goal_rad) / dt_s;
         self.goal_rad = goal_rad;
     }
+}
+
+/// An angle that is not finite differs from every goal.
+fn differs(goal_rad: f64, wanted_rad: f64) -> bool {
+    !wanted_rad.is_finite() || (goal_rad - wanted_rad).abs() > ROUNDING_RAD
 }

@@ -11,6 +11,7 @@
 
 mod describe;
 mod limiter;
+mod stall;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -92,6 +93,7 @@ impl Safety {
         if targets.is_limp || !state.is_known() {
             self.torque_on_s = None;
             self.command.joints.fill(JointCommand::Limp);
+            state.permission = self.watch.judge_limp(&state.joints);
             return &self.command;
         }
         if self.torque_on_s.is_none() {
@@ -121,13 +123,13 @@ impl Safety {
                 self.command.joints[index] = JointCommand::Limp;
                 continue;
             }
-            let angle_rad = if self.watch.permission() == Permission::Hold {
-                limiter.rest(dt_s)
+            let wanted_rad = targets.angles_rad[index];
+            let (angle_rad, differs) = if self.watch.permission() == Permission::Hold {
+                limiter.hold(wanted_rad, dt_s)
             } else {
-                let (angle_rad, differs) = limiter.next(targets.angles_rad[index], dt_s);
-                self.command.interventions += u32::from(differs);
-                angle_rad
+                limiter.next(wanted_rad, dt_s)
             };
+            self.command.interventions += u32::from(differs);
             state.goal_rad[index] = angle_rad;
             self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
         }

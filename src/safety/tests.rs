@@ -156,6 +156,71 @@ fn after_the_loop_stood_still_joints_start_from_rest() {
     assert_eq!(state.permission, Permission::Stop);
 }
 
+/// Lets one joint's goal swing by `swing_rad` to both sides, once a second, while the joint stands at `angle`
+/// of time and goal; returns the time of the first hold, if one comes within 10 s.
+fn first_hold(swing_rad: f64, angle: impl Fn(f64, f64) -> f64) -> Option<(f64, Fault)> {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let middle = middle(&robot);
+    let hock = 3;
+    let mut state = heard(&robot, &middle);
+    (0..1000).map(|cycle| f64::from(cycle) * DT_S).find_map(|s| {
+        let mut pose = middle.clone();
+        pose[hock] += swing_rad * (std::f64::consts::TAU * s).sin();
+        state.joints[hock].position_rad = angle(s, pose[hock]);
+        safety.check(DT_S, DT_S, &asking(&robot, pose), &mut state);
+        (state.permission == Permission::Hold).then(|| (s, safety.cause().unwrap().fault))
+    })
+}
+
+#[test]
+fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
+    let robot = robot();
+    let stands = middle(&robot)[3];
+    let swing_rad = 0.5 * robot.safety.tracking_error_rad;
+    let (at_s, fault) = first_hold(swing_rad, |_, _| stands).unwrap();
+    assert!(at_s < 2.0, "found after {at_s} s");
+    assert!(matches!(fault, Fault::Stalled { .. }), "{fault:?}");
+    // One that turns half as far as it should is weak, not jammed.
+    assert_eq!(first_hold(swing_rad, |_, goal| 0.5 * (goal + stands)), None);
+    // And one that stands a little off a standing goal carries a load.
+    let sag_rad = 0.9 * robot.safety.tracking_error_rad;
+    assert_eq!(first_hold(0.0, |s, goal| goal + sag_rad * s.min(1.0)), None);
+}
+
+#[test]
+fn a_servo_that_is_never_heard_ends_the_start() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &middle(&robot));
+    state.joints[7].is_known = false;
+    let limp = JointTargets { is_limp: true, ..asking(&robot, middle(&robot)) };
+    for cycle in 0..300 {
+        state.joints[7].age_s = f64::from(cycle) * DT_S;
+        safety.check(DT_S, DT_S, &limp, &mut state);
+        let patience_s = robot.safety.coast_s + robot.safety.hold_s;
+        let expected = if state.joints[7].age_s > patience_s { Permission::Stop } else { Permission::Move };
+        assert_eq!(state.permission, expected, "after {} s", state.joints[7].age_s);
+    }
+    assert!(safety.cause().unwrap().describe(&robot).starts_with("servo 8 on bus main"));
+}
+
+#[test]
+fn heat_and_voltage_are_named_rather_than_their_alarm_bits() {
+    let robot = robot();
+    for (temperature_c, voltage_v, words) in [(75.0, 12.0, "75 C"), (30.0, 8.0, "8.0 V")] {
+        let mut safety = Safety::new(&robot);
+        let mut state = heard(&robot, &middle(&robot));
+        let joint = &mut state.joints[2];
+        (joint.temperature_c, joint.voltage_v, joint.alarms) = (temperature_c, voltage_v, 0x05);
+        while state.permission == Permission::Move {
+            safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
+        }
+        let message = safety.cause().unwrap().describe(&robot);
+        assert!(message.contains(words), "{message}");
+    }
+}
+
 /// Anything a defect upstream could ask for.
 fn anything() -> impl Strategy<Value = f64> {
     prop_oneof![

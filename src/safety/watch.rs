@@ -8,6 +8,7 @@
 //!               fault has passed
 //! ```
 
+use super::stall::Stall;
 use crate::model::SafetySettings;
 use crate::signals::{JointState, Permission};
 
@@ -23,6 +24,11 @@ pub enum Fault {
     OffGoal {
         /// Goal less measured angle, rad.
         error_rad: f64,
+    },
+    /// A joint does not turn though its goal does.
+    Stalled {
+        /// How far the goal has turned since the joint last did, rad.
+        goal_turn_rad: f64,
     },
     /// A servo is too hot, degrees Celsius.
     Hot {
@@ -63,6 +69,7 @@ pub(super) struct Watch {
     settings: SafetySettings,
     /// How long each joint's present fault other than silence has lasted, s.
     wrong_s: Vec<f64>,
+    stalls: Vec<Stall>,
     permission: Permission,
     held_s: f64,
     cause: Option<Finding>,
@@ -73,6 +80,7 @@ impl Watch {
         Watch {
             settings: settings.clone(),
             wrong_s: vec![0.0; joints],
+            stalls: vec![Stall::default(); joints],
             permission: Permission::Move,
             held_s: 0.0,
             cause: None,
@@ -118,6 +126,9 @@ impl Watch {
                     }
                 }
             }
+            // Last, since a servo that is hot or in alarm may well have let go.
+            let stalled = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings);
+            found = found.or(stalled.map(|fault| Finding { joint: index, fault }));
         }
         self.permission = match (self.permission, found) {
             (Permission::Stop, _) => Permission::Stop,
@@ -134,14 +145,27 @@ impl Watch {
         self.permission
     }
 
+    /// Judges a robot without torque: it cannot fall, but if a servo stays silent it can never start.
+    pub(super) fn judge_limp(&mut self, joints: &[JointState]) -> Permission {
+        let patience_s = self.settings.coast_s + self.settings.hold_s;
+        if let Some((index, joint)) = joints.iter().enumerate().find(|(_, joint)| joint.age_s > patience_s)
+            && self.permission != Permission::Stop
+        {
+            self.permission = Permission::Stop;
+            self.cause = Some(Finding { joint: index, fault: Fault::Unheard { age_s: joint.age_s } });
+        }
+        self.permission
+    }
+
     fn fault_of(&self, joint: &JointState, goal_rad: f64) -> Option<Fault> {
         let error_rad = goal_rad - joint.position_rad;
-        if joint.alarms != 0 {
-            Some(Fault::Alarm { bits: joint.alarms })
-        } else if joint.temperature_c > self.settings.temperature_c {
+        // Heat and voltage first: they say what is wrong in plain words, the alarm bits that go with them do not.
+        if joint.temperature_c > self.settings.temperature_c {
             Some(Fault::Hot { temperature_c: joint.temperature_c })
         } else if joint.voltage_v < self.settings.voltage_v {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
+        } else if joint.alarms != 0 {
+            Some(Fault::Alarm { bits: joint.alarms })
         } else if error_rad.abs() > self.settings.tracking_error_rad {
             Some(Fault::OffGoal { error_rad })
         } else {

@@ -93,7 +93,8 @@ impl HorseGenerator {
             Phase::Limp if wants_stop || state.permission == Permission::Stop => {
                 Phase::Done { is_limp: true }
             }
-            Phase::Limp if state.is_known() => {
+            // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
+            Phase::Limp if state.is_fresh() => {
                 for (start, joint) in self.start_pose_rad.iter_mut().zip(&state.joints) {
                     *start = joint.position_rad;
                 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::{ConfigError, Unit, UnitBus, UnitJoint, parse_unit};
+use crate::config::{self, ConfigError, Unit, UnitBus, UnitJoint, parse_unit};
 
 const ROBOT_FILE: &str = "config/horse-dynamixel.toml";
 
@@ -37,64 +37,68 @@ fn file(unit: &Unit) -> UnitFile {
     parse_unit(&format!("version = 1\n{}", toml::to_string(unit).unwrap()), "a.unit.toml").unwrap()
 }
 
-fn ports(pairs: &[(&str, &str)]) -> Vec<(String, String)> {
-    pairs.iter().map(|(bus, device)| ((*bus).to_owned(), (*device).to_owned())).collect()
+fn choose_with(unit: Option<&Unit>, ports: &[&str], is_simulation: bool) -> Result<Choice> {
+    let ports = ports.iter().map(|text| text.parse().unwrap()).collect();
+    let options = UnitArguments { unit: None, ports, simulate: is_simulation, is_virtual: false };
+    choose(&options, &robot(), Path::new(ROBOT_FILE), unit.map(file).as_ref())
 }
 
-fn choose(unit: Option<&Unit>, pairs: &[(&str, &str)], is_simulation: bool) -> Result<Lines> {
-    let file = unit.map(file);
-    lines(&robot(), Path::new(ROBOT_FILE), file.as_ref(), &ports(pairs), is_simulation)
+const SIMULATED: Choice = Choice::Simulated { is_virtual: false };
+
+/// Paths of the devices, in the robot's order of buses.
+fn paths(unit: Option<&Unit>, ports: &[&str]) -> Vec<String> {
+    let Choice::Devices(devices) = choose_with(unit, ports, false).unwrap() else { panic!("simulated") };
+    assert!(devices.iter().zip(ALL).all(|(device, bus)| device.bus == bus && device.baud == 4_000_000));
+    devices.iter().map(|device| device.path.display().to_string()).collect()
 }
 
 /// What is said; all of it is bad input, exit code 2.
-fn said(result: Result<Lines>) -> String {
+fn said(result: Result<Choice>) -> String {
     let error = result.unwrap_err();
     assert!(error.is::<BadInput>() || error.is::<ConfigError>(), "{error:#}");
     format!("{error:#}")
 }
 
+/// A port for every bus.
+const PORTS: [&str; 4] = ["right_fore=/dev/d", "left_fore=/dev/b", "left_hind=/dev/a=b", "right_hind=/dev/c"];
+
 #[test]
 fn without_any_device_buses_are_simulated() {
-    assert_eq!(choose(None, &[], false).unwrap(), Lines::Simulated);
-    let without_buses = unit(&robot(), &[]);
-    assert_eq!(choose(Some(&without_buses), &[], false).unwrap(), Lines::Simulated);
+    assert_eq!(choose_with(None, &[], false).unwrap(), SIMULATED);
+    assert_eq!(choose_with(Some(&unit(&robot(), &[])), &[], false).unwrap(), SIMULATED);
 }
 
 #[test]
 fn a_calibrated_unit_file_gives_every_bus_its_device() {
     let mut backwards = ALL;
     backwards.reverse();
-    let lines = choose(Some(&unit(&robot(), &backwards)), &[], false).unwrap();
-    assert_eq!(lines, Lines::Devices(ALL.map(device).to_vec()), "in the robot's order");
+    assert_eq!(paths(Some(&unit(&robot(), &backwards)), &[]), ALL.map(device));
 }
 
 #[test]
 fn who_asks_for_a_simulation_gets_one() {
-    let robot = robot();
-    assert_eq!(choose(Some(&unit(&robot, &ALL)), &[], true).unwrap(), Lines::Simulated);
-    let mut uncalibrated = unit(&robot, &ALL);
+    let mut uncalibrated = unit(&robot(), &ALL);
     uncalibrated.joints.clear();
-    assert_eq!(choose(Some(&uncalibrated), &[], true).unwrap(), Lines::Simulated);
-    let said = said(choose(None, &[("left_hind", "/dev/a")], true));
-    assert!(said.contains("--port left_hind=/dev/a: simulated buses have no device"), "{said}");
+    for unit in [unit(&robot(), &ALL), uncalibrated] {
+        assert_eq!(choose_with(Some(&unit), &[], true).unwrap(), SIMULATED);
+        let options = UnitArguments { unit: None, ports: Vec::new(), simulate: false, is_virtual: true };
+        let choice = choose(&options, &robot(), Path::new(ROBOT_FILE), Some(&file(&unit))).unwrap();
+        assert_eq!(choice, Choice::Simulated { is_virtual: true });
+    }
 }
 
 #[test]
 fn ports_go_before_the_unit_file_s_devices_and_may_fill_them_up() {
     let robot = robot();
-    let lines = choose(Some(&unit(&robot, &ALL)), &[("left_fore", "/dev/pts/3")], false).unwrap();
-    let mut expected = ALL.map(device).to_vec();
+    let mut expected = ALL.map(device);
     expected[1] = "/dev/pts/3".to_owned();
-    assert_eq!(lines, Lines::Devices(expected));
-    let pairs = ALL.map(|bus| (bus, bus));
-    let lines = choose(Some(&unit(&robot, &[])), &pairs, false).unwrap();
-    assert_eq!(lines, Lines::Devices(ALL.map(str::to_owned).to_vec()));
+    assert_eq!(paths(Some(&unit(&robot, &ALL)), &["left_fore=/dev/pts/3"]), expected);
+    assert_eq!(paths(Some(&unit(&robot, &[])), &PORTS), ["/dev/a=b", "/dev/b", "/dev/c", "/dev/d"]);
 }
 
 #[test]
 fn nothing_moves_on_a_real_port_without_a_calibrated_unit_file() {
-    let pairs = ALL.map(|bus| (bus, bus));
-    let without = said(choose(None, &pairs, false));
+    let without = said(choose_with(None, &PORTS, false));
     assert!(without.contains("without a calibrated unit file of this very robot"), "{without}");
     assert!(
         without.contains("expected config/horse-dynamixel.unit.toml, or another named with --unit"),
@@ -114,8 +118,8 @@ fn nothing_moves_on_a_real_port_without_a_calibrated_unit_file() {
     for (spoil, words) in spoilt {
         let mut unit = good.clone();
         spoil(&mut unit);
-        for ports in [&[][..], &pairs] {
-            let said = said(choose(Some(&unit), ports, false));
+        for ports in [&[][..], &PORTS] {
+            let said = said(choose_with(Some(&unit), ports, false));
             assert!(
                 said.starts_with("nothing moves on a real port without a calibrated unit file"),
                 "{said}"
@@ -128,13 +132,13 @@ fn nothing_moves_on_a_real_port_without_a_calibrated_unit_file() {
 #[test]
 fn every_bus_needs_a_device_of_its_own() {
     let robot = robot();
-    let missing = said(choose(Some(&unit(&robot, &ALL[..3])), &[], false));
+    let missing = said(choose_with(Some(&unit(&robot, &ALL[..3])), &[], false));
     assert!(
-        missing.contains("bus right_fore has no device") && missing.contains("--port right_fore=PATH"),
+        missing.contains("there is no device for bus right_fore: add each to the unit file"),
         "{missing}"
     );
-    let twin = device("left_hind");
-    let twice = said(choose(Some(&unit(&robot, &ALL)), &[("right_hind", &twin)], false));
+    let twin = format!("right_hind={}", device("left_hind"));
+    let twice = said(choose_with(Some(&unit(&robot, &ALL)), &[&twin], false));
     assert!(
         twice.contains("buses left_hind and right_hind are both on /dev/serial/by-id/left_hind"),
         "{twice}"
@@ -143,24 +147,17 @@ fn every_bus_needs_a_device_of_its_own() {
 
 #[test]
 fn ports_of_no_bus_and_twice_of_one() {
-    let stranger = said(choose(None, &[("left_hint", "/dev/a")], false));
-    assert!(stranger.contains("expected a bus, one of left_hind, left_fore"), "{stranger}");
-    assert!(stranger.contains("did you mean left_hind?"), "{stranger}");
-    let twice = said(choose(None, &[("left_hind", "/dev/a"), ("left_hind", "/dev/b")], false));
-    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind has a --port already"), "{twice}");
-}
-
-#[test]
-fn a_named_unit_file_must_be_there_and_one_beside_the_robot_file_need_not() {
-    assert!(find(Path::new(ROBOT_FILE), None).unwrap().is_none());
-    let error = find(Path::new(ROBOT_FILE), Some(Path::new("absent.unit.toml"))).unwrap_err();
+    let stranger = said(choose_with(None, &["left_hint=/dev/a"], false));
     assert!(
-        error.is::<ConfigError>() && error.to_string().contains("absent.unit.toml: expected a unit file")
+        stranger.contains(
+            "--port left_hint=/dev/a: horse-dynamixel has no bus left_hint; it has left_hind, left_fore"
+        ),
+        "{stranger}"
     );
-    let folder = std::env::temp_dir().join(format!("hippocamp-{}-find", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("horse.unit.toml"), "version = 1\nrobot_file = \"horse.toml\"\n").unwrap();
-    let found = find(&folder.join("horse.toml"), None).unwrap();
-    assert_eq!(found.unwrap().unit.robot_file, "horse.toml");
-    std::fs::remove_dir_all(folder).unwrap();
+    assert!(stranger.contains("did you mean left_hind?"), "{stranger}");
+    let twice = said(choose_with(None, &["left_hind=/dev/a", "left_hind=/dev/b"], false));
+    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind has a port already"), "{twice}");
+    for text in ["", "legs", "=/dev/a", "legs="] {
+        assert!(text.parse::<PortOption>().is_err(), "{text}");
+    }
 }

@@ -1,0 +1,221 @@
+//! Serves a [`World`] to other programs: every bus on a pseudo-terminal, in real time.
+//!
+//! In: bytes a program writes to a bus's terminal. Out: the servos' bytes, when they would have arrived. The
+//! bus is there under one path, a symbolic link, as an adapter is under `/dev/serial/by-id`: while a fault
+//! script has the adapter out, the terminal behind it is hung up, and afterwards there is a new one.
+//! A program that has set another line rate than the bus has is not understood, and hears nothing.
+//! One thread serves all buses. Linux only.
+
+use std::fs;
+use std::io;
+use std::num::NonZeroU64;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::world::World;
+
+/// The server looks at least this often whether it is to stop and whether an adapter comes or goes, ns.
+const LOOK_EVERY_NS: u64 = 5_000_000;
+/// Bytes moved at once; a terminal holds no more.
+const PIECE_BYTES: usize = 4096;
+
+/// Serves every bus of a world on a pseudo-terminal from a thread of its own, until dropped.
+#[derive(Debug)]
+pub struct PtyServer {
+    shared: Arc<Shared>,
+    links: Vec<PathBuf>,
+    server: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    world: Mutex<World>,
+    /// When the world's clock was 0.
+    start: Duration,
+    is_to_stop: AtomicBool,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").field("start", &self.start).finish_non_exhaustive()
+    }
+}
+
+impl PtyServer {
+    /// Serves `world` from now on. Each bus is there as `folder` / its name when this returns. The world's clock
+    /// goes on from where it stands.
+    ///
+    /// # Errors
+    /// When there is no terminal to be had, or a link cannot be made in `folder`.
+    pub fn start(world: World, folder: &Path) -> io::Result<PtyServer> {
+        let mut lines = Vec::new();
+        for (bus, (name, baud)) in world.lines().enumerate() {
+            let mut line = Line { bus, link: folder.join(name), baud, terminal: None };
+            line.plug_in()?;
+            lines.push(line);
+        }
+        let links = lines.iter().map(|line| line.link.clone()).collect();
+        let shared = Arc::new(Shared {
+            start: monotonic().saturating_sub(Duration::from_nanos(world.now_ns())),
+            world: Mutex::new(world),
+            is_to_stop: AtomicBool::new(false),
+        });
+        let theirs = Arc::clone(&shared);
+        let server = std::thread::Builder::new()
+            .name("simulated servos".to_owned())
+            .spawn(move || serve(&theirs, &mut lines))?;
+        Ok(PtyServer { shared, links, server: Some(server) })
+    }
+
+    /// Where programs find each bus, in the order of the world's buses.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.links
+    }
+
+    /// Looks at the world, brought up to the present, while it is being served. Be quick: it waits meanwhile.
+    pub fn with_world<R>(&self, look: impl FnOnce(&mut World) -> R) -> R {
+        look(&mut self.shared.present_world())
+    }
+}
+
+impl Drop for PtyServer {
+    /// Hangs up every terminal and removes the links.
+    fn drop(&mut self) {
+        self.shared.is_to_stop.store(true, Ordering::Relaxed);
+        if let Some(server) = self.server.take() {
+            let _ = server.join();
+        }
+        for link in &self.links {
+            let _ = fs::remove_file(link);
+        }
+    }
+}
+
+impl Shared {
+    fn present_world(&self) -> MutexGuard<'_, World> {
+        let mut world = self.world.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = monotonic().saturating_sub(self.start);
+        world.advance_to(u64::try_from(now.as_nanos()).unwrap_or(u64::MAX));
+        world
+    }
+}
+
+/// One bus and the terminal it is served on.
+struct Line {
+    bus: usize,
+    link: PathBuf,
+    /// Line rate of the bus, bit/s.
+    baud: u32,
+    /// None while the adapter is out.
+    terminal: Option<Terminal>,
+}
+
+struct Terminal {
+    master: OwnedFd,
+    /// Held open so that the terminal stays when a program closes it.
+    slave: OwnedFd,
+}
+
+impl Line {
+    /// Makes a terminal and points the link at it.
+    fn plug_in(&mut self) -> io::Result<()> {
+        let (terminal, path) = Terminal::open()?;
+        let mut beside = self.link.clone().into_os_string();
+        beside.push(".new");
+        let _ = fs::remove_file(&beside);
+        std::os::unix::fs::symlink(&path, &beside)?;
+        fs::rename(&beside, &self.link)?;
+        self.terminal = Some(terminal);
+        Ok(())
+    }
+
+    /// Hangs up on whoever has the terminal open.
+    fn pull_out(&mut self) {
+        self.terminal = None;
+        let _ = fs::remove_file(&self.link);
+    }
+
+    /// Moves what has come in either direction.
+    fn exchange(&mut self, world: &mut World, piece: &mut [u8]) {
+        match (world.is_unplugged(self.bus), &self.terminal) {
+            (true, Some(_)) => self.pull_out(),
+            // If there is no terminal to be had now, there may be one the next time.
+            (false, None) => drop(self.plug_in()),
+            _ => {}
+        }
+        let Some(terminal) = &self.terminal else { return };
+        let is_understood =
+            tcgetattr(&terminal.slave).is_ok_and(|settings| settings.output_speed() == self.baud);
+        while let Ok(count @ 1..) = rustix::io::read(&terminal.master, &mut *piece) {
+            if is_understood {
+                let _ = world.host_send(self.bus, piece.get(..count).unwrap_or_default());
+            }
+        }
+        while let Ok(count @ 1..) = world.host_receive(self.bus, piece) {
+            if is_understood {
+                // Bytes a program leaves no room for are lost, as on any line without flow control.
+                let _ = rustix::io::write(&terminal.master, piece.get(..count).unwrap_or_default());
+            }
+        }
+    }
+}
+
+impl Terminal {
+    /// A pair, raw already, so that nothing is echoed; and the path of the end for programs.
+    fn open() -> io::Result<(Terminal, PathBuf)> {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&master)?;
+        unlockpt(&master)?;
+        let slave =
+            ioctl_tiocgptpeer(&master, OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        let mut settings = tcgetattr(&slave)?;
+        settings.make_raw();
+        tcsetattr(&slave, OptionalActions::Now, &settings)?;
+        fcntl_setfl(&master, fcntl_getfl(&master)? | OFlags::NONBLOCK)?;
+        let name = ptsname(&master, Vec::new())?;
+        let path = PathBuf::from(std::ffi::OsString::from_vec(name.into_bytes()));
+        Ok((Terminal { master, slave }, path))
+    }
+}
+
+fn serve(shared: &Shared, lines: &mut [Line]) {
+    // The kernel may add 50 us to every wait of an ordinary thread; a simulated line has no such slack.
+    let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
+    let mut piece = [0; PIECE_BYTES];
+    while !shared.is_to_stop.load(Ordering::Relaxed) {
+        let next = {
+            let mut world = shared.present_world();
+            for line in &mut *lines {
+                line.exchange(&mut world, &mut piece);
+            }
+            let look_ns = world.now_ns() + LOOK_EVERY_NS;
+            Duration::from_nanos(world.next_handover_ns().unwrap_or(look_ns).min(look_ns))
+        };
+        wait_for_programs(lines, (shared.start + next).saturating_sub(monotonic()));
+    }
+}
+
+/// Waits until a program has written to a terminal, for at most `time`.
+fn wait_for_programs(lines: &[Line], time: Duration) {
+    let terminals = lines.iter().filter_map(|line| line.terminal.as_ref());
+    let mut masters: Vec<PollFd<'_>> =
+        terminals.map(|terminal| PollFd::new(&terminal.master, PollFlags::IN)).collect();
+    let Ok(timeout) = Timespec::try_from(time) else { return };
+    // Woken early, by a signal or a fault, the server only looks sooner.
+    let _ = poll(&mut masters, Some(&timeout));
+}
+
+/// The system's monotonic clock.
+fn monotonic() -> Duration {
+    Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default()
+}

@@ -1,0 +1,157 @@
+//! Ports on real serial lines.
+//!
+//! Comes in: which device each bus is on. Goes out: bytes, without ever waiting for a line; one wait for all
+//! lines at once. A line that hangs up is gone, costs nothing while it is, and comes back by itself when its
+//! device does: a thread of its own tries to open it again, because opening takes an adapter milliseconds.
+//! After opening, nothing here allocates and no thread is needed for a line that works.
+
+mod device;
+mod latency;
+mod reopener;
+
+use std::time::Duration;
+
+use rustix::io::Errno;
+use rustix::termios::{QueueSelector, tcflush};
+use serialport::TTYPort;
+
+use super::port::{PortError, Ports};
+use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
+use crate::units::Time;
+pub use device::{Device, OpenCause, OpenError, OpenFault};
+use reopener::Reopener;
+
+/// Old input is thrown away in pieces of this size: as much as the system keeps of a line.
+const PIECE_BYTES: usize = 4096;
+/// Pieces thrown away at most, so that a line that never falls silent cannot keep the loop.
+const PIECES_MAX: usize = 16;
+
+/// A robot's serial lines, all open, none shared with another program.
+#[derive(Debug)]
+pub struct SerialPorts {
+    /// Each bus's line; none while it is gone.
+    lines: Vec<Option<TTYPort>>,
+    poll_list: PollList,
+    reopener: Reopener,
+    /// Time 0 of the run, on the monotonic clock.
+    start: Duration,
+    notes: Vec<String>,
+    /// Path of each bus's device, for messages.
+    paths: Vec<String>,
+}
+
+impl SerialPorts {
+    /// Opens the line of every bus, in the robot's order of buses: raw, 8N1, at its rate, for this program alone.
+    ///
+    /// # Errors
+    /// Every device that cannot be used, and why. None is kept open then.
+    pub fn open(devices: &[Device]) -> Result<SerialPorts, OpenError> {
+        let lines = device::open_all(devices)?;
+        let mut poll_list = PollList::new(lines.len());
+        for (bus, port) in lines.iter().enumerate() {
+            poll_list.set(bus, Some(port));
+        }
+        Ok(SerialPorts {
+            lines: lines.into_iter().map(Some).collect(),
+            poll_list,
+            reopener: Reopener::start(devices.to_vec()),
+            start: monotonic(),
+            notes: devices.iter().filter_map(latency::advice).collect(),
+            paths: devices.iter().map(|device| device.path.display().to_string()).collect(),
+        })
+    }
+
+    /// What could be better about the lines, and how; a sentence each, for a person to read.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn line(&self, bus: usize) -> Result<&TTYPort, PortError> {
+        self.lines.get(bus).and_then(Option::as_ref).ok_or(PortError::Gone { bus })
+    }
+
+    /// Gives a line up, and has its device tried again.
+    fn lose(&mut self, bus: usize) -> PortError {
+        self.poll_list.set(bus, None);
+        if let Some(port) = self.lines.get_mut(bus).and_then(Option::take) {
+            self.reopener.hand_over(bus, port);
+        }
+        PortError::Gone { bus }
+    }
+
+    /// Takes lines that are back into use.
+    fn take_back(&mut self) {
+        while let Some((bus, port)) = self.reopener.returned() {
+            self.poll_list.set(bus, Some(&port));
+            if let Some(line) = self.lines.get_mut(bus) {
+                *line = Some(port);
+            }
+        }
+    }
+}
+
+impl Ports for SerialPorts {
+    fn now(&mut self) -> Time {
+        Time(u64::try_from(monotonic().saturating_sub(self.start).as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        // An exchange begins here: it may find a line that was gone in the last one.
+        self.take_back();
+        let mut piece = [0; PIECE_BYTES];
+        for _ in 0..PIECES_MAX {
+            if self.receive(bus, &mut piece)? < PIECE_BYTES {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        let line = descriptor(self.line(bus)?);
+        match rustix::io::write(line, bytes) {
+            Ok(count) if count == bytes.len() => Ok(()),
+            Ok(_) | Err(Errno::AGAIN | Errno::INTR) => {
+                // The line does not drain. Goals that leave it later would be old ones; a request cut short
+                // shows as missing replies.
+                let _ = tcflush(line, QueueSelector::OFlush);
+                Ok(())
+            }
+            Err(_) => Err(self.lose(bus)),
+        }
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        if into.is_empty() {
+            return Ok(0);
+        }
+        match rustix::io::read(descriptor(self.line(bus)?), into) {
+            // A line that is there and has nothing would say so; this is the end of one that was hung up.
+            Ok(0) => Err(self.lose(bus)),
+            Ok(count) => Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+            Err(_) => Err(self.lose(bus)),
+        }
+    }
+
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.poll_list.wait_until(self.start + Duration::from_nanos(deadline.0));
+        for bus in 0..self.lines.len() {
+            // Without this, a line that is hung up would end every wait at once.
+            if self.poll_list.readiness(bus) == Readiness::HungUp {
+                self.lose(bus);
+            }
+        }
+    }
+
+    fn wait_until(&mut self, deadline: Time) {
+        sleep_until(self.start + Duration::from_nanos(deadline.0));
+    }
+
+    fn device(&self, bus: usize) -> Option<&str> {
+        self.paths.get(bus).map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests;

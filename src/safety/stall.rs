@@ -1,0 +1,43 @@
+//! A joint that does not turn though its goal does.
+//!
+//! Its distance from the goal alone does not tell: a walk brings the goal back past a jammed joint twice a
+//! stride. Nor does its standing still: a loaded joint stands a few degrees off a goal that stands too.
+
+use super::Fault;
+use crate::model::SafetySettings;
+
+/// A joint that turned by less than this has not turned: two degrees, above play and noise.
+const STILL_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// The goal's turn that a joint must follow, as a share of the tracking error allowed.
+const GOAL_TURN_SHARE: f64 = 1.0 / 3.0;
+
+/// Watches one joint.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Stall {
+    /// Where the joint and its goal were when the joint last turned, rad; none before the first look.
+    since: Option<(f64, f64)>,
+    /// For how long, all together, the goal was far from there, s.
+    lasted_s: f64,
+}
+
+impl Stall {
+    /// Looks at the joint `dt_s` after the last look: at `position_rad`, told to go to `goal_rad`.
+    pub(super) fn judge(
+        &mut self,
+        dt_s: f64,
+        position_rad: f64,
+        goal_rad: f64,
+        settings: &SafetySettings,
+    ) -> Option<Fault> {
+        let (turned_from_rad, goal_then_rad) = *self.since.get_or_insert((position_rad, goal_rad));
+        if (position_rad - turned_from_rad).abs() > STILL_RAD {
+            *self = Stall { since: Some((position_rad, goal_rad)), lasted_s: 0.0 };
+            return None;
+        }
+        let goal_turn_rad = (goal_rad - goal_then_rad).abs();
+        if goal_turn_rad > GOAL_TURN_SHARE * settings.tracking_error_rad {
+            self.lasted_s += dt_s;
+        }
+        (self.lasted_s > settings.fault_delay_s).then_some(Fault::Stalled { goal_turn_rad })
+    }
+}

@@ -1,0 +1,134 @@
+//! The main job: both robots walk a minute in every gait on simulated buses, and the report shows nothing amiss.
+
+mod common;
+
+use common::{ROBOTS, Scenario, capability, shipped};
+use hippocamp::model::{Protocol, Robot};
+use hippocamp::telemetry::{BusReport, LoopReport, Outcome, Quantiles, Report};
+
+/// A walking robot has nothing to report but its walk.
+fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
+    let what = format!("{} {}", report.robot, report.gait);
+    assert_eq!(report.outcome, Outcome::Completed, "{what}: {}", report.reason);
+    assert!(report.duration_s > walk_for_s, "{what}: {} s", report.duration_s);
+    let cycles = (report.duration_s * robot.rate_hz).round();
+    assert!((report.cycles as f64 - cycles).abs() <= 1.0, "{what}: {} cycles", report.cycles);
+    assert_eq!(report.late_cycles, 0, "{what}");
+    assert_eq!(report.safety_interventions, 0, "{what}");
+
+    assert_eq!(report.joints.range_violations, 0, "{what}");
+    assert_eq!(report.joints.rate_violations, 0, "{what}");
+    assert!(report.joints.tracking_error_max_deg < 15.0, "{what}: {:?}", report.joints);
+
+    let feet = &report.feet;
+    let half_excursion_m = capability(robot).half_excursion_m();
+    assert!(feet.excursion_max_m <= half_excursion_m + 1e-9, "{what}: {feet:?}, E {half_excursion_m}");
+    assert!(feet.excursion_max_m > 0.2 * half_excursion_m, "{what} walks: {feet:?}");
+    assert!(feet.stance_slip_planned_max_m <= 1e-6, "{what}: {feet:?}");
+    assert!(feet.ik_residual_max_m <= 1e-4, "{what}: {feet:?}");
+    assert!(feet.swing_velocity_jump_max_m_s <= 0.0, "{what}: {feet:?}");
+
+    assert_eq!(report.buses.len(), robot.buses.len());
+    for (index, bus) in report.buses.iter().enumerate() {
+        assert_good_bus(robot, index, bus, report);
+    }
+}
+
+/// Limp exchanges of a run: one until all servos are heard, five at the end.
+const LIMP_EXCHANGES: u64 = 6;
+/// Plain exchanges a Dynamixel bus makes before it asks for fast replies.
+const PLAIN_EXCHANGES: u64 = 50;
+
+/// Every reply came, and the bytes are those of the packets in the protocols' manuals:
+/// Feetech FT-SCS: sync write 8 + N (1 + L), sync read 8 + N, reply 6 + L.
+/// Dynamixel 2.0: sync write 14 + N (1 + L), sync read 14 + N, reply 11 + L, fast reply 8 + N (4 + L).
+fn assert_good_bus(robot: &Robot, index: usize, bus: &BusReport, report: &Report) {
+    let what = format!("{} {} bus {}", report.robot, report.gait, bus.name);
+    assert_eq!((bus.missing, bus.corrupt), (0, 0), "{what}");
+    assert_eq!(bus.exchanges, report.cycles, "{what}");
+    let of_bus = |joint: &&hippocamp::model::Joint| joint.servo.is_some_and(|servo| servo.bus == index);
+    let servos = robot.joints.iter().filter(of_bus).count() as u64;
+    let moving = bus.exchanges - LIMP_EXCHANGES;
+    let (bytes_out, bytes_in) = match robot.buses[index].protocol {
+        Protocol::Feetech => {
+            let (torque_limit, goal, enable) = (8 + servos * 3, 8 + servos * 3, 8 + servos * 2);
+            let every = enable + 8 + servos;
+            (bus.exchanges * every + moving * (torque_limit + goal), bus.exchanges * servos * (6 + 8))
+        }
+        Protocol::Dynamixel => {
+            let (torque_limit, goal, enable) = (14 + servos * 3, 14 + servos * 5, 14 + servos * 2);
+            let every = enable + 14 + servos;
+            let fast = bus.exchanges - PLAIN_EXCHANGES;
+            (
+                bus.exchanges * every + moving * (torque_limit + goal),
+                PLAIN_EXCHANGES * servos * (11 + 21) + fast * (8 + servos * (4 + 21)),
+            )
+        }
+    };
+    assert_eq!((bus.bytes_out, bus.bytes_in), (bytes_out, bytes_in), "{what}");
+    // 10 bits a byte.
+    let busy_s = (bytes_out + bytes_in) as f64 * 10.0 / f64::from(robot.buses[index].baud);
+    assert!((bus.wire_share - busy_s / report.duration_s).abs() < 1e-6, "{what}: {}", bus.wire_share);
+    let period_us = 1e6 / robot.rate_hz;
+    assert!((bus.exchange_us.max as f64) < period_us, "{what}: {:?}", bus.exchange_us);
+}
+
+fn walks(file: &str, gait: &str, walk_for_s: f64) {
+    let robot = shipped(file);
+    let report = Scenario::new(&robot, gait, walk_for_s).run();
+    assert_eq!((report.robot.as_str(), report.gait.as_str()), (robot.name.as_str(), gait));
+    assert_good(&robot, &report, walk_for_s);
+}
+
+#[test]
+fn horse_walks_for_a_minute() {
+    walks("horse.toml", "walk", 60.0);
+}
+
+#[test]
+fn horse_walks_steadily_for_a_minute() {
+    walks("horse.toml", "walk-steady", 60.0);
+}
+
+#[test]
+fn horse_trots_for_a_minute() {
+    walks("horse.toml", "trot", 60.0);
+}
+
+#[test]
+fn dynamixel_horse_walks_for_a_minute() {
+    walks("horse-dynamixel.toml", "walk", 60.0);
+}
+
+#[test]
+fn dynamixel_horse_walks_steadily_for_a_minute() {
+    walks("horse-dynamixel.toml", "walk-steady", 60.0);
+}
+
+#[test]
+fn dynamixel_horse_trots_for_a_minute() {
+    walks("horse-dynamixel.toml", "trot", 60.0);
+}
+
+#[test]
+fn both_canter_and_gallop() {
+    for file in ROBOTS {
+        for gait in ["canter", "gallop"] {
+            walks(file, gait, 10.0);
+        }
+    }
+}
+
+#[test]
+fn one_seed_gives_one_report_and_another_seed_another() {
+    let robot = shipped("horse.toml");
+    let run = |seed| {
+        let mut report = Scenario { seed, ..Scenario::new(&robot, "walk", 5.0) }.run();
+        let none = Quantiles { p50: 0, p99: 0, p999: 0, max: 0 };
+        report.loop_times = LoopReport { work_us: none, late_us: none };
+        report
+    };
+    let report = run(7);
+    assert_eq!(report, run(7));
+    assert_ne!(report, run(8));
+}

@@ -1,0 +1,391 @@
+//! The command as a person or a script meets it: exit codes, messages, report file, signals.
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use common::config_file;
+use serde_json::Value;
+
+const HORSE: &str = "config/horse.toml";
+
+fn hippocamp(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
+    command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    hippocamp(arguments).output().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Standard output, standard error and exit code.
+fn texts(output: &Output) -> (String, String, Option<i32>) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr), output.status.code())
+}
+
+/// A path for a file of one test.
+fn scratch(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap_or_else(|| panic!("{}", path.display()))
+}
+
+/// Writes a file for one test.
+fn written(name: &str, content: &str) -> PathBuf {
+    let path = scratch(name);
+    fs::write(&path, content).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    path
+}
+
+/// horse.toml with some of its text replaced.
+fn horse_with(name: &str, replacements: &[(&str, &str)]) -> PathBuf {
+    let mut content = fs::read_to_string(config_file("horse.toml")).unwrap_or_else(|error| panic!("{error}"));
+    for (from, to) in replacements {
+        assert!(content.contains(from), "horse.toml has no '{from}'");
+        content = content.replace(from, to);
+    }
+    written(name, &content)
+}
+
+/// The line of horse.toml that begins with `start`, from 1.
+fn line_of(start: &str) -> usize {
+    let content = fs::read_to_string(config_file("horse.toml")).unwrap_or_else(|error| panic!("{error}"));
+    1 + content.lines().position(|line| line.starts_with(start)).unwrap_or_else(|| panic!("no line {start}"))
+}
+
+#[test]
+fn bad_input_is_refused_with_a_message_before_anything_moves() {
+    let bad_kind = written("bad-kind.toml", "\n[[fault]]\nkind = \"thunder\"\nat_s = 1\n");
+    let bad_bus = written("bad-bus.toml", "[[fault]]\nkind = \"silent\"\nat_s = 1\nbus = \"rear\"\n");
+    let bad_id = written("bad-id.toml", "[[fault]]\nkind = \"silent\"\nat_s = 1\nbus = \"main\"\nid = 99\n");
+    let no_toml = written("no-toml.toml", "[[fault]\n");
+    let misspelt = horse_with("misspelt.toml", &[("stiffness = 0.6", "stifness = 0.6")]);
+    let (bad_kind, bad_bus, bad_id) = (text(&bad_kind), text(&bad_bus), text(&bad_id));
+    let (no_toml, misspelt) = (text(&no_toml), text(&misspelt));
+    let run = |rest: &[&'static str]| [&["run", HORSE, "--virtual"], rest].concat();
+    let with_faults = |file| vec!["run", HORSE, "--virtual", "--faults", file];
+    let cases: Vec<(Vec<&str>, Vec<&str>)> = vec![
+        (vec!["check", "nowhere.toml"], vec!["nowhere.toml", "expected a robot file", "No such file"]),
+        (vec!["run", "nowhere.toml"], vec!["nowhere.toml", "expected a robot file"]),
+        (vec!["run", misspelt], vec![misspelt, "stifness", "stiffness", "nothing was started"]),
+        (vec!["check", misspelt], vec![misspelt, "stifness", "stiffness"]),
+        (run(&["--gait", "pace"]), vec!["--gait pace", "walk, walk-steady, trot, canter, gallop"]),
+        (run(&["--speed", "-0.1"]), vec!["--speed -0.1", "0 or more"]),
+        (run(&["--speed", "NaN"]), vec!["--speed NaN", "a speed in m/s"]),
+        (run(&["--speed", "inf"]), vec!["--speed inf", "a speed in m/s"]),
+        (run(&["--speed", "fast"]), vec!["--speed", "fast"]),
+        (run(&["--for", "-1"]), vec!["--for -1", "seconds, 0 or more"]),
+        (run(&["--for", "NaN"]), vec!["--for NaN", "seconds"]),
+        (run(&["--faults", "nowhere.toml"]), vec!["nowhere.toml", "No such file"]),
+        (with_faults(bad_kind), vec![bad_kind, "line 2", "thunder", "silent, bit-flip, noise"]),
+        (with_faults(bad_bus), vec![bad_bus, "fault 1", "`rear`", "`main`"]),
+        (with_faults(bad_id), vec![bad_id, "fault 1", "99", "`main`"]),
+        (with_faults(no_toml), vec![no_toml, "line 1"]),
+        (run(&["--report", "nowhere/report.json"]), vec!["--report nowhere/report.json", "folder"]),
+        (run(&["--report", "config"]), vec!["--report config", "folder"]),
+        (vec!["run", "config/thoroughbred.toml"], vec!["thoroughbred", "no buses", "hippocamp check"]),
+        (run(&["--sped", "1"]), vec!["--sped", "--speed"]),
+        (vec!["trot", HORSE], vec!["trot", "--help"]),
+        (vec![], vec!["run", "check"]),
+    ];
+    for (arguments, says) in cases {
+        let (stdout, stderr, code) = texts(&output(&arguments));
+        assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
+        for word in says {
+            assert!(stderr.contains(word), "{arguments:?} does not say '{word}': {stderr}");
+        }
+        assert!(!stdout.contains("simulated buses"), "{arguments:?} began: {stdout}");
+        assert!(!stderr.contains(" s  limp"), "{arguments:?} began: {stderr}");
+    }
+}
+
+#[test]
+fn what_the_robot_cannot_do_is_refused_all_at_once() {
+    let path = horse_with(
+        "impossible.toml",
+        &[("stand_height_mm = 190", "stand_height_mm = 600"), ("loop_rate_hz = 100", "loop_rate_hz = 400")],
+    );
+    for command in ["check", "run"] {
+        let (_, stderr, code) = texts(&output(&[command, text(&path)]));
+        assert_eq!(code, Some(2), "{stderr}");
+        let rate = format!("{}:{}: loop_rate_hz = 400", path.display(), line_of("loop_rate_hz"));
+        let height =
+            format!("{}:{}: motion.stand_height_mm = 600", path.display(), line_of("stand_height_mm"));
+        for words in
+            [rate.as_str(), "at most 200 Hz", "bus main", "5.00 ms", height.as_str(), "leg", "2 faults"]
+        {
+            assert!(stderr.contains(words), "no '{words}' in {stderr}");
+        }
+    }
+    let path = horse_with("cannot-sit.toml", &[("sit_height_mm = 170", "sit_height_mm = 20")]);
+    let (_, stderr, code) = texts(&output(&["check", text(&path)]));
+    assert_eq!(code, Some(2), "{stderr}");
+    let sit = format!("{}:{}: motion.sit_height_mm = 20", path.display(), line_of("sit_height_mm"));
+    assert!(stderr.contains(&sit), "{stderr}");
+}
+
+#[test]
+fn check_says_what_the_robot_can_do() {
+    let (stdout, stderr, code) = texts(&output(&["check", HORSE]));
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    let line = |start: &str| {
+        let found = stdout.lines().find(|line| line.starts_with(start));
+        found
+            .unwrap_or_else(|| panic!("no line '{start}' in {stdout}"))
+            .split_whitespace()
+            .collect::<Vec<_>>()
+    };
+    let number = |text: &str| text.parse::<f64>().unwrap_or_else(|error| panic!("{text}: {error}"));
+    // Joints: range, rate (0.7 of 45 rpm), servo.
+    let hip = line("right_hind.hip");
+    assert_eq!(
+        hip[1..],
+        ["-100.0", "..", "-70.0", "189", "STS3215-12V", "id", "10", "on", "bus", "main,", "reversed"]
+    );
+    // Legs: both sides alike, and the shorter excursion counts for all.
+    let e_mm = |leg: &str| line(leg)[2].to_owned();
+    let [hind, fore] = [e_mm("left hind"), e_mm("left fore")];
+    assert_eq!([e_mm("right hind"), e_mm("right fore")], [hind.clone(), fore.clone()]);
+    assert_eq!(number(&e_mm("all legs")).to_string(), number(&hind).min(number(&fore)).to_string());
+    assert!(number(&hind) > 20.0 && number(&fore) > 20.0, "{hind} {fore}");
+    assert!(line("left hind").ends_with(&["up", "-190.0"]), "{stdout}");
+    // Gaits: none faster by servos than by reach; what limits it is said.
+    for gait in ["walk ", "walk-steady", "trot", "canter", "gallop"] {
+        let words = line(gait);
+        let (by_reach, by_servos) = (number(words[1]), number(words[2]));
+        assert!(by_servos > 0.0 && by_servos <= by_reach, "{words:?}");
+        assert!(
+            words[3..].join(" ").contains(if by_servos < by_reach { "_fore.carpus" } else { "reach" }),
+            "{words:?}"
+        );
+    }
+    // Bus: (8+16*3) + (8+16*3) + (8+16*2) + (8+16) bytes out, 16*14 in, 10 us each; adapter 1 ms.
+    assert_eq!(line("main"), ["main", "5.000", "4.000", "1.000", "200"]);
+
+    let (stdout, _, code) = texts(&output(&["check", "config/thoroughbred.toml"]));
+    assert_eq!(code, Some(0));
+    assert!(stdout.contains("No buses"), "{stdout}");
+}
+
+/// Keys the report of a run has at least.
+const REPORT_KEYS: [&str; 35] = [
+    "/robot",
+    "/gait",
+    "/speed_m_s",
+    "/duration_s",
+    "/cycles",
+    "/late_cycles",
+    "/outcome",
+    "/reason",
+    "/safety_interventions",
+    "/loop/work_us/p50",
+    "/loop/work_us/p99",
+    "/loop/work_us/p999",
+    "/loop/work_us/max",
+    "/loop/late_us/p50",
+    "/loop/late_us/p99",
+    "/loop/late_us/p999",
+    "/loop/late_us/max",
+    "/joints/range_violations",
+    "/joints/range_overshoot_max_deg",
+    "/joints/rate_violations",
+    "/joints/tracking_error_max_deg",
+    "/feet/excursion_max_m",
+    "/feet/stance_slip_planned_max_m",
+    "/feet/stance_slip_measured_max_m",
+    "/feet/swing_velocity_jump_max_m_s",
+    "/feet/ik_residual_max_m",
+    "/buses/0/name",
+    "/buses/0/exchanges",
+    "/buses/0/bytes_out",
+    "/buses/0/bytes_in",
+    "/buses/0/missing",
+    "/buses/0/corrupt",
+    "/buses/0/wire_share",
+    "/buses/0/exchange_us/p50",
+    "/buses/0/exchange_us/max",
+];
+
+fn report(path: &Path) -> Value {
+    let content = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let report: Value = serde_json::from_str(&content).unwrap_or_else(|error| panic!("{error}: {content}"));
+    for key in REPORT_KEYS {
+        assert!(report.pointer(key).is_some_and(|value| !value.is_null()), "no {key} in {content}");
+    }
+    report
+}
+
+fn at<'v>(report: &'v Value, key: &str) -> &'v Value {
+    report.pointer(key).unwrap_or_else(|| panic!("no {key}"))
+}
+
+#[test]
+fn a_run_completes_and_reports() {
+    let path = scratch("trot.json");
+    let arguments =
+        ["run", HORSE, "--gait", "trot", "--speed", "0.05", "--for", "3", "--virtual", "--report"];
+    let (stdout, stderr, code) = texts(&output(&[&arguments[..], &[text(&path)]].concat()));
+    assert_eq!(code, Some(0), "{stderr}");
+    for words in ["trot at 0.050 m/s for 3 s", "completed: walked for the time asked", "bus main", "0 late"] {
+        assert!(stdout.contains(words), "no '{words}' in {stdout}");
+    }
+    assert!(stderr.contains("limp") && stderr.contains("late cycles"), "{stderr}");
+    let report = report(&path);
+    assert_eq!(at(&report, "/robot"), "horse");
+    assert_eq!(at(&report, "/gait"), "trot");
+    assert_eq!(at(&report, "/speed_m_s"), 0.05);
+    assert_eq!(at(&report, "/outcome"), "completed");
+    assert!(at(&report, "/duration_s").as_f64().is_some_and(|s| s > 3.0));
+    assert!(!scratch("trot.json.part").exists(), "a half report was left behind");
+}
+
+#[test]
+fn speed_beyond_the_limit_is_held_and_said() {
+    let path = scratch("fast.json");
+    let (stdout, _, code) =
+        texts(&output(&["run", HORSE, "--speed", "9", "--for", "1", "--virtual", "--report", text(&path)]));
+    assert_eq!(code, Some(0), "{stdout}");
+    assert!(stdout.contains("9 m/s is too fast for walk: held at 0.0"), "{stdout}");
+    assert!(stdout.contains("_fore.carpus can turn no faster"), "{stdout}");
+    let report = report(&path);
+    assert!(at(&report, "/speed_m_s").as_f64().is_some_and(|speed| speed < 0.1), "{report}");
+    assert_eq!(at(&report, "/joints/rate_violations"), 0);
+    assert_eq!(at(&report, "/safety_interventions"), 0);
+}
+
+#[test]
+fn thesis_inverse_kinematics_alone_walks_less_precisely() {
+    let path = scratch("ccd.json");
+    let (_, stderr, code) =
+        texts(&output(&["run", HORSE, "--ik", "ccd", "--for", "2", "--virtual", "--report", text(&path)]));
+    assert_eq!(code, Some(0), "{stderr}");
+    let report = report(&path);
+    assert!(at(&report, "/feet/ik_residual_max_m").as_f64().is_some_and(|m| m > 1e-4), "{report}");
+    assert_eq!(at(&report, "/joints/range_violations"), 0);
+    assert_eq!(at(&report, "/joints/rate_violations"), 0);
+}
+
+#[test]
+fn the_fault_scripts_beside_the_robots_do_what_they_say() {
+    let cases = [
+        ("bad-morning", 0, "completed"),
+        ("unplugged-servo", 3, "was not heard"),
+        ("loose-plug", 0, "completed"),
+        ("noisy-line", 0, "completed"),
+        ("late-loop", 3, "the loop stood still for 3.0"),
+        ("jammed-joint", 3, "servo 8 on bus main (joint left_fore.carpus) does not turn"),
+        ("low-battery", 3, "sees 8.5 V"),
+        ("hot-servo", 3, "servo 4 on bus main (joint left_hind.hock) is at 75 C"),
+    ];
+    let mut scripts: Vec<String> = fs::read_dir(config_file("faults"))
+        .unwrap_or_else(|error| panic!("{error}"))
+        .filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned()))
+        .collect();
+    scripts.sort();
+    let mut tested = cases.map(|(script, ..)| script);
+    tested.sort_unstable();
+    assert_eq!(scripts, tested, "every script is tried here");
+    for (script, expected, says) in cases {
+        let (file, path) = (format!("config/faults/{script}.toml"), scratch(&format!("{script}.json")));
+        let arguments = ["run", HORSE, "--virtual", "--faults", &file, "--report", text(&path)];
+        let (stdout, stderr, code) = texts(&output(&arguments));
+        assert_eq!(code, Some(expected), "{script}: {stdout}{stderr}");
+        assert!(stdout.contains(says), "{script}: no '{says}' in {stdout}");
+        assert_eq!(stdout.contains("STOPPED BY SAFETY"), expected == 3, "{script}: {stdout}");
+        let report = report(&path);
+        assert_eq!(at(&report, "/outcome"), if expected == 3 { "stopped-by-safety" } else { "completed" });
+        assert!(at(&report, "/reason").as_str().is_some_and(|reason| expected == 0 || reason.contains(says)));
+    }
+}
+
+/// A servo that is not there at the start is another kind of failure than one that goes missing.
+#[test]
+fn a_servo_missing_at_the_start_ends_with_1_and_a_message() {
+    let faults = written("missing.toml", "[[fault]]\nkind = \"silent\"\nat_s = 0\nbus = \"main\"\nid = 12\n");
+    let (stdout, stderr, code) = texts(&output(&["run", HORSE, "--virtual", "--faults", text(&faults)]));
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    for words in ["servo 12", "right_hind.hock", "bus main", "check its power and cable"] {
+        assert!(stderr.contains(words), "no '{words}' in {stderr}");
+    }
+}
+
+#[test]
+fn help_explains_and_gives_an_example() {
+    for (arguments, words) in [
+        (vec!["--help"], vec!["Example", "Exit codes: 0 completed, 2 bad input", "check", "run"]),
+        (vec!["check", "--help"], vec!["Example: hippocamp check config/horse.toml", "half-excursion"]),
+        (
+            vec!["run", "--help"],
+            vec![
+                "Example",
+                "--gait",
+                "--speed",
+                "--for",
+                "--virtual",
+                "--seed",
+                "--faults",
+                "--report",
+                "--ik",
+                "Ctrl-C",
+            ],
+        ),
+    ] {
+        let (stdout, stderr, code) = texts(&output(&arguments));
+        assert_eq!((code, stderr.as_str()), (Some(0), ""), "{arguments:?}");
+        for word in words {
+            assert!(stdout.contains(word), "{arguments:?} does not say '{word}': {stdout}");
+        }
+    }
+}
+
+/// A run on the real clock, sent `signal` once its status says `when`: returns all it said, and its report.
+#[cfg(unix)]
+fn run_and_signal(signal: &str, when: &str, times: usize) -> (String, Value) {
+    let path = scratch(&format!("{signal}-{when}.json"));
+    let mut child = hippocamp(&["run", HORSE, "--for", "600", "--report", text(&path)])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap_or_else(|error| panic!("{error}"));
+    let stderr = child.stderr.take().unwrap_or_else(|| panic!("no stderr"));
+    let mut lines = BufReader::new(stderr).lines().map_while(Result::ok);
+    assert!(lines.any(|line| line.contains(when)), "no status line said {when}");
+    for _ in 0..times {
+        let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+        assert!(sent.is_ok_and(|status| status.success()), "{signal} could not be sent");
+    }
+    for _ in lines {}
+    let mut stdout = String::new();
+    child.stdout.take().map(|mut out| out.read_to_string(&mut stdout));
+    let status = child.wait().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(status.code(), Some(0), "{signal} at {when}: {stdout}");
+    (stdout, report(&path))
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_to_a_limp_robot_ends_the_run() {
+    let (stdout, report) = run_and_signal("INT", "limp", 1);
+    assert!(stdout.contains("completed: stopped by the operator"), "{stdout}");
+    assert_eq!(at(&report, "/outcome"), "completed");
+    assert_eq!(at(&report, "/reason"), "stopped by the operator");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_to_a_moving_robot_makes_it_sit_down() {
+    let (stdout, report) = run_and_signal("TERM", "rising", 1);
+    assert!(stdout.contains("completed: stopped by the operator"), "{stdout}");
+    assert_eq!(at(&report, "/reason"), "stopped by the operator");
+    // The status line comes 5 s into the run; sitting down takes time after that.
+    assert!(at(&report, "/duration_s").as_f64().is_some_and(|s| s > 5.0), "{report}");
+    assert_eq!(at(&report, "/joints/range_violations"), 0);
+    assert_eq!(at(&report, "/joints/rate_violations"), 0);
+}
