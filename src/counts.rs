@@ -2,10 +2,9 @@
 //!
 //! A [`Command`] from safety comes in, [`Goals`] for the buses go out; replies come in, joint states go out.
 
-use crate::bus::{Feedback, ServoGoal};
 use crate::model::{Robot, Servo};
 use crate::safety::{Command, JointCommand};
-use crate::signals::JointState;
+use crate::signals::{Feedback, JointState, ServoGoal};
 
 /// One goal a joint, in servo counts. Only [`goals`] makes them, and only from what safety let through:
 ///
@@ -13,7 +12,7 @@ use crate::signals::JointState;
 /// use hippocamp::counts::Goals;
 /// let forged = Goals { servos: vec![] };
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Goals {
     servos: Vec<ServoGoal>,
 }

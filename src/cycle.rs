@@ -1,5 +1,7 @@
 //! The pipeline, once, top to bottom.
 
+use std::time::Duration;
+
 use crate::bus::{Buses, Ports, Slot};
 use crate::counts::{self, Goals};
 use crate::estimate;
@@ -12,22 +14,110 @@ use crate::signals::{JointTargets, Permission, State, Targets};
 use crate::telemetry::{CycleRecord, Telemetry};
 use crate::units::Time;
 
-/// Everything a cycle needs, sized once from the robot: after the first, a cycle allocates nothing.
+/// The stages either side of the buses and what they hand to each other, sized once from the robot: after
+/// the first, a cycle allocates nothing.
 #[derive(Debug)]
-pub struct Cycle<'r, P> {
+pub struct Controller<'r> {
     robot: &'r Robot,
     generator: Generator,
     limbs: Limbs,
     safety: Safety,
-    buses: Buses<P>,
-    telemetry: Telemetry,
     // What the stages hand to each other.
     targets: Targets,
     joints: JointTargets,
     goals: Goals,
-    slots: Vec<Slot>,
     state: State,
-    began: Option<Time>,
+    // About the last cycle.
+    order: Order,
+    is_held: bool,
+    interventions: u32,
+}
+
+impl<'r> Controller<'r> {
+    /// For a limp `robot`, to walk as `plan` says for `walk_for_s` when ordered to.
+    pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64) -> Self {
+        Controller::with_generator(robot, Generator::new(robot, plan, walk_for_s), method)
+    }
+
+    /// For a limp `robot`, moved by `generator`.
+    pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method) -> Self {
+        Controller {
+            robot,
+            generator,
+            limbs: Limbs::new(robot, method),
+            safety: Safety::new(robot),
+            targets: Targets::new(robot),
+            joints: JointTargets::new(robot),
+            goals: Goals::limp(robot),
+            state: State::new(robot),
+            order: Order::Go,
+            is_held: false,
+            interventions: 0,
+        }
+    }
+
+    /// From what is known to goals, as ordered: the first half of a cycle that began `gap_s` after the one
+    /// before. Motion goes on by one period whatever the clock says: after a late cycle the robot goes on
+    /// from where it is, instead of leaping to where it should have been.
+    pub fn decide(&mut self, gap_s: f64, order: Order) -> &Goals {
+        let dt_s = self.robot.period_s();
+        self.order = order;
+        self.is_held = self.state.permission == Permission::Hold;
+        self.generator.step(dt_s, &self.state, order, &mut self.targets);
+        self.limbs.solve(&self.targets, &mut self.joints);
+        let command = self.safety.check(dt_s, gap_s, &self.joints, &mut self.state);
+        self.interventions = command.interventions();
+        counts::goals(self.robot, command, &mut self.goals);
+        &self.goals
+    }
+
+    /// From replies to what is known: the second half. One slot a joint.
+    pub fn learn(&mut self, gap_s: f64, slots: &[Slot]) {
+        estimate::update(self.robot, gap_s, slots, &mut self.state);
+    }
+
+    /// The last cycle, in which the buses answered with `slots`.
+    pub fn record<'a>(&'a self, slots: &'a [Slot]) -> CycleRecord<'a> {
+        CycleRecord {
+            order: self.order,
+            activity: self.generator.activity(),
+            speed_m_s: self.generator.speed_m_s(),
+            targets: &self.targets,
+            joints: &self.joints,
+            goals: self.goals.servos(),
+            slots,
+            state: &self.state,
+            interventions: self.interventions,
+            is_held: self.is_held,
+            dt_s: self.robot.period_s(),
+        }
+    }
+}
+
+/// When a cycle was and how long its parts took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CycleTimes {
+    /// Cycles before it in this run.
+    pub number: u64,
+    /// When it began.
+    pub began: Time,
+    /// Time since the cycle before began; of the first cycle, one period.
+    pub gap: Duration,
+    /// Computing, the exchange left aside.
+    pub work: Duration,
+    /// The exchange, all buses at the same time.
+    pub exchange: Duration,
+}
+
+/// The controller on its buses, observed.
+#[derive(Debug)]
+pub struct Cycle<'r, P> {
+    robot: &'r Robot,
+    controller: Controller<'r>,
+    buses: Buses<P>,
+    slots: Vec<Slot>,
+    telemetry: Telemetry,
+    times: Option<CycleTimes>,
 }
 
 impl<'r, P: Ports> Cycle<'r, P> {
@@ -40,76 +130,65 @@ impl<'r, P: Ports> Cycle<'r, P> {
     pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method, buses: Buses<P>) -> Self {
         Cycle {
             robot,
-            generator,
-            limbs: Limbs::new(robot, method),
-            safety: Safety::new(robot),
+            controller: Controller::with_generator(robot, generator, method),
             buses,
-            telemetry: Telemetry::new(robot),
-            targets: Targets::new(robot),
-            joints: JointTargets::new(robot),
-            goals: Goals::limp(robot),
             slots: vec![Slot::Missing; robot.joints.len()],
-            state: State::new(robot),
-            began: None,
+            telemetry: Telemetry::new(robot),
+            times: None,
         }
     }
 
-    /// One cycle, as ordered. Motion goes on by one period whatever the clock says: after a late
-    /// cycle the robot goes on from where it is, instead of leaping to where it should have been.
+    /// One cycle, as ordered.
     pub fn step(&mut self, order: Order) {
-        let dt_s = self.robot.period_s();
         let began = self.buses.ports_mut().now();
-        let gap_s = self.began.map_or(dt_s, |before| began.since(before).as_secs_f64());
-        self.began = Some(began);
-        let is_held = self.state.permission == Permission::Hold;
+        let (number, gap) = match self.times {
+            None => (0, Duration::from_secs_f64(self.robot.period_s())),
+            Some(before) => (before.number + 1, began.since(before.began)),
+        };
+        let gap_s = gap.as_secs_f64();
 
-        self.generator.step(dt_s, &self.state, order, &mut self.targets);
-        self.limbs.solve(&self.targets, &mut self.joints);
-        let command = self.safety.check(dt_s, gap_s, &self.joints, &mut self.state);
-        counts::goals(self.robot, command, &mut self.goals);
-        let interventions = command.interventions();
-        let computed = self.buses.ports_mut().now();
-        self.buses.exchange(&self.goals, &mut self.slots);
+        let goals = self.controller.decide(gap_s, order);
+        let decided = self.buses.ports_mut().now();
+        self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
-        estimate::update(self.robot, gap_s, &self.slots, &mut self.state);
-        self.telemetry.observe(
-            self.robot,
-            &CycleRecord {
-                targets: &self.targets,
-                joints: &self.joints,
-                goals: &self.goals,
-                state: &self.state,
-                interventions,
-                is_held,
-                dt_s,
-            },
-        );
-
+        self.controller.learn(gap_s, &self.slots);
+        self.telemetry.observe(self.robot, &self.controller.record(&self.slots));
         self.telemetry.observe_buses(self.buses.statistics());
 
         let ended = self.buses.ports_mut().now();
-        let work = computed.since(began) + ended.since(exchanged);
+        let work = decided.since(began) + ended.since(exchanged);
         self.telemetry.note_work(u64::try_from(work.as_micros()).unwrap_or(u64::MAX));
+        self.times = Some(CycleTimes { number, began, gap, work, exchange: exchanged.since(decided) });
+    }
+
+    /// The last cycle.
+    pub fn record(&self) -> CycleRecord<'_> {
+        self.controller.record(&self.slots)
+    }
+
+    /// When the last cycle was; all zero before the first.
+    pub fn times(&self) -> CycleTimes {
+        self.times.unwrap_or_default()
     }
 
     /// What the robot is doing.
     pub fn generator(&self) -> &Generator {
-        &self.generator
+        &self.controller.generator
     }
 
     /// What is known of the robot.
     pub fn state(&self) -> &State {
-        &self.state
+        &self.controller.state
     }
 
     /// The targets and goals of the last cycle, for those who look on.
     pub fn goals(&self) -> &Goals {
-        &self.goals
+        &self.controller.goals
     }
 
     /// What safety found.
     pub fn safety(&self) -> &Safety {
-        &self.safety
+        &self.controller.safety
     }
 
     /// The observers.

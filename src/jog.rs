@@ -43,7 +43,7 @@ pub fn jog<P: Ports>(
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
     let start = cycle.buses_mut().ports_mut().now();
-    let (outcome, reason) = perform(robot, &mut cycle, start, "turned and let go", &mut order);
+    let (outcome, reason) = perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut order);
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),

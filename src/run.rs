@@ -13,6 +13,7 @@ use crate::ik::Method;
 use crate::model::{Robot, StopAction};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Activity, Generator, Order};
+use crate::recording::Recorder;
 use crate::signals::Permission;
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
@@ -62,6 +63,20 @@ pub fn run<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
+    order: impl FnMut(&Status) -> Order,
+) -> Result<Report, StartError> {
+    run_recorded(robot, plan, ports, None, order)
+}
+
+/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_recorded<P: Ports>(
+    robot: &Robot,
+    plan: RunPlan,
+    ports: P,
+    mut recorder: Option<Recorder>,
     mut order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports)?;
@@ -69,11 +84,22 @@ pub fn run<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let (outcome, reason) = perform(robot, &mut cycle, start, "walked for the time asked", &mut order);
+    let (outcome, reason) =
+        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
     cycle.buses_mut().disarm_watchdogs();
     let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
+    let recording = recorder.map(|recorder| {
+        let entries = [
+            ("outcome", outcome.name().to_owned()),
+            ("reason", reason.clone()),
+            ("duration_s", duration.as_secs_f64().to_string()),
+            ("cycles", cycles.to_string()),
+            ("late_cycles", late_cycles.to_string()),
+        ];
+        recorder.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
+    });
     Ok(Report {
         robot: robot.name.clone(),
         gait,
@@ -88,6 +114,7 @@ pub fn run<P: Ports>(
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
+        recording,
     })
 }
 
@@ -106,9 +133,10 @@ pub(crate) fn perform<P: Ports>(
     cycle: &mut Cycle<'_, P>,
     start: Time,
     done: &str,
+    recorder: &mut Option<Recorder>,
     order: &mut impl FnMut(&Status) -> Order,
 ) -> (Outcome, String) {
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, order)));
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
     match ended {
         Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
         Err(_) => {
@@ -130,6 +158,7 @@ fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
+    recorder: &mut Option<Recorder>,
     order: &mut impl FnMut(&Status) -> Order,
 ) -> bool {
     let period = Duration::from_secs_f64(robot.period_s());
@@ -146,6 +175,9 @@ fn repeat<P: Ports>(
         let wanted = order(&status(cycle, start));
         was_ordered_to_stop |= wanted != Order::Go;
         cycle.step(wanted);
+        if let Some(recorder) = recorder {
+            recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
+        }
         if cycle.generator().activity() == Activity::Done {
             limp_cycles += 1;
             if limp_cycles >= LIMP_CYCLES {

@@ -5,11 +5,13 @@
 //! both x forward, y left, z up, metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
 
 /// What the generator asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Aim {
     /// No torque.
     Limp,
@@ -67,7 +69,8 @@ pub struct JointTargets {
 }
 
 /// How far the robot may go on, as safety judged in the cycle before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Permission {
     /// Everything is well.
     #[default]
@@ -108,6 +111,50 @@ pub struct JointState {
     pub temperature_c: f64,
     /// The servo's alarm bits.
     pub alarms: u8,
+}
+
+/// What one servo is to do in this cycle, in its own counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ServoGoal {
+    /// Torque off.
+    #[default]
+    Limp,
+    /// Torque on.
+    Move {
+        /// Goal position, counts.
+        position: i32,
+        /// Torque limit, in units of [`crate::model::ServoModel::torque_limit_full`].
+        torque_limit: u16,
+    },
+}
+
+/// A servo's reply, in its own counts and register units; [`crate::counts`] turns it into SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Feedback {
+    /// Present position, counts; already sign-decoded.
+    pub position: i32,
+    /// Present speed, the model's speed unit; already sign-decoded.
+    pub speed: i32,
+    /// Present load (Feetech: 0.1 % of full duty; Dynamixel: the model's current unit); sign-decoded.
+    pub load: i32,
+    /// Supply voltage, 0.1 V.
+    pub voltage_decivolt: u16,
+    /// Temperature, degrees Celsius.
+    pub temperature_c: u8,
+    /// Alarm bits as they stood in the reply: Feetech's status byte; Dynamixel's alert bit (0x80).
+    pub alarms: u8,
+}
+
+/// The result of one exchange for one servo. One slot a servo: a lost reply never discards the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Slot {
+    /// A valid reply of this exchange.
+    Fresh(Feedback),
+    /// Bytes of a reply came, but did not pass their checksum or had the wrong shape.
+    Corrupt,
+    /// Nothing came before the deadline.
+    #[default]
+    Missing,
 }
 
 impl Targets {

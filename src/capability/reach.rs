@@ -43,6 +43,12 @@ pub enum ReachError {
         /// Name of the leg.
         leg: &'static str,
     },
+    /// The foot can stand, but nowhere take a step with the swing's lift.
+    #[error("the {leg} leg stands, but at no point can it lift its foot so high and set it down again")]
+    CannotSwing {
+        /// Name of the leg.
+        leg: &'static str,
+    },
     /// The neutral foot point cannot be reached from the sitting height.
     #[error("the {leg} leg cannot sit: its foot misses the neutral point by {miss_um} um")]
     CannotSit {
@@ -56,16 +62,16 @@ pub enum ReachError {
 /// Reach of each leg of `horse`.
 ///
 /// # Errors
-/// [`ReachError::Unreachable`] for the first leg that cannot stand.
+/// [`ReachError::Unreachable`] or [`ReachError::CannotSwing`] for the first leg that cannot stand or step.
 pub fn of_legs(robot: &Robot, horse: &HorseMotion) -> Result<[Reach; 4], ReachError> {
     let mut reaches = [Reach { neutral_in_body: DVec3::ZERO, half_excursion_m: 0.0 }; 4];
     for (leg, reach) in reaches.iter_mut().enumerate() {
-        *reach = of_leg(robot, horse, leg).ok_or(ReachError::Unreachable { leg: LEG_NAMES[leg] })?;
+        *reach = of_leg(robot, horse, leg)?;
     }
     Ok(reaches)
 }
 
-fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Option<Reach> {
+fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Result<Reach, ReachError> {
     let chain = &robot.chains[horse.legs[leg]];
     let joints = robot.joints_of(chain);
     let middle: Vec<f64> = joints.iter().map(Joint::middle_rad).collect();
@@ -77,7 +83,7 @@ fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Option<Reach> {
         ground_m: -horse.stand_height_m,
         length_m: chain.length_m(joints),
     };
-    let start_m = follower.find_ground(tip.x)?;
+    let start_m = follower.find_ground(tip.x).ok_or(ReachError::Unreachable { leg: LEG_NAMES[leg] })?;
     let start = follower.angles.clone();
     let fore_m = follower.edge(start_m, 1.0);
     follower.angles.copy_from_slice(&start);
@@ -101,10 +107,11 @@ fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Option<Reach> {
         let width_m = (high_m - low_m) / f64::from(NEUTRALS);
         (low_m, high_m) = ((best.1 - width_m).max(aft_m), (best.1 + width_m).min(fore_m));
     }
-    (best.0 > 0.0).then(|| Reach {
-        neutral_in_body: DVec3::new(best.1, tip.y, follower.ground_m),
-        half_excursion_m: best.0,
-    })
+    let (half_excursion_m, neutral_m) = best;
+    if half_excursion_m <= 0.0 {
+        return Err(ReachError::CannotSwing { leg: LEG_NAMES[leg] });
+    }
+    Ok(Reach { neutral_in_body: DVec3::new(neutral_m, tip.y, follower.ground_m), half_excursion_m })
 }
 
 /// A stride round the neutral point, in the body frame: forward as a share of E, height in m.

@@ -6,12 +6,13 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::load::{Loaded, load};
-
+use super::write_whole;
 use crate::capability::{bus_costs, top_speed};
 use crate::model::{LEG_NAMES, Robot};
+use crate::urdf;
 
-/// Checks the robot file at `path` and prints what the robot can do.
-pub(super) fn check(path: &Path) -> Result<()> {
+/// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
+pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
     let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
@@ -26,6 +27,10 @@ pub(super) fn check(path: &Path) -> Result<()> {
     print_legs(&loaded);
     print_gaits(&loaded);
     print_buses(robot);
+    if let Some(file) = urdf_file {
+        write_whole(file, &urdf::of_robot(robot))?;
+        println!("\nURDF written to {}", file.display());
+    }
     Ok(())
 }
 

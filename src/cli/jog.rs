@@ -34,8 +34,8 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
             println!("{line}");
             drive(robot, index, goal_rad, SimPorts::of(world, is_virtual))?
         }
-        Choice::Devices(devices) => {
-            let ports = ports::open(&devices)?;
+        Choice::Devices(ports) => {
+            let ports = ports::open(robot, &ports)?;
             println!("{line}");
             drive(robot, index, goal_rad, ports)?
         }

@@ -47,6 +47,9 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
                 format!("a height the legs reach the ground from: {error}"),
             ));
         }
+        Err(error @ ReachError::CannotSwing { .. }) => {
+            faults.push(file.fault("motion.swing_lift_mm", format!("a lift the legs can do: {error}")));
+        }
         Err(error @ ReachError::CannotSit { .. }) => {
             faults
                 .push(file.fault("motion.sit_height_mm", format!("a height the legs can fold to: {error}")));

@@ -1,16 +1,19 @@
 //! The command line: what the user typed, and which command does it.
 
 mod check;
+mod guard;
 mod jog;
 mod load;
 mod ports;
+mod replay;
 mod run;
 mod status;
 mod unit;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::ik::Method;
@@ -44,6 +47,24 @@ enum Command {
     Check {
         /// The robot file.
         robot: PathBuf,
+        /// Write the robot as URDF to this file.
+        #[arg(long, value_name = "FILE")]
+        urdf: Option<PathBuf>,
+    },
+    /// Judges a recording again.
+    ///
+    /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
+    /// the servos answered, which must give the same goals. Exit codes: 0 it agrees, 1 it differs, 2 the file is
+    /// no recording.
+    #[command(
+        after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
+    )]
+    Replay {
+        /// A file of 'run --record'.
+        recording: PathBuf,
+        /// Write a page that plays the recording to this file; opens in any browser, without a network.
+        #[arg(long, value_name = "FILE")]
+        html: Option<PathBuf>,
     },
     /// Stands up, walks, stops.
     ///
@@ -59,6 +80,15 @@ enum Command {
     /// held to it. The joint is held at its goal for a second; what it measures then is printed.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
+    /// Takes the torque off if the controller that started it dies. For the program's own use.
+    #[command(hide = true)]
+    Guard {
+        /// The robot file.
+        robot: PathBuf,
+        /// The device of each bus.
+        #[arg(long = "port", value_name = "BUS=PATH")]
+        ports: Vec<ports::PortOption>,
+    },
 }
 
 /// Which built robot, and whether it is there.
@@ -117,6 +147,12 @@ struct RunArguments {
     /// Write the report of the run to this file (JSON).
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Write a page that plays the run to this file; opens in any browser, without a network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,
@@ -141,6 +177,15 @@ impl From<Ik> for Method {
     }
 }
 
+/// Writes `text` beside the file first, so that the file is never half written.
+fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    std::fs::write(&beside, text)
+        .and_then(|()| std::fs::rename(&beside, path))
+        .with_context(|| format!("{} could not be written", path.display()))
+}
+
 /// Bad input: exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -151,14 +196,18 @@ pub fn main() -> ExitCode {
     // clap itself exits with 2 on a wrong command line, and 0 on --help and --version.
     let arguments = Arguments::parse();
     let result = match &arguments.command {
-        Command::Check { robot } => check::check(robot).map(|()| COMPLETED),
+        Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
+        Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
         Command::Jog(options) => jog::jog(options),
+        Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let is_input = error.is::<BadInput>() || error.is::<crate::config::ConfigError>();
+            let is_input = error.is::<BadInput>()
+                || error.is::<crate::config::ConfigError>()
+                || error.is::<crate::recording::ReadError>();
             #[allow(clippy::print_stderr, reason = "the error message of the command")]
             {
                 eprintln!("hippocamp: {error:#}");

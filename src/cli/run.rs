@@ -1,8 +1,9 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 #![allow(clippy::print_stdout, reason = "the command's output")]
 
-use std::fs;
-use std::path::Path;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
@@ -11,15 +12,17 @@ use signal_hook::iterator::Signals;
 
 use super::load::{Loaded, load};
 use super::ports::{self, Choice};
+use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY};
-use crate::bus::{Ports, SimPorts};
+use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, write_whole};
+use crate::bus::{Ports, SerialPorts, SimPorts};
 use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
 use crate::motion::horse::HorsePlan;
-use crate::run::{RunPlan, run as run_robot};
+use crate::recording::{Recorder, RunHeader};
+use crate::run::{RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
 
@@ -46,41 +49,59 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     let horse = plan(options, &loaded)?;
-    let report_file = options.report.as_deref().map(check_writable).transpose()?;
-    let line = format!(
+    let ports = match &choice {
+        Choice::Simulated { is_virtual } => {
+            AnyPorts::Simulated(SimPorts::of(simulated_world(options, robot)?, *is_virtual))
+        }
+        Choice::Devices(_) if options.faults.is_some() => {
+            let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
+            return Err(BadInput(said.to_owned()).into());
+        }
+        Choice::Devices(ports) => AnyPorts::Serial(ports::open(robot, ports)?),
+    };
+    let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
+    // A page is made from a recording; one that was not asked for is gone afterwards.
+    let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
+    let recording_file = options.record.as_deref().or(passing_file.as_deref());
+    let created = recording_file.map(create_recording).transpose()?;
+    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
+
+    println!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
         robot.name, horse.gait.name, horse.speed_m_s, options.walk_for_s
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
-    let report = match choice {
-        Choice::Simulated { is_virtual } => {
-            let world = simulated_world(options, robot)?;
-            println!("{line}");
-            drive(robot, plan, SimPorts::of(world, is_virtual))?
-        }
-        Choice::Devices(devices) => {
-            if options.faults.is_some() {
-                let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
-                return Err(BadInput(said.to_owned()).into());
-            }
-            let ports = ports::open(&devices)?;
-            println!("{line}");
-            drive(robot, plan, ports)?
-        }
+    let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
+    let report = match ports {
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder)?,
+        AnyPorts::Serial(ports) => drive(robot, plan, ports, recorder)?,
     };
     print_summary(robot, &report);
     if let Some(path) = report_file {
         write_report(path, &report)?;
     }
+    if let (Some(page), Some(recording)) = (page_file, recording_file) {
+        let written = write_page(recording, page);
+        if let Some(passing) = &passing_file {
+            let _ = fs::remove_file(passing);
+        }
+        written?;
+    }
     Ok(exit_code(report.outcome))
 }
 
+/// Ports of either kind. The loop is compiled for each, so that it pays nothing for the choice.
+enum AnyPorts {
+    Simulated(SimPorts),
+    Serial(SerialPorts),
+}
+
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-fn drive(robot: &Robot, plan: RunPlan, ports: impl Ports) -> Result<Report> {
+fn drive(robot: &Robot, plan: RunPlan, ports: impl Ports, recorder: Option<Recorder>) -> Result<Report> {
     let orders = orders_from_signals()?;
     let mut status_line = StatusLine::start();
     let mut order = Order::Go;
-    let report = run_robot(robot, plan, ports, |status| {
+    let report = run_recorded(robot, plan, ports, recorder, |status| {
         status_line.show(status);
         order = orders.try_recv().unwrap_or(order);
         order
@@ -159,12 +180,48 @@ fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
         .map_err(|error| BadInput(format!("{}: {error}", path.display())).into())
 }
 
+/// A recording that could not be written is better known before the robot has walked.
+fn create_recording(path: &Path) -> Result<(&Path, File)> {
+    let file =
+        File::create(path).map_err(|error| BadInput(format!("the recording {}: {error}", path.display())))?;
+    Ok((path, file))
+}
+
+/// Where a recording is kept until the page is made of it.
+fn beside_page(page: &Path) -> PathBuf {
+    let mut beside = page.as_os_str().to_owned();
+    beside.push(".mcap");
+    beside.into()
+}
+
+fn recorder(
+    robot: &Robot,
+    plan: &RunPlan,
+    options: &RunArguments,
+    path: &Path,
+    file: File,
+) -> Result<Recorder> {
+    let robot_text = fs::read_to_string(&options.robot)
+        .with_context(|| format!("{} could not be read again", options.robot.display()))?;
+    // A virtual run is the same whenever it is done, and so is its recording.
+    let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
+    let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let header = RunHeader::new(
+        robot,
+        plan,
+        &options.robot.display().to_string(),
+        u64::try_from(started_ns).unwrap_or_default(),
+    );
+    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.unit.is_virtual)
+        .context("the recording could not be started")
+}
+
 /// A report that could not be written is better known before the robot has walked.
-fn check_writable(path: &Path) -> Result<&Path> {
+fn check_writable<'p>(path: &'p Path, option: &str) -> Result<&'p Path> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
         return Err(BadInput(format!(
-            "--report {}: expected a file in a folder that exists",
+            "{option} {}: expected a file in a folder that exists",
             path.display()
         ))
         .into());
@@ -172,14 +229,9 @@ fn check_writable(path: &Path) -> Result<&Path> {
     Ok(path)
 }
 
-/// Writes beside the file first, so that it is never half a report.
 fn write_report(path: &Path, report: &Report) -> Result<()> {
     let text = serde_json::to_string_pretty(report).context("the report could not be put into JSON")?;
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    fs::write(&beside, text + "\n")
-        .and_then(|()| fs::rename(&beside, path))
-        .with_context(|| format!("the report could not be written to {}", path.display()))
+    write_whole(path, &(text + "\n"))
 }
 
 /// The first SIGINT or SIGTERM orders a stop, the second one at once.
@@ -230,6 +282,14 @@ fn print_summary(robot: &Robot, report: &Report) {
             bus.wire_share * 100.0,
             bus.missing,
             bus.corrupt
+        );
+    }
+    if let Some(recording) = &report.recording {
+        let error =
+            recording.error.as_ref().map_or_else(String::new, |error| format!(", then ended: {error}"));
+        println!(
+            "  recording {}: {} cycles, {} dropped{error}",
+            recording.file, recording.records, recording.dropped
         );
     }
 }

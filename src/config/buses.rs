@@ -6,8 +6,10 @@ use crate::model::{Bus, Protocol};
 
 const PROTOCOLS: [(&str, Protocol); 2] = [("dynamixel", Protocol::Dynamixel), ("feetech", Protocol::Feetech)];
 
-/// Longest wait a bus may be given, microseconds: a second.
-const DELAY_LARGEST_US: u32 = 1_000_000;
+/// Longest latency an adapter may be given, microseconds: a second.
+const LATENCY_LARGEST_US: u32 = 1_000_000;
+/// Longest return delay a servo can be set to, microseconds: 254 steps of 2 (ROBOTIS e-manual, register 9).
+const RETURN_DELAY_LARGEST_US: u32 = 508;
 
 /// What could be read of a bus; `bus` only if all of it was good.
 pub(super) struct BusEntry<'a> {
@@ -35,15 +37,18 @@ fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
     let adapter_latency_us = section.integer_or(
         "adapter_latency_us",
         "the adapter's latency in microseconds",
-        0..=DELAY_LARGEST_US,
+        0..=LATENCY_LARGEST_US,
         1000,
     );
     let return_delay_us = section.integer_or(
         "return_delay_us",
         "the servos' return delay in microseconds",
-        0..=DELAY_LARGEST_US,
+        0..=RETURN_DELAY_LARGEST_US,
         0,
     );
+    if return_delay_us.is_some_and(|delay_us| delay_us % 2 != 0) {
+        section.fault("return_delay_us", "an even number: the servos count it in steps of 2 microseconds");
+    }
     let bus = || {
         Some(Bus {
             name: name?.to_owned(),

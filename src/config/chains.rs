@@ -103,7 +103,7 @@ fn read_joint<'a>(
     let range_rad = read_range(section);
     let stiffness =
         section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
-    let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::Positive);
+    let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::NotNegative);
     let meaning = "the centre of the link's mass, from the joint, in mm";
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);

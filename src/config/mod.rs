@@ -42,7 +42,7 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use crate::model::{Robot, StopAction};
+use crate::model::{Motion, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
 pub(crate) use nearest::nearest;
 use number::Limits;
@@ -51,6 +51,8 @@ use source::Source;
 pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
 pub use unit_write::write_unit;
 
+/// Slower than this, no loop holds a robot.
+const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;
 /// More cycles a second than any servo bus carries.
 const LOOP_RATE_LARGEST_HZ: f64 = 1000.0;
 
@@ -132,7 +134,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let rate_hz = file.number(
         "loop_rate_hz",
         "the loop's cycles a second",
-        Limits::AboveToMost(0.0, LOOP_RATE_LARGEST_HZ),
+        Limits::FromTo(LOOP_RATE_SMALLEST_HZ, LOOP_RATE_LARGEST_HZ),
     );
     let stop_action = file.choice("stop_action", "what the robot does when it stops", &STOP_ACTIONS);
     let trunk = file.section("trunk", "mass and centre of the trunk", read_trunk);
@@ -144,6 +146,9 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     servos.refuse_idle_buses(file, all_read);
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
+    if let Some(rate_hz) = rate_hz {
+        refuse_times_within_a_few_cycles(file, rate_hz, safety.as_ref(), motion.as_ref());
+    }
 
     let limbs = chains.into_iter().map(|chain| chain.limb).collect::<Option<_>>()?;
     let (chains, joints) = chains::assemble(limbs);
@@ -160,6 +165,30 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         safety: safety?,
         stop_action: stop_action?,
     })
+}
+
+/// Cycles a servo may miss, or a hold last, at the least: less would stop the robot for ordinary jitter.
+const PATIENCE_CYCLES: f64 = 2.0;
+/// Cycles a swing takes at the least: fewer are no curve.
+const SWING_CYCLES: f64 = 10.0;
+
+/// Times that make no sense beside the length of a cycle.
+fn refuse_times_within_a_few_cycles(
+    file: &Section<'_>,
+    rate_hz: f64,
+    safety: Option<&SafetySettings>,
+    motion: Option<&Motion>,
+) {
+    let refuse = |key: &str, value_s: Option<f64>, cycles: f64| {
+        if value_s.is_some_and(|value_s| value_s * rate_hz < cycles * (1.0 - 1e-9)) {
+            let least_s = cycles / rate_hz;
+            file.fault(key, format!("at least {cycles} cycles of the loop, {least_s} s at {rate_hz} Hz"));
+        }
+    };
+    refuse("safety.coast_s", safety.map(|settings| settings.coast_s), PATIENCE_CYCLES);
+    refuse("safety.hold_s", safety.map(|settings| settings.hold_s), PATIENCE_CYCLES);
+    let swing_time_s = motion.map(|Motion::Horse(horse)| horse.swing_time_s);
+    refuse("motion.swing_time_s", swing_time_s, SWING_CYCLES);
 }
 
 /// Mass in kg and centre in m.

@@ -20,6 +20,8 @@ pub(super) enum Limits {
     Between(f64, f64),
     /// At least the first and below the second.
     FromToBelow(f64, f64),
+    /// From the first to the second, both included.
+    FromTo(f64, f64),
 }
 
 impl Limits {
@@ -32,6 +34,7 @@ impl Limits {
             Limits::AboveToMost(low, high) => value > low && value <= high,
             Limits::Between(low, high) => value > low && value < high,
             Limits::FromToBelow(low, high) => value >= low && value < high,
+            Limits::FromTo(low, high) => value >= low && value <= high,
         }
     }
 
@@ -44,6 +47,7 @@ impl Limits {
             Limits::AboveToMost(low, high) => format!("a number above {low} and at most {high}"),
             Limits::Between(low, high) => format!("a number above {low} and below {high}"),
             Limits::FromToBelow(low, high) => format!("a number of at least {low} and below {high}"),
+            Limits::FromTo(low, high) => format!("a number from {low} to {high}"),
         }
     }
 }

@@ -23,9 +23,12 @@ const TRACKING_ERROR_MAX_DEG: f64 = 25.0;
 /// Rides out the shock of a footfall and the dip of a supply.
 const FAULT_DELAY_S: f64 = 0.5;
 
+/// The robot stops by itself this far below the heat at which the first servo would let go.
+const TEMPERATURE_MARGIN_C: f64 = 5.0;
+
 /// Reads `[safety]`; `models` are the servo models in use.
 ///
-/// The heat limit defaults to the lowest of the models' own, the voltage limit to the highest of their
+/// The heat limit defaults to a little below the lowest of the models' own, the voltage limit to the highest of their
 /// minima. Without servos neither limits anything: infinity and 0 V.
 pub(super) fn read(file: &Section<'_>, models: &[&ServoModel]) -> Option<SafetySettings> {
     file.section_or_empty("safety", "the safety limits", |section| read_settings(section, models))
@@ -78,7 +81,7 @@ fn read_temperature(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64
     let lowest = models.iter().map(|model| f64::from(model.temperature_max_c)).fold(f64::INFINITY, f64::min);
     let limits = if models.is_empty() { Limits::Positive } else { Limits::AboveToMost(0.0, lowest) };
     let meaning = "the highest servo temperature in degrees C, not above the servos' own limit";
-    section.number_or("temperature_max_c", meaning, limits, lowest)
+    section.number_or("temperature_max_c", meaning, limits, lowest - TEMPERATURE_MARGIN_C)
 }
 
 /// One voltage limit watches all servos, so it must lie within what each of them allows.

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::buses::BusEntry;
 use super::reader::Section;
 use crate::model::servo_model::SERVO_MODELS;
-use crate::model::{Protocol, Servo, ServoModel};
+use crate::model::{Bus, Protocol, Servo, ServoModel};
 use crate::units::ServoId;
 
 /// The buses with the servos found on them so far.
@@ -62,6 +62,7 @@ impl<'b> ServoPlaces<'b> {
         if let (Some(model), Some(bus)) = (model, bus) {
             self.models.push(model);
             check_language(servo, model, self.buses[bus].protocol);
+            check_baud(servo, model, self.buses[bus].bus.as_ref());
         }
         if let (Some(bus), Some(id)) = (bus, id) {
             self.take(servo, bus, id);
@@ -119,6 +120,19 @@ fn check_language(servo: &Section<'_>, model: &ServoModel, protocol: Option<Prot
             protocol.name(),
             model.name,
             model.protocol.name()
+        ),
+    );
+}
+
+fn check_baud(servo: &Section<'_>, model: &ServoModel, bus: Option<&Bus>) {
+    let Some(bus) = bus.filter(|bus| bus.protocol == model.protocol && bus.baud > model.baud_max) else {
+        return;
+    };
+    servo.fault(
+        "model",
+        format!(
+            "a model that can be set to {} baud, as its bus is; {} reaches {}",
+            bus.baud, model.name, model.baud_max
         ),
     );
 }

@@ -14,12 +14,14 @@ mod limbs;
 mod tests;
 
 use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
 use crate::model::{Chain, Joint};
 pub use limbs::Limbs;
 
 /// How a target is solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// The thesis' method alone, this many sweeps at most.
     Ccd {

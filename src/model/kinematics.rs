@@ -24,6 +24,26 @@ impl Robot {
         position
     }
 
+    /// Places of the joints of `chain` and, last, of its tip in the body frame, m, for the same `angles`.
+    pub fn places_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> Vec<DVec3> {
+        let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
+        let mut places = vec![position];
+        for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
+            rotation *= DQuat::from_axis_angle(joint.axis, angle);
+            position += rotation * joint.link_m;
+            places.push(position);
+        }
+        places
+    }
+
+    /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
+    pub fn root_extent(&self) -> (DVec3, DVec3) {
+        let roots = || self.chains.iter().map(|chain| chain.root_m);
+        let low = roots().reduce(DVec3::min).unwrap_or_default();
+        let high = roots().reduce(DVec3::max).unwrap_or_default();
+        (low, high)
+    }
+
     /// Length of one cycle of the loop, s.
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz

@@ -164,6 +164,8 @@ pub struct ServoModel {
     pub voltage_max_v: f64,
     /// Factory temperature limit, degrees Celsius.
     pub temperature_max_c: u8,
+    /// Highest baud rate it can be set to, bits per second.
+    pub baud_max: u32,
     /// Counts in one turn of the horn.
     pub counts_per_turn: u32,
     /// Lowest and highest goal position in position mode, counts.
@@ -200,6 +202,7 @@ const fn dynamixel_x(name: &'static str, model_number: u16, source: &'static str
         voltage_min_v: 10.0,
         voltage_max_v: 14.8,
         temperature_max_c: 80,
+        baud_max: 4_500_000,
         counts_per_turn: 4096,
         count_range: (0, 4095),
         speed_unit_rad_s: DYNAMIXEL_SPEED_UNIT,
@@ -221,6 +224,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
         voltage_min_v: 9.0,
         voltage_max_v: 12.6,
         temperature_max_c: 70,
+        baud_max: 1_000_000,
         counts_per_turn: 4096,
         count_range: (0, 4095),
         speed_unit_rad_s: STS_SPEED_UNIT,
@@ -240,6 +244,7 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
         voltage_min_v: 3.7,
         voltage_max_v: 6.0,
         temperature_max_c: 70,
+        baud_max: 4_000_000,
         // Present Current, 1 mA a unit; stall current 1.47 A at 5 V.
         load_unit_share: 0.001 / 1.47,
         ..dynamixel_x("XL330-M288", 1200, "ROBOTIS e-manual, XL330-M288-T")

@@ -8,13 +8,16 @@ mod gait;
 pub mod horse;
 mod jog;
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Robot;
 use crate::signals::{State, Targets};
 use horse::{HorseGenerator, HorsePlan};
 pub use jog::Jog;
 
 /// What the operator wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// Stand up and walk.
     Go,
@@ -33,7 +36,8 @@ pub fn posture_pull(dt_s: f64) -> f64 {
 }
 
 /// What the robot is doing, for people.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Activity {
     /// Without torque.
     Limp,

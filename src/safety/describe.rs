@@ -7,7 +7,7 @@ impl Finding {
     /// One sentence on what was found and one on what to do about it.
     pub fn describe(&self, robot: &Robot) -> String {
         let what = match self.fault {
-            Fault::Unheard { age_s } => format!("was not heard for {age_s:.2} s"),
+            Fault::Unheard { age_s, .. } => format!("was not heard for {age_s:.2} s"),
             Fault::OffGoal { error_rad } => {
                 format!("is {:.1} degrees off its goal", error_rad.to_degrees().abs())
             }
@@ -17,6 +17,10 @@ impl Finding {
             }
             Fault::LowVoltage { voltage_v } => {
                 format!("sees {voltage_v:.1} V, at least {:.1} V are needed", robot.safety.voltage_v)
+            }
+            Fault::HighVoltage { voltage_v } => format!("sees {voltage_v:.1} V, more than it takes"),
+            Fault::OutOfCounts { position_rad } => {
+                format!("stands at {:.0} degrees, where it has no counts", position_rad.to_degrees())
             }
             Fault::Alarm { bits } => format!("raises alarm bits 0x{bits:02X}"),
             Fault::NotFinite => "was asked for an angle that is not a number".to_owned(),
@@ -34,17 +38,26 @@ impl Finding {
             }
             Fault::Hot { .. } => "let it cool, then walk slower or lighten the robot",
             Fault::LowVoltage { .. } => "charge the battery or check the supply and its wires",
+            Fault::HighVoltage { .. } => {
+                "switch the power off; check the supply and that the servo is the right model"
+            }
+            Fault::OutOfCounts { .. } => "turn the limp joint by hand towards the middle of its range",
             Fault::Alarm { .. } => "switch its power off and on, and check its load, heat and voltage",
             Fault::NotFinite => "this is a defect of the program: please report it with the robot file",
             Fault::LoopStalled { .. } => "",
         };
-        let joint = &robot.joints[self.joint];
-        match &joint.servo {
-            Some(servo) => {
-                let bus = &robot.buses[servo.bus].name;
-                format!("servo {} on bus {bus} (joint {}) {what}: {cure}", servo.id, joint.name)
-            }
-            None => format!("joint {} {what}: {cure}", joint.name),
+        let Some(joint) = self.joint.and_then(|joint| robot.joints.get(joint)) else {
+            return format!("the loop {what}: {cure}");
+        };
+        let Some(servo) = &joint.servo else { return format!("joint {} {what}: {cure}", joint.name) };
+        let bus = &robot.buses[servo.bus].name;
+        match self.fault {
+            Fault::Unheard { is_whole_bus: true, .. } => format!(
+                "bus {bus}: none of its servos is heard (servo {}, joint {}, {what}): check its adapter, its cable and \
+                 its power; until it is back, its servos keep the last goal they heard",
+                servo.id, joint.name
+            ),
+            _ => format!("servo {} on bus {bus} (joint {}) {what}: {cure}", servo.id, joint.name),
         }
     }
 }

@@ -18,10 +18,11 @@ pub(super) struct Limiter {
 
 impl Limiter {
     pub(super) fn new(joint: &Joint, settings: &SafetySettings) -> Limiter {
+        let rate_rad_s = settings.rate_share * joint.no_load_speed_rad_s();
         Limiter {
             range_rad: joint.goal_range_rad(),
-            rate_rad_s: settings.rate_share * joint.no_load_speed_rad_s(),
-            slow_rate_rad_s: settings.slow_rate_rad_s,
+            rate_rad_s,
+            slow_rate_rad_s: settings.slow_rate_rad_s.min(rate_rad_s),
             acceleration_rad_s2: settings.acceleration_rad_s2,
             goal_rad: 0.0,
             speed_rad_s: 0.0,

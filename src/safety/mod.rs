@@ -73,7 +73,7 @@ impl Safety {
         Safety {
             settings: robot.safety.clone(),
             limiters: robot.joints.iter().map(|joint| Limiter::new(joint, &robot.safety)).collect(),
-            watch: Watch::new(count, &robot.safety),
+            watch: Watch::new(robot),
             command: Command { joints: vec![JointCommand::Limp; count], interventions: 0 },
             torque_on_s: None,
         }

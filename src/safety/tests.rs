@@ -93,7 +93,7 @@ fn silence_coasts_then_holds_then_stops() {
     assert!((moved as f64 - cycles(robot.safety.coast_s)).abs() <= 1.5, "{moved} cycles of coasting");
     assert!((held as f64 - cycles(robot.safety.hold_s)).abs() <= 1.5, "{held} cycles of holding");
     let finding = safety.cause().unwrap();
-    assert_eq!(finding.joint, 4);
+    assert_eq!(finding.joint, Some(4));
     assert!(matches!(finding.fault, Fault::Unheard { .. }));
     let words = finding.describe(&robot);
     for word in ["servo 5", "bus main", "left_fore.scapula", "check"] {

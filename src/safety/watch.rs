@@ -9,7 +9,7 @@
 //! ```
 
 use super::stall::Stall;
-use crate::model::SafetySettings;
+use crate::model::{Robot, SafetySettings, Servo};
 use crate::signals::{JointState, Permission};
 
 /// What can be wrong with a joint or the loop.
@@ -19,6 +19,8 @@ pub enum Fault {
     Unheard {
         /// Time since its last valid reply, s.
         age_s: f64,
+        /// True if no servo of its bus is heard: the bus is at fault, not the servo.
+        is_whole_bus: bool,
     },
     /// A joint is further from its goal than it may be, rad.
     OffGoal {
@@ -40,6 +42,16 @@ pub enum Fault {
         /// What the servo reports.
         voltage_v: f64,
     },
+    /// The supply is higher than the servo takes, V.
+    HighVoltage {
+        /// What the servo reports.
+        voltage_v: f64,
+    },
+    /// The joint is where its servo has no counts for it, so that no goal can start there, rad.
+    OutOfCounts {
+        /// Measured angle.
+        position_rad: f64,
+    },
     /// The servo raises alarm bits.
     Alarm {
         /// The bits, as the protocol has them.
@@ -57,8 +69,8 @@ pub enum Fault {
 /// A fault and where it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finding {
-    /// Index of the joint.
-    pub joint: usize,
+    /// Index of the joint; none for the loop itself.
+    pub joint: Option<usize>,
     /// What is wrong with it.
     pub fault: Fault,
 }
@@ -73,12 +85,21 @@ pub(super) struct Watch {
     permission: Permission,
     held_s: f64,
     cause: Option<Finding>,
+    /// Each joint's servo; none on a robot on paper.
+    servos: Vec<Option<Servo>>,
 }
 
+/// What servos tell of a voltage, V: a reading this much above a limit may be at it.
+const VOLTAGE_STEP_V: f64 = 0.1;
+/// Share at which time without a fault makes good for time held: a fault that comes and goes adds up.
+const FORGIVING_SHARE: f64 = 0.2;
+
 impl Watch {
-    pub(super) fn new(joints: usize, settings: &SafetySettings) -> Watch {
+    pub(super) fn new(robot: &Robot) -> Watch {
+        let joints = robot.joints.len();
         Watch {
-            settings: settings.clone(),
+            settings: robot.safety.clone(),
+            servos: robot.joints.iter().map(|joint| joint.servo).collect(),
             wrong_s: vec![0.0; joints],
             stalls: vec![Stall::default(); joints],
             permission: Permission::Move,
@@ -106,34 +127,32 @@ impl Watch {
         goals: impl Iterator<Item = f64>,
         not_finite: Option<usize>,
     ) -> Permission {
-        let mut found = not_finite.map(|joint| Finding { joint, fault: Fault::NotFinite });
-        if gap_s > self.settings.hold_s {
-            self.permission = Permission::Stop;
-            self.cause = Some(Finding { joint: 0, fault: Fault::LoopStalled { gap_s } });
+        let mut found = not_finite.map(|joint| Finding { joint: Some(joint), fault: Fault::NotFinite });
+        if gap_s - dt_s > self.settings.hold_s {
+            self.stop(Finding { joint: None, fault: Fault::LoopStalled { gap_s } });
         }
         for (index, (joint, goal)) in joints.iter().zip(goals).enumerate() {
             if joint.age_s > self.settings.coast_s {
-                found =
-                    found.or(Some(Finding { joint: index, fault: Fault::Unheard { age_s: joint.age_s } }));
+                found = found.or_else(|| Some(self.unheard(index, joints)));
                 continue;
             }
-            match self.fault_of(joint, goal) {
+            match self.fault_of(index, joint, goal) {
                 None => self.wrong_s[index] = 0.0,
                 Some(fault) => {
                     self.wrong_s[index] += dt_s;
                     if self.wrong_s[index] > self.settings.fault_delay_s {
-                        found = found.or(Some(Finding { joint: index, fault }));
+                        found = found.or(Some(Finding { joint: Some(index), fault }));
                     }
                 }
             }
             // Last, since a servo that is hot or in alarm may well have let go.
             let stalled = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings);
-            found = found.or(stalled.map(|fault| Finding { joint: index, fault }));
+            found = found.or(stalled.map(|fault| Finding { joint: Some(index), fault }));
         }
         self.permission = match (self.permission, found) {
             (Permission::Stop, _) => Permission::Stop,
             (_, None) => {
-                self.held_s = 0.0;
+                self.held_s = (self.held_s - FORGIVING_SHARE * dt_s).max(0.0);
                 Permission::Move
             }
             (_, Some(finding)) => {
@@ -148,22 +167,39 @@ impl Watch {
     /// Judges a robot without torque: it cannot fall, but if a servo stays silent it can never start.
     pub(super) fn judge_limp(&mut self, joints: &[JointState]) -> Permission {
         let patience_s = self.settings.coast_s + self.settings.hold_s;
-        if let Some((index, joint)) = joints.iter().enumerate().find(|(_, joint)| joint.age_s > patience_s)
-            && self.permission != Permission::Stop
-        {
-            self.permission = Permission::Stop;
-            self.cause = Some(Finding { joint: index, fault: Fault::Unheard { age_s: joint.age_s } });
+        if let Some(index) = joints.iter().position(|joint| joint.age_s > patience_s) {
+            self.stop(self.unheard(index, joints));
         }
         self.permission
     }
 
-    fn fault_of(&self, joint: &JointState, goal_rad: f64) -> Option<Fault> {
+    /// From now on the stop action is all that is permitted, because of `cause` (or an earlier one).
+    pub(super) fn stop(&mut self, cause: Finding) {
+        if self.permission != Permission::Stop {
+            self.permission = Permission::Stop;
+            self.cause = Some(cause);
+        }
+    }
+
+    /// The finding that a joint is unheard.
+    fn unheard(&self, index: usize, joints: &[JointState]) -> Finding {
+        let bus_of = |servo: &Option<Servo>| servo.map(|servo| servo.bus);
+        let bus = bus_of(&self.servos[index]);
+        let mut on_bus = self.servos.iter().zip(joints).filter(|(servo, _)| bus_of(servo) == bus);
+        let is_whole_bus = on_bus.all(|(_, joint)| joint.age_s > self.settings.coast_s);
+        Finding { joint: Some(index), fault: Fault::Unheard { age_s: joints[index].age_s, is_whole_bus } }
+    }
+
+    fn fault_of(&self, index: usize, joint: &JointState, goal_rad: f64) -> Option<Fault> {
         let error_rad = goal_rad - joint.position_rad;
+        let voltage_max_v = self.servos[index].map_or(f64::INFINITY, |servo| servo.model.voltage_max_v);
         // Heat and voltage first: they say what is wrong in plain words, the alarm bits that go with them do not.
         if joint.temperature_c > self.settings.temperature_c {
             Some(Fault::Hot { temperature_c: joint.temperature_c })
         } else if joint.voltage_v < self.settings.voltage_v {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
+        } else if joint.voltage_v > voltage_max_v + VOLTAGE_STEP_V {
+            Some(Fault::HighVoltage { voltage_v: joint.voltage_v })
         } else if joint.alarms != 0 {
             Some(Fault::Alarm { bits: joint.alarms })
         } else if error_rad.abs() > self.settings.tracking_error_rad {

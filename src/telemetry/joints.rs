@@ -40,7 +40,7 @@ impl JointObserver {
                 self.report.range_overshoot_max_deg =
                     self.report.range_overshoot_max_deg.max(overshoot_rad.to_degrees());
             }
-            let goal = match record.goals.servos()[index] {
+            let goal = match record.goals[index] {
                 ServoGoal::Limp => None,
                 ServoGoal::Move { position, .. } => Some(position),
             };

@@ -8,9 +8,9 @@ mod feet;
 mod joints;
 mod report;
 
-use crate::bus::BusStatistics;
-use crate::counts::Goals;
+use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
+use crate::motion::{Activity, Order};
 use crate::signals::{JointTargets, State, Targets};
 use buses::BusObserver;
 use feet::FootObserver;
@@ -21,12 +21,20 @@ pub use report::{BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quant
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
 pub struct CycleRecord<'a> {
+    /// What the operator wanted.
+    pub order: Order,
+    /// What the robot was doing.
+    pub activity: Activity,
+    /// Planned speed of the trunk, m/s.
+    pub speed_m_s: f64,
     /// What the generator asked for.
     pub targets: &'a Targets,
     /// What inverse kinematics made of it.
     pub joints: &'a JointTargets,
-    /// The goal registers that were sent.
-    pub goals: &'a Goals,
+    /// The goal registers that were sent, one a joint.
+    pub goals: &'a [ServoGoal],
+    /// What the servos answered, one slot a joint.
+    pub slots: &'a [Slot],
     /// What is known of the robot after the exchange.
     pub state: &'a State,
     /// Joints that were told something else than was asked.

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Telemetry;
 use crate::bus::BusStatistics;
 use crate::model::Robot;
+use crate::recording::RecordingReport;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -51,6 +52,19 @@ pub struct Report {
     pub feet: FeetReport,
     /// Each bus.
     pub buses: Vec<BusReport>,
+    /// The recording, if there was one.
+    pub recording: Option<RecordingReport>,
+}
+
+impl Outcome {
+    /// The word used in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Completed => "completed",
+            Outcome::StoppedBySafety => "stopped-by-safety",
+            Outcome::Failed => "failed",
+        }
+    }
 }
 
 /// Times of the loop.

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::watchdog::LineWatchdog;
-use crate::bus::client::{BusClient, ServoGoal};
+use crate::bus::ServoGoal;
+use crate::bus::client::BusClient;
 use crate::bus::port::{PortError, Ports};
 use crate::bus::{ExchangeTimes, Slot};
 use crate::units::Time;

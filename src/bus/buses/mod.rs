@@ -11,11 +11,11 @@ mod watchdog;
 
 use std::time::Duration;
 
-use super::client::{BusClient, Counters, ServoGoal};
+use super::client::{BusClient, Counters};
 use super::error::ServoPlace;
 use super::port::Ports;
 use super::timing::GroupRead;
-use super::{Slot, TransactionError};
+use super::{ServoGoal, Slot, TransactionError};
 use crate::counts::Goals;
 use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};

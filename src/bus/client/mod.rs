@@ -9,10 +9,10 @@ mod read_mode;
 
 use std::time::Duration;
 
-use super::Slot;
 use super::codec::{Codec, ping_bytes, read_bytes};
 use super::register::encode;
 use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, wire_time};
+use super::{ServoGoal, Slot};
 use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
 use crate::model::{Bus, Protocol, Registers};
@@ -21,21 +21,6 @@ use echo::EchoFilter;
 pub use inbox::Answer;
 use inbox::{Awaited, Inbox, Question};
 use read_mode::ReadMode;
-
-/// What one servo is to do in this cycle, in its own counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ServoGoal {
-    /// Torque off.
-    #[default]
-    Limp,
-    /// Torque on.
-    Move {
-        /// Goal position, counts.
-        position: i32,
-        /// Torque limit, in units of [`crate::model::ServoModel::torque_limit_full`].
-        torque_limit: u16,
-    },
-}
 
 /// What a bus carried since the start, in exchanges. Single transactions are not counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,6 +3,7 @@
 //! Comes in: the robot, its unit file if there is one, what the user said. Goes out: "simulated", or a device
 //! for every bus, or why neither.
 
+use std::ffi::OsString;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -13,13 +14,23 @@ use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::Device;
 use crate::config::{UnitFile, default_unit_path, nearest};
-use crate::model::Robot;
+use crate::model::{Bus, Robot};
 
 /// `--port BUS=PATH`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PortOption {
     bus: String,
     path: PathBuf,
+}
+
+impl PortOption {
+    /// As it is typed after `--port`.
+    pub(super) fn to_argument(&self) -> OsString {
+        let mut argument = OsString::from(&self.bus);
+        argument.push("=");
+        argument.push(&self.path);
+        argument
+    }
 }
 
 impl FromStr for PortOption {
@@ -49,8 +60,8 @@ pub(super) enum Choice {
         /// On a virtual clock.
         is_virtual: bool,
     },
-    /// On the device of each bus, in the robot's order of buses; all paths different.
-    Devices(Vec<Device>),
+    /// On real ports: one for each bus, in the robot's order of buses; all paths different.
+    Devices(Vec<PortOption>),
 }
 
 impl fmt::Display for Choice {
@@ -58,8 +69,8 @@ impl fmt::Display for Choice {
         match self {
             Choice::Simulated { is_virtual: false } => f.write_str("simulated buses"),
             Choice::Simulated { is_virtual: true } => f.write_str("simulated buses, virtual clock"),
-            Choice::Devices(devices) => {
-                let paths: Vec<_> = devices.iter().map(|device| device.path.display().to_string()).collect();
+            Choice::Devices(ports) => {
+                let paths: Vec<_> = ports.iter().map(|port| port.path.display().to_string()).collect();
                 f.write_str(&paths.join(", "))
             }
         }
@@ -96,14 +107,14 @@ pub(super) fn choose(
     unit.check_calibrated(robot, robot_file).context(
         "nothing moves on a real port without a calibrated unit file; --simulate runs without hardware",
     )?;
-    let devices = devices(robot, unit, ports)?;
+    let ports = fill_up(robot, unit, ports)?;
     unit.warnings(robot).iter().for_each(|warning| warn(&warning.to_string()));
-    Ok(Choice::Devices(devices))
+    Ok(Choice::Devices(ports))
 }
 
-/// Opens the devices, and says what could be better about them.
-pub(super) fn open(devices: &[Device]) -> Result<SerialPorts> {
-    let ports = SerialPorts::open(devices)?;
+/// Opens `ports`, one for each bus of `robot`, and says what could be better about them.
+pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
+    let ports = SerialPorts::open(&devices(robot, ports)?)?;
     ports.notes().iter().for_each(|note| warn(note));
     Ok(ports)
 }
@@ -133,15 +144,15 @@ fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// The device of each bus, in the order of the robot's buses.
-fn devices(robot: &Robot, unit: &UnitFile, ports: &[PortOption]) -> Result<Vec<Device>, BadInput> {
-    let path_of = |bus: &str| {
-        let named = ports.iter().find(|port| port.bus == bus).map(|port| port.path.clone());
+/// A port for each bus, in the order of the robot's buses: one of `ports`, or else the unit file's device.
+fn fill_up(robot: &Robot, unit: &UnitFile, ports: &[PortOption]) -> Result<Vec<PortOption>, BadInput> {
+    let port_of = |bus: &str| {
         let entry = || unit.unit.buses.iter().find(|entry| entry.name == bus);
-        named.or_else(|| entry().map(|entry| PathBuf::from(&entry.device)))
+        let from_unit = || Some(PortOption { bus: bus.to_owned(), path: PathBuf::from(&entry()?.device) });
+        ports.iter().find(|port| port.bus == bus).cloned().or_else(from_unit)
     };
-    let missing: Vec<&str> =
-        robot.buses.iter().map(|bus| bus.name.as_str()).filter(|bus| path_of(bus).is_none()).collect();
+    let names = || robot.buses.iter().map(|bus| bus.name.as_str());
+    let missing: Vec<&str> = names().filter(|bus| port_of(bus).is_none()).collect();
     if !missing.is_empty() {
         return Err(BadInput(format!(
             "there is no device for bus {}: add each to the unit file as a [[bus]] with name and device, or give \
@@ -149,15 +160,28 @@ fn devices(robot: &Robot, unit: &UnitFile, ports: &[PortOption]) -> Result<Vec<D
             missing.join(", ")
         )));
     }
-    let devices: Vec<Device> =
-        robot.buses.iter().filter_map(|bus| path_of(&bus.name).map(|path| Device::of(bus, path))).collect();
-    for (index, device) in devices.iter().enumerate() {
-        if let Some(twin) = devices[..index].iter().find(|twin| twin.path == device.path) {
-            let (a, b, path) = (&twin.bus, &device.bus, device.path.display());
+    let all: Vec<PortOption> = names().filter_map(port_of).collect();
+    for (index, port) in all.iter().enumerate() {
+        if let Some(twin) = all[..index].iter().find(|twin| twin.path == port.path) {
+            let (a, b, path) = (&twin.bus, &port.bus, port.path.display());
             return Err(BadInput(format!("buses {a} and {b} are both on {path}: each has one of its own")));
         }
     }
-    Ok(devices)
+    Ok(all)
+}
+
+/// The device of each bus, in the order of the robot's buses.
+///
+/// # Errors
+/// A port for a bus the robot does not have, two for one bus, or a bus without one.
+pub(super) fn devices(robot: &Robot, ports: &[PortOption]) -> Result<Vec<Device>, BadInput> {
+    check_ports(robot, ports)?;
+    let device = |bus: &Bus| {
+        let port = ports.iter().find(|port| port.bus == bus.name);
+        let missing = || BadInput(format!("--port is missing for bus {}", bus.name));
+        port.map(|port| Device::of(bus, port.path.clone())).ok_or_else(missing)
+    };
+    robot.buses.iter().map(device).collect()
 }
 
 #[cfg(test)]

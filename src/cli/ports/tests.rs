@@ -47,7 +47,8 @@ const SIMULATED: Choice = Choice::Simulated { is_virtual: false };
 
 /// Paths of the devices, in the robot's order of buses.
 fn paths(unit: Option<&Unit>, ports: &[&str]) -> Vec<String> {
-    let Choice::Devices(devices) = choose_with(unit, ports, false).unwrap() else { panic!("simulated") };
+    let Choice::Devices(ports) = choose_with(unit, ports, false).unwrap() else { panic!("simulated") };
+    let devices = devices(&robot(), &ports).unwrap();
     assert!(devices.iter().zip(ALL).all(|(device, bus)| device.bus == bus && device.baud == 4_000_000));
     devices.iter().map(|device| device.path.display().to_string()).collect()
 }

@@ -1,0 +1,104 @@
+//! `hippocamp replay`: what a recording holds, whether it holds together, and a page that plays it.
+#![allow(clippy::print_stdout, reason = "the command's output")]
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::{COMPLETED, FAILED, write_whole};
+use crate::bus::ServoGoal;
+use crate::html;
+use crate::model::Robot;
+use crate::recording::{Ending, Recording, Sample};
+use crate::replay::{Replay, replay as run_again};
+
+/// Judges the recording at `path`; returns the exit code.
+pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
+    let recording = Recording::read(path)?;
+    print_run(&recording);
+    let replay = run_again(&recording)?;
+    print_replay(&recording.robot, &replay);
+    if let Some(page) = page {
+        write_whole(page, &html::page(&recording))?;
+        println!("page written to {}", page.display());
+    }
+    Ok(if replay.agrees() { COMPLETED } else { FAILED })
+}
+
+/// Writes the page of the recording at `path`.
+pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
+    write_whole(page, &html::page(&Recording::read(path)?))
+}
+
+fn print_run(recording: &Recording) {
+    let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
+    println!("{}: {} at {:.3} m/s for {} s", robot.name, header.gait, header.speed_m_s, header.walk_for_s);
+    match &recording.ending {
+        Ending::Outcome(outcome) => {
+            let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
+            println!("{}: {}", entry("outcome"), entry("reason"));
+            println!(
+                "  {} cycles in {} s, {} late",
+                entry("cycles"),
+                entry("duration_s"),
+                entry("late_cycles")
+            );
+        }
+        Ending::CutShort { reason } => println!("CUT SHORT: {reason}"),
+    }
+    let end = samples.last().map_or(0.0, |sample| sample.times.began.as_secs_f64());
+    let run = samples.last().map_or(0, |sample| sample.times.number + 1);
+    let recorded = u64::try_from(samples.len()).unwrap_or(u64::MAX);
+    println!("  {recorded} cycles recorded in {end:.1} s, {} dropped", run.saturating_sub(recorded));
+    if let Some((error_rad, joint, time_s)) = worst_tracking(robot, samples) {
+        println!(
+            "  off its goal most: {} by {:.2} degrees at {time_s:.2} s",
+            robot.joints[joint].name,
+            error_rad.to_degrees()
+        );
+    }
+    if let Some(last) = samples.last() {
+        for (bus, sample) in robot.buses.iter().zip(&last.buses) {
+            println!("  bus {}: {} replies missing, {} damaged", bus.name, sample.missing, sample.corrupt);
+        }
+    }
+}
+
+/// Largest distance of a joint from its goal, rad; the joint, and when, s.
+fn worst_tracking(robot: &Robot, samples: &[Sample]) -> Option<(f64, usize, f64)> {
+    let errors = samples.iter().flat_map(|sample| {
+        robot.joints.iter().enumerate().filter_map(move |(index, joint)| {
+            let ServoGoal::Move { position, .. } = sample.goals[index] else { return None };
+            let goal_rad = joint.servo.as_ref()?.angle_of(f64::from(position));
+            let error_rad = (goal_rad - sample.state.joints[index].position_rad).abs();
+            Some((error_rad, index, sample.times.began.as_secs_f64()))
+        })
+    });
+    errors.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+fn print_replay(robot: &Robot, replay: &Replay) {
+    println!(
+        "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
+        replay.feet.excursion_max_m * 1e3,
+        replay.feet.stance_slip_planned_max_m * 1e3,
+        replay.feet.stance_slip_measured_max_m * 1e3,
+        replay.feet.ik_residual_max_m * 1e3
+    );
+    for violation in &replay.violations {
+        println!("VIOLATED: {violation}");
+    }
+    match &replay.difference {
+        None => println!("replay: {} cycles, all goals the same", replay.cycles),
+        Some(found) => {
+            let joint = found.joint.map_or("the robot", |joint| &robot.joints[joint].name);
+            println!(
+                "DIFFERS first in cycle {} ({:.3} s), {joint}: {}",
+                found.cycle, found.time_s, found.what
+            );
+        }
+    }
+    if let Some(gap) = replay.first_gap {
+        println!("  judged up to cycle {gap}, which was dropped");
+    }
+}

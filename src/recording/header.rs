@@ -1,0 +1,72 @@
+//! What a run was asked to do: enough, with the robot file, to run its controller again.
+
+use serde::{Deserialize, Serialize};
+
+use crate::ik::Method;
+use crate::model::Robot;
+use crate::run::RunPlan;
+
+/// The attachment `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunHeader {
+    /// Version of this layout and of the messages.
+    pub version: u32,
+    /// Version of the program that recorded.
+    pub program: String,
+    /// Path of the robot file, as given.
+    pub robot_file: String,
+    /// Time of day at the run's time zero, nanoseconds since 1970; 0 on a virtual clock.
+    pub started_unix_ns: u64,
+    /// Name of the gait.
+    pub gait: String,
+    /// Speed to walk at, m/s.
+    pub speed_m_s: f64,
+    /// How long to walk, s.
+    pub walk_for_s: f64,
+    /// How targets are solved.
+    pub ik: Method,
+    /// Each joint's servo as it is mounted; none for a joint without.
+    pub servos: Vec<Option<ServoHeader>>,
+}
+
+/// What is known of a mounted servo beyond the robot file.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ServoHeader {
+    /// Count at joint angle zero.
+    pub zero_count: f64,
+    /// True where a positive joint turn is a falling count.
+    pub reversed: bool,
+}
+
+impl RunHeader {
+    /// Version of the recordings this program writes and reads.
+    pub const VERSION: u32 = 1;
+
+    /// For a run of `robot` as `plan` says.
+    pub fn new(robot: &Robot, plan: &RunPlan, robot_file: &str, started_unix_ns: u64) -> RunHeader {
+        let servo = |joint: &crate::model::Joint| {
+            joint.servo.map(|servo| ServoHeader { zero_count: servo.zero_count, reversed: servo.reversed })
+        };
+        RunHeader {
+            version: RunHeader::VERSION,
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            robot_file: robot_file.to_owned(),
+            started_unix_ns,
+            gait: plan.horse.gait.name.clone(),
+            speed_m_s: plan.horse.speed_m_s,
+            walk_for_s: plan.walk_for_s,
+            ik: plan.method,
+            servos: robot.joints.iter().map(servo).collect(),
+        }
+    }
+
+    /// Makes `robot`, fresh from its file, the one that ran.
+    pub fn apply_to(&self, robot: &mut Robot) {
+        for (joint, header) in robot.joints.iter_mut().zip(&self.servos) {
+            if let (Some(servo), Some(header)) = (&mut joint.servo, header) {
+                servo.zero_count = header.zero_count;
+                servo.reversed = header.reversed;
+            }
+        }
+    }
+}

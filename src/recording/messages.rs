@@ -1,0 +1,339 @@
+//! The messages of a recording, field by field as their schemas have them.
+//!
+//! Lengths in m, angles in rad, times in the unit of the name. A field that is not known is left out.
+
+use std::borrow::Cow;
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::motion::{Activity, Order};
+use crate::signals::{Aim, Permission};
+use crate::units::Time;
+
+/// Seconds and nanoseconds, as Foxglove has them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Stamp {
+    /// Whole seconds.
+    pub sec: u64,
+    /// The rest, nanoseconds.
+    pub nsec: u32,
+}
+
+impl From<Time> for Stamp {
+    fn from(time: Time) -> Stamp {
+        let since = std::time::Duration::from_nanos(time.0);
+        Stamp { sec: since.as_secs(), nsec: since.subsec_nanos() }
+    }
+}
+
+/// A vector.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Vector3 {
+    /// Forward.
+    pub x: f64,
+    /// Left.
+    pub y: f64,
+    /// Up.
+    pub z: f64,
+}
+
+impl From<DVec3> for Vector3 {
+    fn from(v: DVec3) -> Vector3 {
+        Vector3 { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<Vector3> for DVec3 {
+    fn from(v: Vector3) -> DVec3 {
+        DVec3::new(v.x, v.y, v.z)
+    }
+}
+
+/// A rotation as a unit quaternion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the parts of a quaternion")]
+pub struct Quaternion {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
+}
+
+impl From<DQuat> for Quaternion {
+    fn from(q: DQuat) -> Quaternion {
+        Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }
+    }
+}
+
+/// Place and rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Place.
+    pub position: Vector3,
+    /// Rotation.
+    pub orientation: Quaternion,
+}
+
+impl Pose {
+    /// At `position`, not turned.
+    pub fn at(position: DVec3) -> Pose {
+        Pose { position: position.into(), orientation: DQuat::IDENTITY.into() }
+    }
+}
+
+/// Head of a ROS message.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header<'a> {
+    /// When.
+    pub stamp: Stamp,
+    /// In which frame.
+    pub frame_id: Cow<'a, str>,
+}
+
+/// `sensor_msgs/JointState`: arrays of one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JointState<'a> {
+    /// When.
+    pub header: Header<'a>,
+    /// Joints.
+    pub name: Vec<Cow<'a, str>>,
+    /// Angles, rad.
+    pub position: Vec<f64>,
+    /// Speeds, rad/s; empty for goals.
+    pub velocity: Vec<f64>,
+    /// Torques, N m: the load as the servo estimates it, or the limit of a goal.
+    pub effort: Vec<f64>,
+}
+
+/// `hippocamp.Servos`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Servos<'a> {
+    /// When.
+    pub timestamp: Stamp,
+    /// Joints that have a servo.
+    pub servos: Vec<Servo<'a>>,
+}
+
+/// One servo in one exchange, in its own units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Servo<'a> {
+    /// Name of the joint it turns.
+    pub joint: Cow<'a, str>,
+    /// What it was told; left out when it was told to be limp.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub goal: Option<GoalRegisters>,
+    /// How its reply came.
+    pub result: SlotResult,
+    /// The reply, if it was good.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub reply: Option<Reply>,
+}
+
+/// Goal registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GoalRegisters {
+    /// Goal position, counts.
+    pub position: i32,
+    /// Torque limit, the register's unit.
+    pub torque_limit: u16,
+}
+
+/// How a reply came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlotResult {
+    /// In time and whole.
+    Fresh,
+    /// Not at all.
+    Missing,
+    /// Damaged.
+    Corrupt,
+}
+
+/// What a servo reported: see [`crate::bus::Feedback`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reply {
+    /// Counts.
+    pub position: i32,
+    /// The speed register's unit.
+    pub speed: i32,
+    /// The load register's unit.
+    pub load: i32,
+    /// 0.1 V.
+    pub voltage_decivolt: u16,
+    /// Degrees Celsius.
+    pub temperature_c: u8,
+    /// Alarm bits.
+    pub alarms: u8,
+}
+
+/// `hippocamp.Feet`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Feet<'a> {
+    /// When.
+    pub timestamp: Stamp,
+    /// The tip of each chain.
+    pub feet: Vec<Foot<'a>>,
+}
+
+/// One chain's tip.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Foot<'a> {
+    /// Name of the chain.
+    pub chain: Cow<'a, str>,
+    /// Where inverse kinematics was to bring it; left out when joint angles were asked for, or nothing.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub target_in_body: Option<Vector3>,
+    /// The same in the world; left out while nothing walks.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub target_in_world: Option<Vector3>,
+    /// Where it is by the measured joints; left out until all of the chain's have been heard.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub measured_in_body: Option<Vector3>,
+    /// The same in the world, as if the trunk were where it is planned to be; left out while nothing walks.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub measured_in_world: Option<Vector3>,
+    /// What inverse kinematics left, m; left out where it is infinite.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub residual_m: Option<f64>,
+    /// The walker's plan for it; left out while nothing walks.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub plan: Option<FootPlan>,
+}
+
+/// A foot's plan: see [`crate::signals::FootTarget`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FootPlan {
+    /// Planned place.
+    pub in_world: Vector3,
+    /// Ahead of the neutral foot point.
+    pub excursion_m: f64,
+    /// True in the air.
+    pub is_swing: bool,
+    /// Largest acceleration of the swing.
+    pub swing_acceleration_m_s2: f64,
+}
+
+/// `foxglove.PoseInFrame`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PoseInFrame<'a> {
+    /// When.
+    pub timestamp: Stamp,
+    /// In which frame.
+    pub frame_id: Cow<'a, str>,
+    /// Where.
+    pub pose: Pose,
+}
+
+/// `hippocamp.Motion`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// When.
+    pub timestamp: Stamp,
+    /// What the operator wanted.
+    pub order: Order,
+    /// What the robot was doing.
+    pub activity: Activity,
+    /// What the generator asked for.
+    pub aim: Aim,
+    /// Planned speed, m/s.
+    pub speed_m_s: f64,
+    /// What safety permits from now on.
+    pub permission: Permission,
+    /// True if motion time stood still this cycle.
+    pub is_held: bool,
+    /// Joints that were told something else than was asked.
+    pub interventions: u32,
+}
+
+/// `hippocamp.Buses`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Buses<'a> {
+    /// When.
+    pub timestamp: Stamp,
+    /// Each bus.
+    pub buses: Vec<Bus<'a>>,
+}
+
+/// One bus: see [`super::BusSample`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Bus<'a> {
+    /// Name.
+    pub name: Cow<'a, str>,
+    /// Time of the exchange.
+    pub exchange_ns: u64,
+    /// Replies missing since the start.
+    pub missing: u64,
+    /// Replies damaged since the start.
+    pub corrupt: u64,
+    /// Whether its port was gone.
+    pub is_gone: bool,
+}
+
+/// `hippocamp.Loop`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Loop {
+    /// When.
+    pub timestamp: Stamp,
+    /// Cycles before it.
+    pub cycle: u64,
+    /// When the cycle began, on the run's clock.
+    pub began_ns: u64,
+    /// Time since the cycle before began, dropped ones included.
+    pub gap_ns: u64,
+    /// How late it began.
+    pub late_ns: u64,
+    /// Computing.
+    pub work_ns: u64,
+    /// The exchange on all buses.
+    pub exchange_ns: u64,
+}
+
+/// `foxglove.FrameTransforms`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameTransforms<'a> {
+    /// Each transform.
+    pub transforms: Vec<FrameTransform<'a>>,
+}
+
+/// `foxglove.FrameTransform`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameTransform<'a> {
+    /// When.
+    pub timestamp: Stamp,
+    /// From.
+    pub parent_frame_id: Cow<'a, str>,
+    /// To.
+    pub child_frame_id: Cow<'a, str>,
+    /// The child's origin in the parent.
+    pub translation: Vector3,
+    /// The child's rotation in the parent.
+    pub rotation: Quaternion,
+}
+
+impl From<crate::bus::Feedback> for Reply {
+    fn from(reply: crate::bus::Feedback) -> Reply {
+        Reply {
+            position: reply.position,
+            speed: reply.speed,
+            load: reply.load,
+            voltage_decivolt: reply.voltage_decivolt,
+            temperature_c: reply.temperature_c,
+            alarms: reply.alarms,
+        }
+    }
+}
+
+impl From<Reply> for crate::bus::Feedback {
+    fn from(reply: Reply) -> crate::bus::Feedback {
+        crate::bus::Feedback {
+            position: reply.position,
+            speed: reply.speed,
+            load: reply.load,
+            voltage_decivolt: reply.voltage_decivolt,
+            temperature_c: reply.temperature_c,
+            alarms: reply.alarms,
+        }
+    }
+}

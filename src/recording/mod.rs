@@ -1,0 +1,38 @@
+//! Recordings: every cycle of a run in one MCAP file that the `mcap` readers and Foxglove open.
+//!
+//! Comes in: one [`CycleRecord`](crate::telemetry::CycleRecord) a cycle, through a [`Recorder`], which hands it
+//! to a thread of its own and never delays the loop. Goes out: the file; and, read back, a [`Recording`].
+//!
+//! The file holds JSON messages with their JSON schemas, in chunks of at most a second (lz4), all times on the
+//! run's clock; a message's sequence number is that of its cycle:
+//!
+//! | topic | schema | holds |
+//! |---|---|---|
+//! | `/joint_states` | `sensor_msgs/JointState` | joints heard at least once: rad, rad/s, N m |
+//! | `/joint_goals` | `sensor_msgs/JointState` | joints with torque on: goal rad, torque limit N m as effort |
+//! | `/servos` | `hippocamp.Servos` | goal and reply of each servo in its own counts, and how the reply came |
+//! | `/feet` | `hippocamp.Feet` | each tip: target and measured place in body and world frame, m |
+//! | `/trunk` | `foxglove.PoseInFrame` | the planned place of the trunk in the world, m |
+//! | `/motion` | `hippocamp.Motion` | order, activity, planned speed, what safety permits |
+//! | `/buses` | `hippocamp.Buses` | each bus: exchange time, replies missing and damaged so far |
+//! | `/loop` | `hippocamp.Loop` | number and beginning of the cycle; how late, work and exchange times |
+//! | `/tf` | `foxglove.FrameTransforms` | world to body |
+//! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, to look at; at most 50 a second |
+//!
+//! Attachments: `robot.toml`, the robot file; `run.json`, a [`RunHeader`]. Metadata `outcome`: how it ended.
+//! With these a replay needs nothing else.
+
+mod header;
+pub mod messages;
+mod reader;
+mod recorder;
+mod sample;
+mod scene;
+mod topics;
+mod writer;
+
+pub use header::{RunHeader, ServoHeader};
+pub use reader::{Ending, ReadError, Recording};
+pub use recorder::{Recorder, RecordingReport};
+pub use sample::{BusSample, Sample};
+pub use topics::{TOPICS, Topic};

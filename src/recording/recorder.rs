@@ -1,0 +1,199 @@
+//! The loop's end of a recording, and the thread behind it.
+//!
+//! Samples circulate: the loop takes an empty one, fills it and hands it over; the thread writes it and hands
+//! it back. When none is empty the cycle is dropped and counted, or, where time is virtual, waited for.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, tick};
+use serde::Serialize;
+
+use super::header::RunHeader;
+use super::sample::Sample;
+use super::writer::RecordingWriter;
+use crate::bus::BusStatistics;
+use crate::cycle::CycleTimes;
+use crate::model::Robot;
+use crate::telemetry::CycleRecord;
+
+/// The loop runs on for this long while the disk does nothing, s.
+const BUFFERED_S: f64 = 2.0;
+/// Fewest samples in circulation.
+const SAMPLES_MIN: usize = 16;
+/// How often the thread looks for samples.
+const LOOK: Duration = Duration::from_millis(20);
+/// How long the end of the run waits for the disk.
+const FINISH_PATIENCE: Duration = Duration::from_secs(10);
+
+/// How a recording went.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RecordingReport {
+    /// The file.
+    pub file: String,
+    /// Cycles in it.
+    pub records: u64,
+    /// Cycles that are not: the disk was too slow, or an error had ended the recording.
+    pub dropped: u64,
+    /// What ended the recording before the run.
+    pub error: Option<String>,
+}
+
+/// Takes one record a cycle; never waits for a disk unless told to.
+#[derive(Debug)]
+pub struct Recorder {
+    file: String,
+    /// True where waiting costs the loop nothing.
+    waits: bool,
+    empty: Receiver<Box<Sample>>,
+    filled: Sender<Handed>,
+    finished: Receiver<Written>,
+    dropped: u64,
+}
+
+#[derive(Debug)]
+enum Handed {
+    Sample(Box<Sample>),
+    End(BTreeMap<String, String>),
+}
+
+#[derive(Debug)]
+struct Written {
+    records: u64,
+    lost: u64,
+    error: Option<String>,
+}
+
+impl Recorder {
+    /// Begins a recording of `robot`, whose file's text is `robot_text`, into `sink`, on a thread of its own.
+    /// `file` is what the report calls it. With `waits` no cycle is ever dropped for a slow sink.
+    ///
+    /// Errors of the sink are told at the end, by [`Recorder::finish`]: they never stop a robot.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn start(
+        robot: &Robot,
+        header: RunHeader,
+        robot_text: String,
+        file: String,
+        sink: impl Write + Send + 'static,
+        waits: bool,
+    ) -> std::io::Result<Recorder> {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 2000")]
+        let count = ((robot.rate_hz * BUFFERED_S) as usize).max(SAMPLES_MIN);
+        let (give_back, empty) = bounded(count);
+        // Room for all samples and the end: handing over never waits.
+        let (filled, handed) = bounded(count + 1);
+        let (tell, finished) = bounded(1);
+        for _ in 0..count {
+            let _ = give_back.send(Box::new(Sample::new(robot)));
+        }
+        let robot = robot.clone();
+        std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
+            let written = if waits {
+                write_all(&robot, &header, &robot_text, sink, handed.iter(), &give_back)
+            } else {
+                let beat = tick(LOOK);
+                let handed = std::iter::from_fn(|| next_by_looking(&handed, &beat));
+                write_all(&robot, &header, &robot_text, sink, handed, &give_back)
+            };
+            let _ = tell.send(written);
+        })?;
+        Ok(Recorder { file, waits, empty, filled, finished, dropped: 0 })
+    }
+
+    /// Takes over one cycle. Allocates nothing.
+    pub fn record<'s>(
+        &mut self,
+        record: &CycleRecord<'_>,
+        times: CycleTimes,
+        late: Duration,
+        buses: impl Iterator<Item = BusStatistics<'s>>,
+    ) {
+        let sample = if self.waits { self.empty.recv().ok() } else { self.empty.try_recv().ok() };
+        let handed = sample.is_some_and(|mut sample| {
+            sample.copy_from(record, times, late, buses);
+            self.filled.try_send(Handed::Sample(sample)).is_ok()
+        });
+        self.dropped += u64::from(!handed);
+    }
+
+    /// Ends the recording with how the run ended; for after the robot has stopped, since it waits for the disk.
+    pub fn finish(self, mut outcome: BTreeMap<String, String>) -> RecordingReport {
+        outcome.insert("dropped".to_owned(), self.dropped.to_string());
+        let _ = self.filled.try_send(Handed::End(outcome));
+        let written = self.finished.recv_timeout(FINISH_PATIENCE).unwrap_or_else(|error| Written {
+            records: 0,
+            lost: 0,
+            error: Some(if error.is_timeout() {
+                format!("the disk did not take the recording within {} s", FINISH_PATIENCE.as_secs())
+            } else {
+                "the recording thread panicked: this is a defect of the program, please report it".to_owned()
+            }),
+        });
+        RecordingReport {
+            file: self.file,
+            records: written.records,
+            dropped: self.dropped + written.lost,
+            error: written.error,
+        }
+    }
+}
+
+/// What was handed over next, looked for at each `beat` instead of waited for: to wake a waiting thread would
+/// cost the loop more than everything else about a recording.
+fn next_by_looking(handed: &Receiver<Handed>, beat: &Receiver<Instant>) -> Option<Handed> {
+    loop {
+        match handed.try_recv() {
+            Ok(next) => return Some(next),
+            Err(TryRecvError::Disconnected) => return None,
+            Err(TryRecvError::Empty) => beat.recv().map(drop).ok()?,
+        }
+    }
+}
+
+/// The thread: writes what it is handed until the end. After an error it only hands samples back.
+fn write_all(
+    robot: &Robot,
+    header: &RunHeader,
+    robot_text: &str,
+    sink: impl Write,
+    handed: impl Iterator<Item = Handed>,
+    give_back: &Sender<Box<Sample>>,
+) -> Written {
+    let mut written = Written { records: 0, lost: 0, error: None };
+    let mut writer = RecordingWriter::new(robot.clone(), header, robot_text, sink)
+        .map_err(|error| written.error = Some(describe(&error)))
+        .ok();
+    for handed in handed {
+        match handed {
+            Handed::Sample(sample) => {
+                match writer.as_mut().map(|writer| writer.write(&sample)) {
+                    Some(Ok(())) => written.records += 1,
+                    Some(Err(error)) => {
+                        written.error = Some(describe(&error));
+                        written.lost += 1;
+                        writer = None;
+                    }
+                    None => written.lost += 1,
+                }
+                let _ = give_back.send(sample);
+            }
+            Handed::End(outcome) => {
+                if let Some(Err(error)) = writer.take().map(|writer| writer.finish(outcome)) {
+                    written.error = Some(describe(&error));
+                }
+                break;
+            }
+        }
+    }
+    written
+}
+
+/// The error with what is behind it: MCAP's own text leaves the system's out.
+fn describe(error: &mcap::McapError) -> String {
+    let causes = std::iter::successors(std::error::Error::source(error), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}

@@ -1,0 +1,177 @@
+//! A recording judged again: its invariants from what was recorded, and the controller run anew on the
+//! recorded replies, which must send the same goals.
+//!
+//! Comes in: a [`Recording`]. Goes out: a [`Replay`]. Both checks end where the first cycle was dropped, since
+//! what the servos said in it is not known.
+
+use crate::bus::ServoGoal;
+use crate::capability::{HorseCapability, ReachError};
+use crate::cycle::Controller;
+use crate::ik::Method;
+use crate::model::{Motion, Robot};
+use crate::motion::horse::HorsePlan;
+use crate::recording::{Recording, RunHeader, Sample};
+use crate::telemetry::{FeetReport, JointsReport, Telemetry};
+
+/// Furthest a planned standing foot may be from where it landed, m: rounding.
+const SLIP_MAX_M: f64 = 1e-9;
+/// Furthest a tip may be left from its target with the finish, m.
+const RESIDUAL_MAX_M: f64 = 1e-6;
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replay {
+    /// Cycles that were judged: all up to the first that was dropped.
+    pub cycles: u64,
+    /// Number of the first cycle that is not in the recording though later ones are.
+    pub first_gap: Option<u64>,
+    /// Joints, from the recorded goals and measurements.
+    pub joints: JointsReport,
+    /// Feet, from the recorded targets and measurements.
+    pub feet: FeetReport,
+    /// What should have held and did not, in words.
+    pub violations: Vec<String>,
+    /// Where the controller run again first does something else.
+    pub difference: Option<Difference>,
+}
+
+/// Where a run and its replay part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Its beginning, s of the run.
+    pub time_s: f64,
+    /// The joint; none when it is the robot as a whole.
+    pub joint: Option<usize>,
+    /// What was recorded and what came now, in words.
+    pub what: String,
+}
+
+impl Replay {
+    /// True if everything holds and nothing differs.
+    pub fn agrees(&self) -> bool {
+        self.violations.is_empty() && self.difference.is_none()
+    }
+}
+
+/// Why a controller cannot be run again.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The robot cannot do what its file says.
+    #[error(transparent)]
+    Reach(#[from] ReachError),
+    /// The gait is not in the robot file.
+    #[error("the recorded gait {0} is not in the recorded robot file")]
+    NoSuchGait(String),
+}
+
+/// Judges `recording`.
+///
+/// # Errors
+/// When the recorded run cannot be set up from it.
+pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
+    let robot = &recording.robot;
+    let header = &recording.header;
+    let mut controller = Controller::new(robot, plan(robot, header)?, header.ik, header.walk_for_s);
+    let mut telemetry = Telemetry::new(robot);
+    let mut difference = None;
+    let mut cycles = 0;
+    let mut first_gap = None;
+    for sample in &recording.samples {
+        if sample.times.number != cycles {
+            first_gap = Some(cycles);
+            break;
+        }
+        cycles += 1;
+        telemetry.observe(robot, &sample.record());
+        if difference.is_none() {
+            difference = run_again(robot, &mut controller, sample);
+        }
+    }
+    let (joints, feet) = (telemetry.joints_report(), telemetry.feet_report());
+    let violations = violations(&joints, &feet, header.ik);
+    Ok(Replay { cycles, first_gap, joints, feet, violations, difference })
+}
+
+fn plan(robot: &Robot, header: &RunHeader) -> Result<HorsePlan, ReplayError> {
+    let Motion::Horse(horse) = &robot.motion;
+    let gait = horse
+        .gaits
+        .iter()
+        .find(|gait| gait.name == header.gait)
+        .ok_or_else(|| ReplayError::NoSuchGait(header.gait.clone()))?;
+    let plan = HorseCapability::of(robot, horse)?.plan(horse, gait);
+    Ok(HorsePlan { speed_m_s: header.speed_m_s, ..plan })
+}
+
+/// One cycle of the controller on the recorded replies; what it does otherwise than the recorded one did.
+fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) -> Option<Difference> {
+    let gap_s = sample.times.gap.as_secs_f64();
+    controller.decide(gap_s, sample.order);
+    controller.learn(gap_s, &sample.slots);
+    let now = controller.record(&sample.slots);
+    let difference = |joint, what| {
+        Some(Difference { cycle: sample.times.number, time_s: sample.times.began.as_secs_f64(), joint, what })
+    };
+    for (joint, (recorded, again)) in sample.goals.iter().zip(now.goals).enumerate() {
+        if recorded != again {
+            let what = format!("recorded goal {}, now {}", describe(recorded), describe(again));
+            return difference(Some(joint), what);
+        }
+    }
+    for (joint, (recorded, again)) in sample.state.joints.iter().zip(&now.state.joints).enumerate() {
+        let has_servo = robot.joints[joint].servo.is_some();
+        if has_servo && recorded.position_rad.to_bits() != again.position_rad.to_bits() {
+            let what = format!(
+                "recorded as measured at {:.4} degrees, but the recorded reply means {:.4}",
+                recorded.position_rad.to_degrees(),
+                again.position_rad.to_degrees()
+            );
+            return difference(Some(joint), what);
+        }
+    }
+    if (sample.activity, sample.state.permission) != (now.activity, now.state.permission) {
+        let what = format!(
+            "recorded {:?} with permission {:?}, now {:?} with permission {:?}",
+            sample.activity, sample.state.permission, now.activity, now.state.permission
+        );
+        return difference(None, what);
+    }
+    None
+}
+
+fn describe(goal: &ServoGoal) -> String {
+    match goal {
+        ServoGoal::Limp => "limp".to_owned(),
+        ServoGoal::Move { position, torque_limit } => {
+            format!("count {position} with torque limit {torque_limit}")
+        }
+    }
+}
+
+fn violations(joints: &JointsReport, feet: &FeetReport, ik: Method) -> Vec<String> {
+    let mut found = Vec::new();
+    if joints.range_violations > 0 {
+        found.push(format!("{} goals outside their joint's range", joints.range_violations));
+    }
+    if joints.rate_violations > 0 {
+        found.push(format!(
+            "{} goals further from the one before than the rate limit",
+            joints.rate_violations
+        ));
+    }
+    if feet.stance_slip_planned_max_m > SLIP_MAX_M {
+        found.push(format!(
+            "a standing foot planned to slip by {:.3} mm",
+            feet.stance_slip_planned_max_m * 1e3
+        ));
+    }
+    if feet.swing_velocity_jump_max_m_s > 0.0 {
+        found.push(format!("a foot's planned velocity jumps by {:.4} m/s", feet.swing_velocity_jump_max_m_s));
+    }
+    if ik == Method::CcdThenFinish && feet.ik_residual_max_m > RESIDUAL_MAX_M {
+        found.push(format!("inverse kinematics left {:.4} mm", feet.ik_residual_max_m * 1e3));
+    }
+    found
+}

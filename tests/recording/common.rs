@@ -1,0 +1,69 @@
+//! A short run of the horse on simulated buses and a virtual clock, recorded.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use hippocamp::bus::SimPorts;
+use hippocamp::capability::{HorseCapability, top_speed};
+use hippocamp::config;
+use hippocamp::ik::Method;
+use hippocamp::model::{Motion, Robot};
+use hippocamp::motion::Order;
+use hippocamp::recording::{Recorder, RunHeader};
+use hippocamp::run::{RunPlan, run_recorded};
+use hippocamp::simulation;
+use hippocamp::telemetry::Report;
+
+pub(crate) const ROBOT_FILE: &str = "config/horse.toml";
+
+pub(crate) fn horse() -> Robot {
+    config::load(Path::new(ROBOT_FILE)).unwrap().robot
+}
+
+/// A trot at half the speed it can go.
+pub(crate) fn plan(robot: &Robot) -> RunPlan {
+    let Motion::Horse(motion) = robot.motion.clone();
+    let gait = motion.gaits.iter().find(|gait| gait.name == "trot").unwrap();
+    let mut horse = HorseCapability::of(robot, &motion).unwrap().plan(&motion, gait);
+    horse.speed_m_s = 0.5 * top_speed::of_gait(robot, &horse).m_s();
+    RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 }
+}
+
+pub(crate) fn recorder(robot: &Robot, sink: impl Write + Send + 'static, waits: bool) -> Recorder {
+    let header = RunHeader::new(robot, &plan(robot), ROBOT_FILE, 0);
+    let text = std::fs::read_to_string(ROBOT_FILE).unwrap();
+    Recorder::start(robot, header, text, "test.mcap".to_owned(), sink, waits).unwrap()
+}
+
+/// Runs and records into `sink`, with `faults` (TOML) on the buses.
+pub(crate) fn run(faults: &str, sink: impl Write + Send + 'static) -> Report {
+    let robot = horse();
+    let faults = hw_sim::FaultScript::from_toml(faults).unwrap();
+    let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &faults).unwrap());
+    let recorder = recorder(&robot, sink, true);
+    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_| Order::Go).unwrap()
+}
+
+/// The same into memory.
+pub(crate) fn record(faults: &str) -> (Report, Vec<u8>) {
+    let memory = Memory::default();
+    let report = run(faults, memory.clone());
+    let bytes = memory.0.lock().unwrap().clone();
+    (report, bytes)
+}
+
+/// A sink that can be looked into.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Memory(pub(crate) Arc<Mutex<Vec<u8>>>);
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,144 @@
+//! Disks that are slow, full, or gone: the recording suffers, the robot does not.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, bounded};
+use hippocamp::bus::{Buses, SimPorts};
+use hippocamp::cycle::Cycle;
+use hippocamp::motion::Order;
+use hippocamp::recording::{Ending, ReadError, Recorder, Recording};
+use hippocamp::simulation;
+use hippocamp::telemetry::Outcome;
+
+use crate::common::{Memory, horse, plan, record, recorder, run};
+
+/// Steps a limp horse `cycles` times and records each cycle.
+fn step(recorder: &mut Recorder, cycles: u32) {
+    let robot = horse();
+    let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
+    let buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
+    let plan = plan(&robot);
+    let mut cycle = Cycle::new(&robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    for _ in 0..cycles {
+        cycle.step(Order::Go);
+        recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());
+    }
+}
+
+/// A disk that takes nothing until it is told to.
+struct Stuck {
+    release: Receiver<()>,
+    memory: Memory,
+}
+
+impl Write for Stuck {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // Closed: released for good.
+        let _ = self.release.recv();
+        self.memory.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+    let (release, released) = bounded(0);
+    let memory = Memory::default();
+    let mut recorder = recorder(&horse(), Stuck { release: released, memory: memory.clone() }, false);
+    // Two seconds are kept, at 100 cycles a second. This would hang if the loop waited for the disk.
+    step(&mut recorder, 500);
+    drop(release);
+    let report = recorder.finish(Default::default());
+    assert_eq!((report.records, report.dropped, report.error), (200, 300, None));
+    let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
+    assert_eq!(recording.samples.len(), 200);
+    let Ending::Outcome(outcome) = recording.ending else { panic!("{:?}", recording.ending) };
+    assert_eq!(outcome["dropped"], "300");
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_and_not_the_run() {
+    let report = run("", File::options().write(true).open("/dev/full").unwrap());
+    assert_eq!(report.outcome, Outcome::Completed);
+    let recording = report.recording.unwrap();
+    assert_eq!(recording.records + recording.dropped, report.cycles);
+    let error = recording.error.unwrap();
+    assert!(error.contains("No space left"), "{error}");
+}
+
+/// A disk that is full after this many bytes.
+struct Small {
+    left: usize,
+    memory: Memory,
+}
+
+impl Write for Small {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if bytes.len() > self.left {
+            return Err(io::Error::from(io::ErrorKind::StorageFull));
+        }
+        self.left -= bytes.len();
+        self.memory.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_disk_that_fills_leaves_what_was_written_readable() {
+    let memory = Memory::default();
+    let report = run("", Small { left: 1_000_000, memory: memory.clone() });
+    assert_eq!(report.outcome, Outcome::Completed);
+    let report = report.recording.unwrap();
+    assert!(report.error.is_some() && report.dropped > 0);
+    let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
+    assert!(matches!(recording.ending, Ending::CutShort { .. }));
+    // What the reader finds is a beginning of what the writer counted; the last chunk is lost.
+    let found = u64::try_from(recording.samples.len()).unwrap();
+    assert!(found > 0 && found <= report.records && report.records - found <= 101, "{found} of {report:?}");
+}
+
+#[test]
+fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
+    let (report, bytes) = record("");
+    let whole = Recording::parse(&bytes, "test").unwrap();
+    assert_eq!(whole.samples.len() as u64, report.cycles);
+    assert!(matches!(whole.ending, Ending::Outcome(_)));
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    for parts in 1..40 {
+        let cut = bytes.len() * parts / 40;
+        // Before the attachments are whole it is no recording yet.
+        let Ok(recording) = Recording::parse(&bytes[..cut], "test") else {
+            assert!(cut < 20_000, "cut at {cut}");
+            continue;
+        };
+        let whole_until = summary
+            .chunk_indexes
+            .iter()
+            .filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= cut as u64)
+            .map(|chunk| chunk.message_end_time)
+            .max();
+        // Some of the chunk that was cut may be readable too.
+        let read_until = recording.samples.last().map(|sample| sample.times.began.0);
+        assert!(read_until >= whole_until, "cut at {cut}: {read_until:?} of {whole_until:?}");
+        for (sample, original) in recording.samples.iter().zip(&whole.samples) {
+            assert_eq!((sample.times, &sample.slots), (original.times, &original.slots), "cut at {cut}");
+        }
+    }
+}
+
+#[test]
+fn any_file_that_is_no_recording_is_refused_in_words() {
+    for bytes in [&b""[..], b"hello", &[0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'], &[0xFF; 4096]] {
+        let error = Recording::parse(bytes, "some.mcap").unwrap_err();
+        assert!(matches!(error, ReadError::NotARecording { .. }));
+        assert!(error.to_string().starts_with("some.mcap: expected a recording"), "{error}");
+    }
+}

@@ -1,0 +1,45 @@
+//! The page that plays a recording, as text. In a browser: `tests/outside_tools.rs`.
+
+use hippocamp::html;
+use hippocamp::recording::Recording;
+
+use crate::common::record;
+
+/// The data inside `page`.
+fn data(page: &str) -> serde_json::Value {
+    let (_, rest) = page.split_once("<script id=\"data\" type=\"application/json\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn a_name_cannot_end_the_script_it_stands_in() {
+    let mut recording = Recording::parse(&record("").1, "test").unwrap();
+    let plain = html::page(&recording);
+    recording.robot.name = "</script><script>alert(1)</script><!--".to_owned();
+    let page = html::page(&recording);
+    assert_eq!(page.matches("</script").count(), plain.matches("</script").count());
+    assert_eq!(data(&page)["robot"], recording.robot.name.as_str());
+}
+
+#[test]
+fn the_page_needs_nothing_from_elsewhere() {
+    let page = html::page(&Recording::parse(&record("").1, "test").unwrap());
+    for reference in ["http:", "https:", "src=", "@import", "url(", "fetch(", "import("] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+}
+
+#[test]
+fn the_page_has_fifty_frames_a_second_of_every_joint_and_leg() {
+    let (report, bytes) = record("");
+    let page = html::page(&Recording::parse(&bytes, "test").unwrap());
+    let data = data(&page);
+    let frames = |value: &serde_json::Value| value.as_array().unwrap().len();
+    assert_eq!(frames(&data["time"]) as u64, report.cycles.div_ceil(2));
+    assert_eq!((frames(&data["measured"]), frames(&data["goal"]), frames(&data["contact"])), (16, 16, 4));
+    assert_eq!(frames(&data["measured"][15]), frames(&data["time"]));
+    // Limp at first, then standing, and in the air at times.
+    let contact = data["contact"][0].as_str().unwrap();
+    assert!(contact.starts_with('-') && contact.contains('s') && contact.contains('a'));
+    assert!(data["goal"][0][0].is_null());
+}

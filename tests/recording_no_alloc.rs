@@ -1,0 +1,44 @@
+//! Handing a cycle to the recorder allocates nothing: any allocation aborts this test.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::path::Path;
+use std::time::Duration;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use hippocamp::bus::{Buses, SimPorts};
+use hippocamp::capability::HorseCapability;
+use hippocamp::cycle::Cycle;
+use hippocamp::ik::Method;
+use hippocamp::model::Motion;
+use hippocamp::motion::Order;
+use hippocamp::recording::{Recorder, RunHeader};
+use hippocamp::run::RunPlan;
+use hippocamp::{config, simulation};
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+#[test]
+fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
+    let robot = config::load(Path::new("config/horse.toml")).unwrap().robot;
+    let Motion::Horse(motion) = robot.motion.clone();
+    let horse = HorseCapability::of(&robot, &motion).unwrap().plan(&motion, &motion.gaits[0]);
+    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 1.0 };
+    let header = RunHeader::new(&robot, &plan, "horse.toml", 0);
+    let text = std::fs::read_to_string("config/horse.toml").unwrap();
+    let mut recorder =
+        Recorder::start(&robot, header, text, "sink".to_owned(), std::io::sink(), false).unwrap();
+    let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
+    let buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
+    let mut cycle = Cycle::new(&robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    // Long enough to stand up and walk, and faster than a thread can write.
+    for _ in 0..1500 {
+        cycle.step(Order::Go);
+        assert_no_alloc(|| {
+            recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());
+        });
+    }
+    let report = recorder.finish(Default::default());
+    assert_eq!(report.records + report.dropped, 1500);
+}
