@@ -4,6 +4,7 @@
 //! `HIPPOCAMP_PYTHON`, a Python with the packages of `.ci/python-setup`; `HIPPOCAMP_CHROMIUM`, a Chromium.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::print_stdout, reason = "a test that is left out says so")]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

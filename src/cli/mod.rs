@@ -207,7 +207,8 @@ pub fn main() -> ExitCode {
         Err(error) => {
             let is_input = error.is::<BadInput>()
                 || error.is::<crate::config::ConfigError>()
-                || error.is::<crate::recording::ReadError>();
+                || error.is::<crate::recording::ReadError>()
+                || error.is::<crate::replay::ReplayError>();
             #[allow(clippy::print_stderr, reason = "the error message of the command")]
             {
                 eprintln!("hippocamp: {error:#}");

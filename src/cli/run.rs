@@ -49,6 +49,8 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     let horse = plan(options, &loaded)?;
+    let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
+    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
         Choice::Simulated { is_virtual } => {
             AnyPorts::Simulated(SimPorts::of(simulated_world(options, robot)?, *is_virtual))
@@ -59,12 +61,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         }
         Choice::Devices(ports) => AnyPorts::Serial(ports::open(robot, ports)?),
     };
-    let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
     let recording_file = options.record.as_deref().or(passing_file.as_deref());
     let created = recording_file.map(create_recording).transpose()?;
-    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
 
     println!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
@@ -72,10 +72,15 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
-    let report = match ports {
+    let mut report = match ports {
         AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder)?,
         AnyPorts::Serial(ports) => drive(robot, plan, ports, recorder)?,
     };
+    if passing_file.is_some() {
+        // The recording behind a page is no result of its own, unless it is not whole.
+        report.recording =
+            report.recording.filter(|recording| recording.error.is_some() || recording.dropped > 0);
+    }
     print_summary(robot, &report);
     if let Some(path) = report_file {
         write_report(path, &report)?;

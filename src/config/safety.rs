@@ -18,8 +18,8 @@ const TORQUE_RAMP_S: f64 = 1.0;
 const COAST_S: f64 = 0.1;
 /// Time for a plug to be put back.
 const HOLD_S: f64 = 2.0;
-/// More than a healthy servo lags in a trot.
-const TRACKING_ERROR_MAX_DEG: f64 = 25.0;
+/// Twice what a healthy servo lags in a trot.
+const TRACKING_ERROR_MAX_DEG: f64 = 20.0;
 /// Rides out the shock of a footfall and the dip of a supply.
 const FAULT_DELAY_S: f64 = 0.5;
 

@@ -24,7 +24,7 @@ use crate::units::Time;
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// It cannot be read at all.
-    #[error("{file}: {source}")]
+    #[error("{file} could not be read")]
     Io {
         /// The file.
         file: String,
@@ -40,7 +40,7 @@ pub enum ReadError {
         reason: String,
     },
     /// The robot file inside is not good.
-    #[error("the robot file inside the recording: {0}")]
+    #[error("the robot file inside the recording is not good")]
     Robot(#[from] ConfigError),
 }
 
