@@ -36,9 +36,14 @@ pub struct Controller<'r> {
 impl<'r> Controller<'r> {
     /// For a limp `robot`, to walk as `plan` says for `walk_for_s` when ordered to.
     pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64) -> Self {
+        Controller::with_generator(robot, Generator::new(robot, plan, walk_for_s), method)
+    }
+
+    /// For a limp `robot`, moved by `generator`.
+    pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method) -> Self {
         Controller {
             robot,
-            generator: Generator::new(robot, plan, walk_for_s),
+            generator,
             limbs: Limbs::new(robot, method),
             safety: Safety::new(robot),
             targets: Targets::new(robot),
@@ -118,9 +123,14 @@ pub struct Cycle<'r, P> {
 impl<'r, P: Ports> Cycle<'r, P> {
     /// A limp `robot` on `buses`, to walk as `plan` says for `walk_for_s` when ordered to.
     pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64, buses: Buses<P>) -> Self {
+        Cycle::with_generator(robot, Generator::new(robot, plan, walk_for_s), method, buses)
+    }
+
+    /// A limp `robot` on `buses`, moved by `generator`.
+    pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method, buses: Buses<P>) -> Self {
         Cycle {
             robot,
-            controller: Controller::new(robot, plan, method, walk_for_s),
+            controller: Controller::with_generator(robot, generator, method),
             buses,
             slots: vec![Slot::Missing; robot.joints.len()],
             telemetry: Telemetry::new(robot),

@@ -24,6 +24,7 @@ pub mod cycle;
 pub mod estimate;
 pub mod html;
 pub mod ik;
+pub mod jog;
 pub mod model;
 pub mod motion;
 pub mod platform;

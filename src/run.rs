@@ -12,7 +12,7 @@ use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::{Robot, StopAction};
 use crate::motion::horse::HorsePlan;
-use crate::motion::{Activity, Order};
+use crate::motion::{Activity, Generator, Order};
 use crate::recording::Recorder;
 use crate::signals::Permission;
 use crate::telemetry::{Outcome, Report};
@@ -79,28 +79,16 @@ pub fn run_recorded<P: Ports>(
     mut recorder: Option<Recorder>,
     mut order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
-    let mut buses = Buses::new(robot, ports);
-    buses.prepare(robot)?;
+    let buses = find_servos(robot, ports)?;
     let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let ended =
-        catch_unwind(AssertUnwindSafe(|| repeat(robot, &mut cycle, start, &mut recorder, &mut order)));
-    let (outcome, reason) = match ended {
-        Ok(was_ordered_to_stop) => verdict(robot, &cycle, was_ordered_to_stop),
-        Err(_) => {
-            // The motion cannot be trusted to sit down any more.
-            if robot.stop_action == StopAction::SitThenLimp {
-                cycle.buses_mut().limp();
-            }
-            (
-                Outcome::Failed,
-                "the loop panicked: this is a defect of the program, please report it".to_owned(),
-            )
-        }
-    };
+    let (outcome, reason) =
+        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
+    // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
+    cycle.buses_mut().disarm_watchdogs();
     let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
     let recording = recorder.map(|recorder| {
         let entries = [
@@ -128,6 +116,41 @@ pub fn run_recorded<P: Ports>(
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     })
+}
+
+/// The buses of `robot` with all its servos found, limp, and watching over the loop to come.
+pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>, StartError> {
+    let mut buses = Buses::new(robot, ports);
+    buses.prepare(robot)?;
+    buses.arm_watchdogs(robot)?;
+    Ok(buses)
+}
+
+/// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
+/// for the end that was planned.
+pub(crate) fn perform<P: Ports>(
+    robot: &Robot,
+    cycle: &mut Cycle<'_, P>,
+    start: Time,
+    done: &str,
+    recorder: &mut Option<Recorder>,
+    order: &mut impl FnMut(&Status) -> Order,
+) -> (Outcome, String) {
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
+    match ended {
+        Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
+        Err(_) => {
+            // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
+            let is_jog = matches!(cycle.generator(), Generator::Jog(_));
+            if is_jog || robot.stop_action == StopAction::SitThenLimp {
+                cycle.buses_mut().limp();
+            }
+            (
+                Outcome::Failed,
+                "the loop panicked: this is a defect of the program, please report it".to_owned(),
+            )
+        }
+    }
 }
 
 /// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
@@ -184,13 +207,18 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     }
 }
 
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool) -> (Outcome, String) {
+fn verdict<P: Ports>(
+    robot: &Robot,
+    cycle: &Cycle<'_, P>,
+    was_ordered_to_stop: bool,
+    done: &str,
+) -> (Outcome, String) {
     if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
         (Outcome::StoppedBySafety, why)
     } else if was_ordered_to_stop {
         (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
-        (Outcome::Completed, "walked for the time asked".to_owned())
+        (Outcome::Completed, done.to_owned())
     }
 }

@@ -158,6 +158,7 @@ impl Bus {
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 let hears = self.hears(now_ns);
+                dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
                 dynamixel::answer::answer(&request, &mut self.servos, &hears)
             }
             Decoder::Feetech(decoder) => {

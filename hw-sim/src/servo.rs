@@ -20,6 +20,8 @@ pub(crate) struct Servo {
     pub(crate) turns_left_out: i64,
     /// Errors that have switched the torque off for good (Dynamixel).
     pub(crate) is_shut_down: bool,
+    /// When it last heard an instruction packet, ns (Dynamixel).
+    pub(crate) heard_ns: u64,
 }
 
 /// What a servo feels in one motor step.
@@ -45,6 +47,7 @@ impl Servo {
             encoder_counts: round_to_i64(config.position_counts),
             turns_left_out: 0,
             is_shut_down: false,
+            heard_ns: 0,
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {

@@ -118,7 +118,10 @@ fn refusal(error: u8) -> &'static str {
         4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
         5 => "the length is not the register's; check that the robot file names the right servo model",
         6 => "the value is beyond a limit set in the servo; check its limits with the maker's tool",
-        7 => "the register cannot be used so now; torque must be off to change settings",
+        7 => {
+            "the register cannot be used so now; torque must be off to change settings, and its firmware must \
+             know the register"
+        }
         _ => "a number the manual does not list; update its firmware",
     }
 }
@@ -147,7 +150,8 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "servo 7 of joint left_hind.hip on bus legs refused a write of 1 to register 64 with error 7: the \
-             register cannot be used so now; torque must be off to change settings"
+             register cannot be used so now; torque must be off to change settings, and its firmware must know the \
+             register"
         );
     }
 }

@@ -19,7 +19,7 @@ mod testing;
 pub mod timing;
 
 pub use crate::signals::{Feedback, ServoGoal, Slot};
-pub use buses::{BusStatistics, Buses, ExchangeTimes, StartError};
+pub use buses::{BusDevice, BusStatistics, Buses, Disagreement, ExchangeTimes, StartError, watchdog_time};
 pub use client::Counters;
 pub use error::{Request, ServoPlace, TransactionError};
 pub use port::{PortError, Ports};

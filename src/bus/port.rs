@@ -48,4 +48,10 @@ pub trait Ports {
 
     /// Waits until `deadline`, whatever arrives.
     fn wait_until(&mut self, deadline: Time);
+
+    /// What the line of `bus` is called where it comes from, such as `/dev/ttyUSB0`, for messages to people;
+    /// none where it has no such name.
+    fn device(&self, _bus: usize) -> Option<&str> {
+        None
+    }
 }

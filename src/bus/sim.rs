@@ -32,6 +32,11 @@ impl SimPorts {
         SimPorts { world, real_start: Some(Instant::now()) }
     }
 
+    /// Ports of `world` on its own clock or paced by the real one.
+    pub fn of(world: World, is_virtual: bool) -> SimPorts {
+        if is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) }
+    }
+
     /// The simulated world, to look at.
     pub fn world(&self) -> &World {
         &self.world

@@ -13,7 +13,7 @@ use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
 pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
-    let loaded = load(path)?;
+    let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
     let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
     println!(

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::capability::bus_costs;
 use crate::capability::{HorseCapability, ReachError};
-use crate::config::{self, ConfigError, RobotFile};
+use crate::config::{self, ConfigError, RobotFile, UnitFile};
 use crate::model::{HorseMotion, Motion};
 
 /// A robot that can do what its file says.
@@ -16,9 +16,13 @@ pub(super) struct Loaded {
     pub(super) capability: HorseCapability,
 }
 
-/// Loads the robot file at `path`; faults of reach and of the loop's rate are reported like all others.
-pub(super) fn load(path: &Path) -> Result<Loaded> {
-    let file = config::load(path)?;
+/// Loads the robot file at `path`, with the zero counts of `unit`; faults of reach and of the loop's rate are
+/// reported like all others.
+pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
+    let mut file = config::load(path)?;
+    if let Some(unit) = unit {
+        unit.apply(&mut file.robot)?;
+    }
     let Motion::Horse(horse) = &file.robot.motion;
     let horse = horse.clone();
     let mut faults = Vec::new();

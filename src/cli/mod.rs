@@ -2,11 +2,13 @@
 
 mod check;
 mod guard;
+mod jog;
 mod load;
 mod ports;
 mod replay;
 mod run;
 mod status;
+mod unit;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -68,10 +70,16 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. All buses are simulated, unless each has a --port.
+    /// skips the slowing down. Buses are simulated, unless the unit file or --port names the device of each.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
+    /// Turns one joint to an angle, slowly, and lets it go again.
+    ///
+    /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
+    /// held to it. The joint is held at its goal for a second; what it measures then is printed.
+    #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
+    Jog(JogArguments),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]
     Guard {
@@ -81,6 +89,37 @@ enum Command {
         #[arg(long = "port", value_name = "BUS=PATH")]
         ports: Vec<ports::PortOption>,
     },
+}
+
+/// Which built robot, and whether it is there.
+#[derive(Debug, clap::Args)]
+struct UnitArguments {
+    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Serial device of a bus, in the place of the unit file's (paths in /dev/serial/by-id stay the same).
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<ports::PortOption>,
+    /// Run on simulated buses, even where the unit file names devices.
+    #[arg(long, conflicts_with = "ports")]
+    simulate: bool,
+    /// Run on simulated buses and a virtual clock, as fast as it can.
+    #[arg(long = "virtual", conflicts_with = "ports")]
+    is_virtual: bool,
+}
+
+/// Options of `jog`.
+#[derive(Debug, clap::Args)]
+struct JogArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The joint's full name, such as left_hind.hip.
+    joint: String,
+    /// The angle, in degrees.
+    #[arg(value_name = "DEG", allow_negative_numbers = true)]
+    angle_deg: f64,
+    #[command(flatten)]
+    unit: UnitArguments,
 }
 
 /// Options of `run`.
@@ -97,12 +136,8 @@ struct RunArguments {
     /// How long to walk, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
-    /// Serial device of a bus; give one for every bus (paths in /dev/serial/by-id stay the same).
-    #[arg(long = "port", value_name = "BUS=PATH")]
-    ports: Vec<ports::PortOption>,
-    /// Run on a virtual clock, as fast as it can.
-    #[arg(long = "virtual", conflicts_with = "ports")]
-    is_virtual: bool,
+    #[command(flatten)]
+    unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports")]
     seed: u64,
@@ -164,6 +199,7 @@ pub fn main() -> ExitCode {
         Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
+        Command::Jog(options) => jog::jog(options),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {

@@ -14,8 +14,9 @@ use super::load::{Loaded, load};
 use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
+use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, write_whole};
-use crate::bus::SimPorts;
+use crate::bus::{Ports, SerialPorts, SimPorts};
 use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
@@ -30,7 +31,8 @@ const DEFAULT_SPEED_SHARE: f64 = 0.9;
 
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments) -> Result<u8> {
-    let loaded = load(&options.robot)?;
+    let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
+    let loaded = load(&options.robot, unit.as_ref())?;
     let robot = &loaded.file.robot;
     if robot.buses.is_empty() {
         let path = options.robot.display();
@@ -45,43 +47,35 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
         );
     }
-    let Choice::Simulated = ports::choose(robot, &options.ports)?;
+    let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     let horse = plan(options, &loaded)?;
-    let world = simulation::world(robot, options.seed, &fault_script(options.faults.as_deref())?).map_err(
-        |error| match &options.faults {
-            Some(path) => BadInput(format!("{}: {error}", path.display())),
-            None => BadInput(error.to_string()),
-        },
-    )?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
+    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
+    let ports = match &choice {
+        Choice::Simulated { is_virtual } => {
+            AnyPorts::Simulated(SimPorts::of(simulated_world(options, robot)?, *is_virtual))
+        }
+        Choice::Devices(_) if options.faults.is_some() => {
+            let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
+            return Err(BadInput(said.to_owned()).into());
+        }
+        Choice::Devices(ports) => AnyPorts::Serial(ports::open(robot, ports)?),
+    };
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
     let recording_file = options.record.as_deref().or(passing_file.as_deref());
     let created = recording_file.map(create_recording).transpose()?;
-    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
 
     println!(
-        "{}: {} at {:.3} m/s for {} s on simulated buses{}",
-        robot.name,
-        horse.gait.name,
-        horse.speed_m_s,
-        options.walk_for_s,
-        if options.is_virtual { ", virtual clock" } else { "" }
+        "{}: {} at {:.3} m/s for {} s on {choice}",
+        robot.name, horse.gait.name, horse.speed_m_s, options.walk_for_s
     );
-    let orders = orders_from_signals()?;
-    let ports =
-        if options.is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) };
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
-    let mut status_line = StatusLine::start();
-    let mut order = Order::Go;
-    let report = run_recorded(robot, plan, ports, recorder, |status| {
-        status_line.show(status);
-        order = orders.try_recv().unwrap_or(order);
-        order
-    });
-    drop(status_line);
-    let mut report = report?;
+    let mut report = match ports {
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder)?,
+        AnyPorts::Serial(ports) => drive(robot, plan, ports, recorder)?,
+    };
     if passing_file.is_some() {
         // The recording behind a page is no result of its own, unless it is not whole.
         report.recording =
@@ -98,11 +92,57 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         }
         written?;
     }
-    Ok(match report.outcome {
+    Ok(exit_code(report.outcome))
+}
+
+/// Ports of either kind. The loop is compiled for each, so that it pays nothing for the choice.
+enum AnyPorts {
+    Simulated(SimPorts),
+    Serial(SerialPorts),
+}
+
+/// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
+fn drive(robot: &Robot, plan: RunPlan, ports: impl Ports, recorder: Option<Recorder>) -> Result<Report> {
+    let orders = orders_from_signals()?;
+    let mut status_line = StatusLine::start();
+    let mut order = Order::Go;
+    let report = run_recorded(robot, plan, ports, recorder, |status| {
+        status_line.show(status);
+        order = orders.try_recv().unwrap_or(order);
+        order
+    });
+    drop(status_line);
+    Ok(report?)
+}
+
+/// The servos of `robot` in a world of their own, with the faults that were asked for.
+fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
+    let faults = fault_script(options.faults.as_deref())?;
+    simulation::world(robot, options.seed, &faults).map_err(|error| {
+        let said = match &options.faults {
+            Some(path) => format!("{}: {error}", path.display()),
+            None => error.to_string(),
+        };
+        BadInput(said).into()
+    })
+}
+
+/// Exit code of a run that ended so.
+pub(super) fn exit_code(outcome: Outcome) -> u8 {
+    match outcome {
         Outcome::Completed => COMPLETED,
         Outcome::StoppedBySafety => STOPPED_BY_SAFETY,
         Outcome::Failed => FAILED,
-    })
+    }
+}
+
+/// An outcome as it is printed.
+pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Completed => "completed",
+        Outcome::StoppedBySafety => "STOPPED BY SAFETY",
+        Outcome::Failed => "FAILED",
+    }
 }
 
 /// The gait asked for, at the speed asked for, held to what the robot can do.
@@ -169,7 +209,7 @@ fn recorder(
     let robot_text = fs::read_to_string(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
-    let started = if options.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
+    let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
     let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let header = RunHeader::new(
         robot,
@@ -177,7 +217,7 @@ fn recorder(
         &options.robot.display().to_string(),
         u64::try_from(started_ns).unwrap_or_default(),
     );
-    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.is_virtual)
+    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.unit.is_virtual)
         .context("the recording could not be started")
 }
 
@@ -200,7 +240,7 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
 }
 
 /// The first SIGINT or SIGTERM orders a stop, the second one at once.
-fn orders_from_signals() -> Result<Receiver<Order>> {
+pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
     let (sender, receiver) = bounded(8);
     let mut signals = Signals::new([SIGINT, SIGTERM]).context("signals could not be caught")?;
     std::thread::spawn(move || {
@@ -213,12 +253,7 @@ fn orders_from_signals() -> Result<Receiver<Order>> {
 }
 
 fn print_summary(robot: &Robot, report: &Report) {
-    let outcome = match report.outcome {
-        Outcome::Completed => "completed",
-        Outcome::StoppedBySafety => "STOPPED BY SAFETY",
-        Outcome::Failed => "FAILED",
-    };
-    println!("{outcome}: {}", report.reason);
+    println!("{}: {}", outcome_words(report.outcome), report.reason);
     println!(
         "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
         report.duration_s,

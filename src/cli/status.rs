@@ -75,6 +75,7 @@ fn line_of(status: &Status) -> String {
         (_, Activity::Rising) => "rising",
         (_, Activity::Standing) => "standing",
         (_, Activity::Walking) => "walking",
+        (_, Activity::Jogging) => "turning one joint",
         (_, Activity::Stopping) => "stopping",
         (_, Activity::Done) => "done",
     };

@@ -1,9 +1,12 @@
-//! Robot files: TOML as a person writes it, checked whole.
+//! Robot files and unit files: TOML as a person writes it, checked whole.
 //!
-//! Comes in: a file, or its text. Goes out: a [`Robot`], or every fault of the file at once. It touches
-//! nothing but that file, and nothing outlives it that a fault could not be traced back to.
+//! Comes in: a file, or its text. Goes out: a [`Robot`] or a [`Unit`], or every fault of the file at once. It
+//! touches nothing but that file, and nothing outlives it that a fault could not be traced back to.
 //!
-//! The schema, one for all rigs; lengths in mm, angles in degrees, the unit at the end of each key's name:
+//! A robot file says how all robots of a kind are built. What belongs to one built robot stands in its unit
+//! file; [`UnitFile`] says more.
+//!
+//! The schema of robot files, one for all rigs; lengths in mm, angles in degrees, the unit at the end of each key's name:
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
@@ -29,6 +32,9 @@ mod safety;
 mod servos;
 mod source;
 mod unique;
+mod unit;
+mod unit_check;
+mod unit_write;
 
 use std::io;
 use std::path::Path;
@@ -38,9 +44,12 @@ use toml::de::DeTable;
 
 use crate::model::{Motion, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
+pub(crate) use nearest::nearest;
 use number::Limits;
 use reader::{File, Section};
 use source::Source;
+pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
+pub use unit_write::write_unit;
 
 /// Slower than this, no loop holds a robot.
 const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;
@@ -71,10 +80,17 @@ impl RobotFile {
 /// # Errors
 /// Every fault of the file, or one that says why it cannot be read.
 pub fn load(path: &Path) -> Result<RobotFile, ConfigError> {
+    let text = read_text(path, "a robot file that can be read, such as config/horse.toml")?;
+    parse(&text, &path.display().to_string())
+}
+
+/// Text of the file at `path`; where it cannot be read, `expected` says what should be there.
+fn read_text(path: &Path, expected: &str) -> Result<String, ConfigError> {
     let file_name = path.display().to_string();
-    let bytes = read_regular_file(path).map_err(|error| whole_file_fault(&file_name, &error))?;
+    let bytes = read_regular_file(path)
+        .map_err(|error| fault_without_key(&file_name, &format!("{expected}; this one cannot: {error}")))?;
     match String::from_utf8(bytes) {
-        Ok(text) => parse(&text, &file_name),
+        Ok(text) => Ok(text),
         Err(error) => {
             let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
@@ -89,16 +105,26 @@ pub fn load(path: &Path) -> Result<RobotFile, ConfigError> {
 /// # Errors
 /// Every fault of the text. Text that is no TOML is judged as TOML only.
 pub fn parse(text: &str, file_name: &str) -> Result<RobotFile, ConfigError> {
+    let (robot, source) = parse_with(text, file_name, read_robot)?;
+    Ok(RobotFile { robot, source })
+}
+
+/// What `read` makes of the text, and where its keys stand; or every fault.
+fn parse_with<T>(
+    text: &str,
+    file_name: &str,
+    read: impl FnOnce(&Section<'_>) -> Option<T>,
+) -> Result<(T, Source), ConfigError> {
     let (document, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
         return Err(syntax_faults(text, file_name, &errors));
     }
     let document = document.get_ref();
     let file = File::new(Source::new(file_name, text, document));
-    let robot = file.read(document, read_robot);
+    let content = file.read(document, read);
     let (source, faults) = file.finish();
-    match robot {
-        Some(robot) if faults.is_empty() => Ok(RobotFile { robot, source }),
+    match content {
+        Some(content) if faults.is_empty() => Ok((content, source)),
         _ => Err(ConfigError { faults }),
     }
 }
@@ -183,12 +209,6 @@ fn read_regular_file(path: &Path) -> io::Result<Vec<u8>> {
         return Err(io::Error::other("it is not a plain file"));
     }
     std::fs::read(path)
-}
-
-fn whole_file_fault(file_name: &str, error: &io::Error) -> ConfigError {
-    let expected =
-        format!("a robot file that can be read, such as config/horse.toml; this one cannot: {error}");
-    fault_without_key(file_name, &expected).into()
 }
 
 fn syntax_faults(text: &str, file_name: &str, errors: &[toml::de::Error]) -> ConfigError {

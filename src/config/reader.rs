@@ -1,4 +1,4 @@
-//! Reads values of a robot file by key, checks them, and notes every fault instead of stopping at the first.
+//! Reads values of a robot or unit file by key, checks them, and notes every fault instead of stopping at the first.
 //!
 //! Comes in: a parsed TOML document. Goes out: `Some` checked value, or `None` and a noted fault. Sections are
 //! read through closures ([`Section::section`], [`Section::list`]), so that the keys nobody asked for are found
@@ -10,6 +10,7 @@ use std::ops::RangeInclusive;
 use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use toml::value::{Date, Datetime};
 
 use super::fault::Fault;
 use super::nearest::nearest;
@@ -131,6 +132,23 @@ impl<'a> Section<'a> {
             Some(text) if !text.trim().is_empty() => Some(text),
             _ => {
                 self.fault(key, expected);
+                None
+            }
+        }
+    }
+
+    /// A text that is not blank; `Some(None)` where not set.
+    pub(super) fn text_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<&'a str>> {
+        if self.has(key) { self.text(key, meaning).map(Some) } else { Some(None) }
+    }
+
+    /// A date without a time; `Some(None)` where not set.
+    pub(super) fn date_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<Date>> {
+        let Some(value) = self.optional(key) else { return Some(None) };
+        match value {
+            DeValue::Datetime(Datetime { date: Some(date), time: None, offset: None }) => Some(Some(*date)),
+            _ => {
+                self.fault(key, format!("{meaning}, year, month and day without quotes: 2026-01-31"));
                 None
             }
         }

@@ -69,11 +69,15 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 pub struct Registers {
     /// Model number, read at start.
     pub model_number: Register,
-    /// What is written once before a run, in this order: torque off, and no ramp of the servo's own, since the
-    /// goals are smooth already and a ramp would only make it lag.
+    /// What is written once before a run, in this order: torque off, no bus watchdog (one that has tripped
+    /// takes no goals), and no ramp of the servo's own, since the goals are smooth already and a ramp would
+    /// only make it lag.
     pub preparation: &'static [(Register, i64)],
     /// Torque on (1) or off (0).
     pub torque_enable: Register,
+    /// Stops the servo when its bus has been silent for this many units of 20 ms; 0 for never. None on
+    /// servos that have no such watchdog.
+    pub bus_watchdog: Option<Register>,
     /// Torque limit while moving, in units of [`ServoModel::torque_limit_full`].
     pub torque_limit: Register,
     /// Goal position, counts.
@@ -100,11 +104,13 @@ pub static DYNAMIXEL_X: Registers = Registers {
     model_number: register(0, 2, Encoding::Unsigned),
     preparation: &[
         (register(64, 1, Encoding::Unsigned), 0),
+        (register(98, 1, Encoding::TwosComplement), 0),
         // Profile Acceleration and Profile Velocity: 0 is no limit.
         (register(108, 4, Encoding::Unsigned), 0),
         (register(112, 4, Encoding::Unsigned), 0),
     ],
     torque_enable: register(64, 1, Encoding::Unsigned),
+    bus_watchdog: Some(register(98, 1, Encoding::TwosComplement)),
     torque_limit: register(100, 2, Encoding::Unsigned),
     goal_position: register(116, 4, Encoding::TwosComplement),
     present_position: register(132, 4, Encoding::TwosComplement),
@@ -125,6 +131,7 @@ pub static FEETECH_STS: Registers = Registers {
         (register(41, 1, Encoding::Unsigned), 0),
     ],
     torque_enable: register(40, 1, Encoding::Unsigned),
+    bus_watchdog: None,
     torque_limit: register(48, 2, Encoding::Unsigned),
     goal_position: register(42, 2, Encoding::SignMagnitude(15)),
     present_position: register(56, 2, Encoding::SignMagnitude(15)),

@@ -354,3 +354,28 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn one_joint_alone_has_torque_and_the_others_may_be_moved_by_hand() {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let mut pose = middle(&robot);
+    let mut state = heard(&robot, &pose);
+    let wanted = asking(&robot, pose.clone());
+    let wanted = JointTargets { only: Some(4), ..wanted };
+    for _ in 0..300 {
+        // Another joint is turned by 60 degrees a second, far from where it was at the start.
+        pose[7] += 60f64.to_radians() * DT_S;
+        state.joints[7].position_rad = pose[7];
+        let command = safety.check(DT_S, DT_S, &wanted, &mut state);
+        for (index, joint) in command.joints().iter().enumerate() {
+            assert_eq!(matches!(joint, JointCommand::Goal { .. }), index == 4, "joint {index}");
+        }
+        assert_eq!(state.permission, Permission::Move);
+    }
+    assert!((state.goal_rad[7] - pose[7]).abs() < 1e-12);
+    // They are watched all the same.
+    state.joints[7].age_s = 1.0;
+    safety.check(DT_S, DT_S, &wanted, &mut state);
+    assert_eq!(state.permission, Permission::Hold);
+}

@@ -1,8 +1,9 @@
 //! What a Dynamixel X does with its registers: modes, feedback, hardware errors.
 //! Source: ROBOTIS e-manual, X-series. Position, extended position, current-based position and PWM modes turn
-//! the motor; current and velocity mode, profiles, the I and D gains, feedforward, bus watchdog, overload
-//! detection and indirect addressing are not simulated yet.
+//! the motor; current and velocity mode, profiles, the I and D gains, feedforward, overload detection and
+//! indirect addressing are not simulated yet.
 
+use super::packet::{Request, STATUS};
 use crate::convert::round_to_i64;
 use crate::model::COUNTS_PER_TURN;
 use crate::motor::Drive;
@@ -27,6 +28,10 @@ const PWM_FULL: f64 = 885.0;
 const P_GAIN_ONE: f64 = 128.0;
 /// Velocity unit, rad/s: 0.229 rpm.
 const VELOCITY_UNIT: f64 = 0.229 * std::f64::consts::TAU / 60.0;
+/// Bus Watchdog unit, ns: 20 ms.
+const WATCHDOG_UNIT_NS: u64 = 20_000_000;
+/// What Bus Watchdog reads once it has tripped.
+const WATCHDOG_TRIPPED: i64 = -1;
 /// Largest homing offset position mode honours.
 const HOMING_MAX: i64 = 1024;
 
@@ -72,11 +77,14 @@ fn leave_turns_out(servo: &mut Servo) {
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
-/// May the host write this number now? Goals have the limit registers for a range.
+/// May the host write this number now? Goals have the limit registers for a range, and none after the bus
+/// watchdog has tripped, until 0 is written to it. That no other number is taken then is our reading.
 pub(crate) fn accepts(servo: &Servo, register: &Register, value: i64) -> bool {
     let within = |limit: u16| value.abs() <= servo.get(limit);
     register.access == Access::ReadWrite
         && match register.address {
+            GOAL_PWM | GOAL_CURRENT | GOAL_VELOCITY | GOAL_POSITION if has_watchdog_tripped(servo) => false,
+            BUS_WATCHDOG if has_watchdog_tripped(servo) => value == 0,
             GOAL_PWM => within(PWM_LIMIT),
             GOAL_CURRENT => within(CURRENT_LIMIT),
             GOAL_VELOCITY => within(VELOCITY_LIMIT),
@@ -134,6 +142,7 @@ pub(crate) fn drive(servo: &Servo, speed_rad_s: f64, supply_v: f64) -> Drive {
             let duty = forward * position_duty(servo).clamp(-limit, limit);
             Drive::Duty(limit_current(servo, duty, speed_rad_s, supply_v))
         }
+        MODE_PWM if has_watchdog_tripped(servo) => Drive::Duty(0.0),
         MODE_PWM => Drive::Duty(forward * servo.value(GOAL_PWM) / PWM_FULL),
         _ => Drive::Duty(0.0),
     }
@@ -179,6 +188,33 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     servo.registers.set(POSITION_TRAJECTORY, servo.get(GOAL_POSITION));
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
     watch_hardware(servo, deci_volts, celsius);
+    watch_bus(servo, around.now_ns);
+}
+
+/// Every instruction packet a servo hears is a sign of life to it, whoever it is for.
+pub(crate) fn hear(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u64) {
+    if request.instruction == STATUS {
+        return;
+    }
+    for (servo, _) in servos.iter_mut().zip(hears).filter(|(_, hears)| **hears) {
+        servo.heard_ns = now_ns;
+    }
+}
+
+fn has_watchdog_tripped(servo: &Servo) -> bool {
+    servo.get(BUS_WATCHDOG) == WATCHDOG_TRIPPED
+}
+
+/// Stops a servo with torque that has not heard its bus for as long as Bus Watchdog says. The manual says that
+/// it stops, and not how: here it holds the place it was at, torque on, and in PWM mode its motor is shorted.
+fn watch_bus(servo: &mut Servo, now_ns: u64) {
+    let Ok(units @ 1..) = u64::try_from(servo.get(BUS_WATCHDOG)) else { return };
+    if is_torque_on(servo) && now_ns.saturating_sub(servo.heard_ns) >= units * WATCHDOG_UNIT_NS {
+        servo.registers.set(BUS_WATCHDOG, WATCHDOG_TRIPPED);
+        servo.registers.set(PROFILE_ACCELERATION, 0);
+        servo.registers.set(PROFILE_VELOCITY, 0);
+        servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
+    }
 }
 
 /// Errors stay until a reboot; those in the Shutdown mask also switch the torque off until then.

@@ -8,7 +8,7 @@ use crate::convert::length_u16;
 /// Id that every servo listens to.
 pub(crate) const BROADCAST: u8 = 0xFE;
 /// Instruction field of a status packet.
-const STATUS: u8 = 0x55;
+pub(crate) const STATUS: u8 = 0x55;
 /// Header and reserved byte.
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// Longest length field taken for one; a servo's buffer is not larger.

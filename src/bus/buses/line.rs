@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::watchdog::LineWatchdog;
 use crate::bus::ServoGoal;
 use crate::bus::client::BusClient;
 use crate::bus::port::{PortError, Ports};
@@ -29,6 +30,7 @@ pub(super) struct Line {
     /// The joint of each slot.
     pub(super) joints: Vec<usize>,
     pub(super) times: ExchangeTimes,
+    pub(super) watchdog: LineWatchdog,
     goals: Vec<ServoGoal>,
     state: State,
 }
@@ -36,7 +38,9 @@ pub(super) struct Line {
 impl Line {
     pub(super) fn new(bus: usize, client: BusClient, joints: Vec<usize>) -> Line {
         let goals = vec![ServoGoal::Limp; joints.len()];
-        Line { bus, client, joints, times: ExchangeTimes::default(), goals, state: State::Idle }
+        let watchdog = LineWatchdog::new(joints.len());
+        let times = ExchangeTimes::default();
+        Line { bus, client, joints, times, watchdog, goals, state: State::Idle }
     }
 
     pub(super) fn is_gone(&self) -> bool {
@@ -50,6 +54,9 @@ impl Line {
         }
         for (goal, joint) in self.goals.iter_mut().zip(&self.joints) {
             *goal = goals.get(*joint).copied().unwrap_or_default();
+        }
+        if let Some(units) = self.watchdog.renewal() {
+            self.client.renew_watchdog(units);
         }
         // A reply that came too late for the last exchange must not pass for one of this.
         let sent = ports
@@ -105,8 +112,11 @@ impl Line {
     }
 
     /// Hands the result of each servo to its joint's place in `out`.
-    pub(super) fn finish_exchange(&mut self, out: &mut [Slot]) {
-        for (slot, joint) in self.client.finish().iter().zip(&self.joints) {
+    pub(super) fn finish_exchange(&mut self, now: Time, out: &mut [Slot]) {
+        for (index, (slot, joint)) in self.client.finish().iter().zip(&self.joints).enumerate() {
+            if matches!(slot, Slot::Fresh(_)) {
+                self.watchdog.note_heard(index, now);
+            }
             if let Some(place) = out.get_mut(*joint) {
                 *place = *slot;
             }

@@ -7,6 +7,7 @@
 mod line;
 mod start;
 mod transaction;
+mod watchdog;
 
 use std::time::Duration;
 
@@ -20,7 +21,8 @@ use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
 use line::Line;
-pub use start::StartError;
+pub use start::{BusDevice, Disagreement, StartError};
+pub use watchdog::watchdog_time;
 
 /// How long exchanges took, from sending to the last reply or the deadline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -120,8 +122,9 @@ impl<P: Ports> Buses<P> {
             times.total = times.total.saturating_add(took);
             times.count += 1;
         });
+        let now = self.ports.now();
         for line in &mut self.lines {
-            line.finish_exchange(out);
+            line.finish_exchange(now, out);
         }
     }
 

@@ -1,25 +1,66 @@
 //! Before the first cycle and after the last: are these the servos of the robot file, and are they limp?
+//!
+//! Every servo is asked before any is written to, and all that disagrees is told at once. A servo that does
+//! not answer where it should is looked for on the other buses, so that two adapters that were swapped, or a
+//! plug on the wrong bus, are told as what they are.
+
+use std::fmt;
 
 use super::Buses;
 use crate::bus::ServoGoal;
 use crate::bus::port::Ports;
 use crate::bus::{ServoPlace, TransactionError};
-use crate::model::Robot;
+use crate::model::servo_model::SERVO_MODELS;
+use crate::model::{Protocol, Robot, Servo};
 
 /// Why a run cannot start. No torque was on then.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StartError {
+    /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
+    Disagrees(Vec<Disagreement>),
+    /// A servo could not be made ready.
+    Transaction(TransactionError),
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StartError::Transaction(error) => error.fmt(f),
+            StartError::Disagrees(all) => {
+                for disagreement in all {
+                    writeln!(f, "{disagreement}")?;
+                }
+                f.write_str("the robot is not as its file says; no servo was written to, none has torque")
+            }
+        }
+    }
+}
+
+impl std::error::Error for StartError {}
+
+impl From<TransactionError> for StartError {
+    fn from(error: TransactionError) -> StartError {
+        StartError::Transaction(error)
+    }
+}
+
+/// One thing in which the robot is not as its file says.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Disagreement {
     /// A servo cannot be asked.
     #[error(transparent)]
-    Transaction(#[from] TransactionError),
-    /// Another servo than the robot file says.
+    Unheard(TransactionError),
+    /// Another model than the robot file says.
     #[error(
-        "{place} says it is model number {found}, the robot file says {expected} ({model}): check that its bus and \
-         id are the ones of this joint"
+        "{place} is another model: the robot file says {model} (model number {expected}), it says it is model \
+         number {found}{}: name that model in the robot file, or check that its bus and id are this joint's",
+        models_with(*.protocol, *.found)
     )]
     OtherModel {
         /// Where.
         place: ServoPlace,
+        /// Language of its bus.
+        protocol: Protocol,
         /// Model number it reports.
         found: i64,
         /// Model number of the robot file's model.
@@ -27,6 +68,58 @@ pub enum StartError {
         /// Name of the robot file's model.
         model: &'static str,
     },
+    /// A servo answers on another bus than the robot file says.
+    #[error(
+        "{place} answers on {found} instead: plug it into bus {bus}, or name the other bus in the robot file",
+        bus = .place.bus
+    )]
+    OtherBus {
+        /// Where it should be.
+        place: ServoPlace,
+        /// Where it is.
+        found: BusDevice,
+    },
+    /// The servos of two buses answer each on the other's line.
+    #[error(
+        "the devices of {} and {} look swapped: the servos of each answer on the other's line; exchange the two \
+         devices in the unit file (or in --port), or the two plugs",
+        .0[0], .0[1]
+    )]
+    Swapped([BusDevice; 2]),
+}
+
+/// A bus, and what its line is called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BusDevice {
+    /// Name of the bus.
+    pub bus: String,
+    /// Its device, where it has a name.
+    pub device: Option<String>,
+}
+
+impl fmt::Display for BusDevice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "bus {}", self.bus)?;
+        self.device.iter().try_for_each(|device| write!(f, " ({device})"))
+    }
+}
+
+/// The names of the models with this number, for a message; empty when none is known.
+fn models_with(protocol: Protocol, number: i64) -> String {
+    let is_it = |number_of: u16, of: Protocol| of == protocol && i64::from(number_of) == number;
+    let models = SERVO_MODELS.iter().filter(|model| is_it(model.model_number, model.protocol));
+    let names: Vec<_> = models.map(|model| model.name).collect();
+    if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }
+}
+
+/// What became of asking one servo.
+#[derive(Debug)]
+enum Found {
+    AsExpected,
+    OtherModel(i64),
+    Unheard(TransactionError),
+    /// It answers on this other line.
+    Elsewhere(usize),
 }
 
 /// Limp goals are sent this often, in case one is lost.
@@ -34,10 +127,11 @@ const LIMP_TRIES: u32 = 3;
 
 impl<P: Ports> Buses<P> {
     /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
-    /// clears what another program may have left in it.
+    /// clears what another program may have left in it, a bus watchdog that has tripped included.
     ///
     /// # Errors
-    /// The first servo that is not. Nothing was written to any servo then.
+    /// All servos that are not ([`StartError::Disagrees`]; nothing was written to any servo then), or the
+    /// first that could not be made limp.
     pub fn prepare(&mut self, robot: &Robot) -> Result<(), StartError> {
         self.identify(robot)?;
         for (index, joint) in robot.joints.iter().enumerate() {
@@ -50,17 +144,86 @@ impl<P: Ports> Buses<P> {
     }
 
     fn identify(&mut self, robot: &Robot) -> Result<(), StartError> {
-        for (index, joint) in robot.joints.iter().enumerate() {
-            let Some(servo) = &joint.servo else { continue };
-            self.ping(index)?;
-            let found = self.read(index, servo.model.registers.model_number)?;
-            let expected = servo.model.model_number;
-            if found != i64::from(expected) {
-                let place = self.place(index)?.servo.clone();
-                return Err(StartError::OtherModel { place, found, expected, model: servo.model.name });
+        let mut gone = vec![false; robot.buses.len()];
+        let mut asked = Vec::new();
+        for (joint, servo) in servos(robot) {
+            // A port that is gone is told once.
+            if gone[servo.bus] {
+                continue;
             }
+            let found = self.ask_who(robot, joint, servo);
+            gone[servo.bus] = matches!(found, Found::Unheard(TransactionError::Port { .. }));
+            asked.push((joint, *servo, found));
         }
-        Ok(())
+        let disagreements = self.disagreements(robot, &asked)?;
+        if disagreements.is_empty() { Ok(()) } else { Err(StartError::Disagrees(disagreements)) }
+    }
+
+    fn ask_who(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Found {
+        let number = servo.model.registers.model_number;
+        match self.ping(joint).and_then(|()| self.read(joint, number)) {
+            Ok(found) if found == i64::from(servo.model.model_number) => Found::AsExpected,
+            Ok(found) => Found::OtherModel(found),
+            Err(error @ TransactionError::NoAnswer { .. }) => {
+                match self.look_elsewhere(robot, joint, servo) {
+                    Some(line) => Found::Elsewhere(line),
+                    None => Found::Unheard(error),
+                }
+            }
+            Err(error) => Found::Unheard(error),
+        }
+    }
+
+    /// The other bus on which a servo of this id and model answers, if there is one. Where the robot file has
+    /// the id on that bus too, an answer would tell nothing.
+    fn look_elsewhere(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Option<usize> {
+        let place = self.place(joint).ok()?.servo.clone();
+        let register = servo.model.registers.model_number;
+        (0..robot.buses.len()).filter(|line| *line != servo.bus).find(|line| {
+            let is_taken = servos(robot).any(|(_, other)| other.bus == *line && other.id == servo.id);
+            let is_same_language = robot.buses[*line].protocol == servo.model.protocol;
+            is_same_language
+                && !is_taken
+                && self.read_at(*line, place.clone(), register) == Ok(i64::from(servo.model.model_number))
+        })
+    }
+
+    fn disagreements(
+        &self,
+        robot: &Robot,
+        asked: &[(usize, Servo, Found)],
+    ) -> Result<Vec<Disagreement>, TransactionError> {
+        let swapped = swapped_buses(robot, asked);
+        let mut disagreements: Vec<Disagreement> = swapped
+            .iter()
+            .map(|&(a, b)| Disagreement::Swapped([self.bus_device(robot, a), self.bus_device(robot, b)]))
+            .collect();
+        for (joint, servo, found) in asked {
+            let is_swapped = swapped.iter().any(|&(a, b)| [a, b].contains(&servo.bus));
+            if is_swapped && !matches!(found, Found::Unheard(_)) {
+                continue;
+            }
+            let place = self.place(*joint)?.servo.clone();
+            disagreements.push(match found {
+                Found::AsExpected => continue,
+                Found::OtherModel(found) => Disagreement::OtherModel {
+                    place,
+                    protocol: servo.model.protocol,
+                    found: *found,
+                    expected: servo.model.model_number,
+                    model: servo.model.name,
+                },
+                Found::Unheard(error) => Disagreement::Unheard(error.clone()),
+                Found::Elsewhere(line) => {
+                    Disagreement::OtherBus { place, found: self.bus_device(robot, *line) }
+                }
+            });
+        }
+        Ok(disagreements)
+    }
+
+    fn bus_device(&self, robot: &Robot, bus: usize) -> BusDevice {
+        BusDevice { bus: robot.buses[bus].name.clone(), device: self.ports.device(bus).map(str::to_owned) }
     }
 
     /// Takes the torque off all servos, outside the pipeline: for ends the motion has no part in.
@@ -71,4 +234,37 @@ impl<P: Ports> Buses<P> {
             self.exchange_counts(&vec![ServoGoal::Limp; count], &mut slots);
         }
     }
+}
+
+fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
+    robot.joints.iter().enumerate().filter_map(|(joint, of)| Some((joint, of.servo.as_ref()?)))
+}
+
+/// Pairs of buses whose servos answer each on the other's line, and none of which answers where it should,
+/// other than one that has a twin of its id and model on the other bus.
+fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, usize)> {
+    let has_twin = |servo: &Servo, bus: usize, number: i64| {
+        servos(robot).any(|(_, other)| {
+            other.bus == bus && other.id == servo.id && i64::from(other.model.model_number) == number
+        })
+    };
+    // Does the line of `a` look like that of `b`?
+    let looks_like = |a: usize, b: usize| {
+        let on_a = || asked.iter().filter(move |(_, servo, _)| servo.bus == a);
+        let is_of_b = |(_, servo, found): &(usize, Servo, Found)| match found {
+            Found::Elsewhere(line) => *line == b,
+            Found::OtherModel(number) => has_twin(servo, b, *number),
+            Found::AsExpected | Found::Unheard(_) => false,
+        };
+        let is_at_home = |(_, servo, found): &(usize, Servo, Found)| {
+            matches!(found, Found::AsExpected) && !has_twin(servo, b, i64::from(servo.model.model_number))
+        };
+        on_a().any(is_of_b) && !on_a().any(is_at_home)
+    };
+    let count = robot.buses.len();
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    pairs
+        .filter(|&(a, b)| robot.buses[a].protocol == robot.buses[b].protocol)
+        .filter(|&(a, b)| looks_like(a, b) && looks_like(b, a))
+        .collect()
 }

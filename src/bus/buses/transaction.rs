@@ -2,7 +2,7 @@
 
 use super::{Buses, Line};
 use crate::bus::client::Answer;
-use crate::bus::error::{Request, TransactionError};
+use crate::bus::error::{Request, ServoPlace, TransactionError};
 use crate::bus::port::Ports;
 use crate::bus::register::{decode, encode};
 use crate::model::servo_model::Register;
@@ -63,13 +63,27 @@ impl<P: Ports> Buses<P> {
         self.lines.get(place.line).ok_or(TransactionError::NoServo { joint })
     }
 
+    /// Reads a register of the servo at `place` on the bus of `line`, which need not be the joint's own.
+    pub(super) fn read_at(
+        &mut self,
+        line: usize,
+        place: ServoPlace,
+        register: Register,
+    ) -> Result<i64, TransactionError> {
+        self.ask_at(line, place, Request::Read(register))
+    }
+
     /// Asks up to [`TRIES`] times; the value read, or 0.
     fn ask(&mut self, joint: usize, request: Request) -> Result<i64, TransactionError> {
         let place = self.place(joint)?;
-        let (index, place) = (place.line, place.servo.clone());
+        let (line, place) = (place.line, place.servo.clone());
+        self.ask_at(line, place, request)
+    }
+
+    fn ask_at(&mut self, index: usize, place: ServoPlace, request: Request) -> Result<i64, TransactionError> {
         let mut is_corrupt = false;
         for _ in 0..TRIES {
-            let line = self.lines.get_mut(index).ok_or(TransactionError::NoServo { joint })?;
+            let Some(line) = self.lines.get_mut(index) else { break };
             let bytes = match request {
                 Request::Ping => line.client.begin_ping(place.id),
                 Request::Read(register) => line.client.begin_read(place.id, register),
@@ -81,7 +95,7 @@ impl<P: Ports> Buses<P> {
                 return Err(TransactionError::Port { place, request, source });
             }
             self.wait_for_replies(|_, _| {});
-            let line = self.lines.get_mut(index).ok_or(TransactionError::NoServo { joint })?;
+            let Some(line) = self.lines.get_mut(index) else { break };
             match line.client.finish_transaction() {
                 Answer::Done { value, .. } => return Ok(value),
                 Answer::Refused { error } => return Err(TransactionError::Refused { place, request, error }),

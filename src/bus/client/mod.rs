@@ -54,6 +54,8 @@ pub struct BusClient {
     fast_cost: CycleCost,
     reply_deadline: Duration,
     counters: Counters,
+    /// What the next cycle's request sets the bus watchdogs to, having cleared them.
+    watchdog_renewal: Option<u8>,
 }
 
 impl BusClient {
@@ -62,8 +64,10 @@ impl BusClient {
     pub fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
         let plain_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Plain);
         let fast_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Fast);
-        // Stuffing makes a packet longer by a third at most; 64 bytes hold any single request.
-        let request_bytes = plain_cost.bytes_out * 4 / 3 + 64;
+        // Two watchdog writes come with some cycles. Stuffing makes a packet longer by a third at most; 64
+        // bytes hold any single request.
+        let watchdog_bytes = 2 * (dynamixel::REQUEST_FRAME_BYTES + 4 + 2 * ids.len());
+        let request_bytes = (plain_cost.bytes_out + watchdog_bytes) * 4 / 3 + 64;
         BusClient {
             bus: bus.clone(),
             codec: Codec::new(bus.protocol, registers, ids.len()),
@@ -78,6 +82,7 @@ impl BusClient {
             fast_cost,
             reply_deadline: Duration::ZERO,
             counters: Counters::default(),
+            watchdog_renewal: None,
         }
     }
 
@@ -121,6 +126,13 @@ impl BusClient {
         let limit = |(id, _, limit)| (id, encode(registers.torque_limit, i64::from(limit)));
         let position = |(id, position, _)| (id, encode(registers.goal_position, i64::from(position)));
         let enable = |(id, goal): (&ServoId, _)| (*id, u64::from(goal != ServoGoal::Limp));
+        let renewal = registers.bus_watchdog.zip(self.watchdog_renewal.take());
+        if let Some((register, units)) = renewal {
+            for value in [0, units] {
+                codec.sync_write(request, register, ids.iter().map(|id| (*id, u64::from(value))));
+            }
+        }
+        let renewal_bytes = request.len();
         codec.sync_write(request, registers.torque_limit, moving().map(limit));
         codec.sync_write(request, registers.goal_position, moving().map(position));
         codec.sync_write(request, registers.torque_enable, goals().map(enable));
@@ -129,8 +141,26 @@ impl BusClient {
             GroupRead::Plain => codec.sync_read(request, address, bytes, ids),
             GroupRead::Fast => codec.fast_sync_read(request, address, bytes, ids),
         }
-        self.reply_deadline = reply_deadline(self.cycle_time());
+        self.reply_deadline = reply_deadline(self.cycle_time() + wire_time(renewal_bytes, self.bus.baud));
         self.counters.bytes_out += length(&self.request);
+        &self.request
+    }
+
+    /// Has the next cycle's request clear every servo's bus watchdog and set it to `units`, before its goals:
+    /// a servo that has stopped itself takes them again. Nothing on a bus whose servos have no watchdog.
+    pub fn renew_watchdog(&mut self, units: u8) {
+        self.watchdog_renewal = Some(units);
+    }
+
+    /// Begins a write of `units` to every servo's bus watchdog, which none answers. Nothing to send on a bus
+    /// whose servos have no watchdog.
+    pub fn begin_watchdog(&mut self, units: u8) -> &[u8] {
+        self.restart(Awaited::Nothing);
+        let Inbox { ids, registers, .. } = &self.inbox;
+        if let Some(register) = registers.bus_watchdog {
+            let values = ids.iter().map(|id| (*id, u64::from(units)));
+            self.codec.sync_write(&mut self.request, register, values);
+        }
         &self.request
     }
 

@@ -443,3 +443,33 @@ proptest! {
         }
     }
 }
+
+/// Sync writes of register 98 (0x62), one byte: units of 20 ms, 0 for off (e-manual, Bus Watchdog).
+#[test]
+fn watchdogs_are_cleared_and_set_before_the_goals_of_one_cycle() {
+    let watchdog = |units: u8| {
+        let mut packet =
+            vec![0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x0B, 0x00, 0x83, 0x62, 0, 1, 0, 1, units, 2, units];
+        packet.extend(slow_crc(&packet));
+        packet
+    };
+    let mut client = client(Protocol::Dynamixel);
+    let usual = client.begin_cycle(&MOVING).to_vec();
+    let usual_deadline = client.reply_deadline();
+    client.renew_watchdog(10);
+    assert_eq!(client.begin_cycle(&MOVING), [watchdog(0), watchdog(10), usual.clone()].concat());
+    // 36 bytes of 10 us each, and a quarter more.
+    assert_eq!(client.reply_deadline(), usual_deadline + Duration::from_micros(450));
+    assert_eq!(client.begin_cycle(&MOVING), usual, "once asked for, once done");
+    assert_eq!(client.begin_watchdog(0), watchdog(0));
+    assert!(client.is_complete(), "nobody answers");
+}
+
+#[test]
+fn feetech_servos_have_no_watchdog() {
+    let mut client = client(Protocol::Feetech);
+    let usual = client.begin_cycle(&MOVING).to_vec();
+    client.renew_watchdog(10);
+    assert_eq!(client.begin_cycle(&MOVING), usual);
+    assert!(client.begin_watchdog(0).is_empty());
+}

@@ -36,6 +36,8 @@ pub struct SerialPorts {
     /// Time 0 of the run, on the monotonic clock.
     start: Duration,
     notes: Vec<String>,
+    /// Path of each bus's device, for messages.
+    paths: Vec<String>,
 }
 
 impl SerialPorts {
@@ -55,6 +57,7 @@ impl SerialPorts {
             reopener: Reopener::start(devices.to_vec()),
             start: monotonic(),
             notes: devices.iter().filter_map(latency::advice).collect(),
+            paths: devices.iter().map(|device| device.path.display().to_string()).collect(),
         })
     }
 
@@ -143,6 +146,10 @@ impl Ports for SerialPorts {
 
     fn wait_until(&mut self, deadline: Time) {
         sleep_until(self.start + Duration::from_nanos(deadline.0));
+    }
+
+    fn device(&self, bus: usize) -> Option<&str> {
+        self.paths.get(bus).map(String::as_str)
     }
 }
 

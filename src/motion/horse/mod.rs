@@ -4,6 +4,7 @@
 //! lands half-way between where its root will be at touch-down and at the next lift-off (both read ahead
 //! in the ramp). So every stance is centred under the leg, whatever the speed does, and no foot slips.
 
+mod generator;
 #[cfg(test)]
 mod tests;
 
@@ -12,6 +13,7 @@ use glam::DVec3;
 use crate::model::{Gait, HorseMotion};
 use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, SpeedRamp, SwingCurve};
 use crate::signals::{FootTarget, Targets};
+pub use generator::HorseGenerator;
 
 /// What a walk needs to know of the robot, worked out when the robot loads.
 #[derive(Debug, Clone)]

@@ -1,0 +1,117 @@
+//! The servos' own bus watchdog: if this program dies, they stop by themselves.
+//!
+//! Armed before a run, while there is no torque and so nothing is watched yet; every exchange is a sign of
+//! life. A servo that has heard nothing for too long, because the loop stalled or its plug was out, has stopped
+//! itself and takes no goals; the exchanges after it is heard again clear its watchdog and set it anew. Servos
+//! that have no such watchdog (Feetech) are left alone.
+//!
+//! Source: ROBOTIS e-manual, X-series, Bus Watchdog (98).
+
+use std::time::Duration;
+
+use super::{Buses, StartError};
+use crate::bus::port::Ports;
+use crate::model::Robot;
+use crate::units::Time;
+
+/// The register's unit.
+const UNIT: Duration = Duration::from_millis(20);
+/// The register's largest value.
+const UNITS_MAX: u8 = 127;
+/// No shorter, so that one hiccup of the machine does not stop the robot.
+const SHORTEST: Duration = Duration::from_millis(200);
+/// Nor shorter than so many cycles.
+const CYCLES: f64 = 10.0;
+/// What is not answered is sent this often, in case one is lost.
+const TRIES: u8 = 3;
+
+/// How long the servos of `robot` may hear nothing before they stop by themselves: ten cycles of the loop, 200 ms
+/// at least, and 2.54 s, the longest there is, at most.
+pub fn watchdog_time(robot: &Robot) -> Duration {
+    UNIT * u32::from(units(robot))
+}
+
+fn units(robot: &Robot) -> u8 {
+    let wanted_s = (CYCLES * robot.period_s()).max(SHORTEST.as_secs_f64());
+    let wanted = (wanted_s / UNIT.as_secs_f64() - 1e-9).ceil();
+    // The loop compares with the register's own range.
+    (1..=UNITS_MAX).find(|units| f64::from(*units) >= wanted).unwrap_or(UNITS_MAX)
+}
+
+/// What one line knows of its servos' watchdogs.
+#[derive(Debug)]
+pub(super) struct LineWatchdog {
+    /// The register's value; none while it is not armed.
+    units: Option<u8>,
+    /// When each servo was last heard.
+    heard: Vec<Time>,
+    /// Exchanges that are still to clear the watchdogs and set them anew.
+    renewals: u8,
+}
+
+impl LineWatchdog {
+    pub(super) fn new(servos: usize) -> LineWatchdog {
+        LineWatchdog { units: None, heard: vec![Time::default(); servos], renewals: 0 }
+    }
+
+    fn arm(&mut self, units: u8, now: Time) {
+        self.units = Some(units);
+        self.heard.fill(now);
+    }
+
+    /// A reply of the line's servo number `index` came.
+    pub(super) fn note_heard(&mut self, index: usize, now: Time) {
+        let (Some(units), Some(heard)) = (self.units, self.heard.get_mut(index)) else { return };
+        if now.since(*heard) >= UNIT * u32::from(units) {
+            self.renewals = TRIES;
+        }
+        *heard = now;
+    }
+
+    /// The register's value, if the next exchange is to set it anew.
+    pub(super) fn renewal(&mut self) -> Option<u8> {
+        self.renewals = self.renewals.checked_sub(1)?;
+        self.units
+    }
+}
+
+impl<P: Ports> Buses<P> {
+    /// Sets the watchdog of every servo that has one to [`watchdog_time`]. To be called while torque is off,
+    /// before a run; from torque on, there must be an exchange at least that often.
+    ///
+    /// # Errors
+    /// [`StartError::Transaction`] when a servo does not take it.
+    pub fn arm_watchdogs(&mut self, robot: &Robot) -> Result<(), StartError> {
+        let units = units(robot);
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let Some(servo) = &joint.servo else { continue };
+            let Some(register) = servo.model.registers.bus_watchdog else { continue };
+            self.write(index, register, i64::from(units))?;
+        }
+        let now = self.ports.now();
+        for line in &mut self.lines {
+            if line.client.registers().bus_watchdog.is_some() {
+                line.watchdog.arm(units, now);
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches the watchdogs off again: after a run, when nobody talks to the servos any more. Nothing is
+    /// answered, so a line that is gone is no error.
+    pub fn disarm_watchdogs(&mut self) {
+        for _ in 0..TRIES {
+            let mut sent_by = self.ports.now();
+            for line in self.lines.iter_mut().filter(|line| line.watchdog.units.is_some()) {
+                let bytes = line.client.begin_watchdog(0);
+                if self.ports.send(line.bus, bytes).is_ok() {
+                    sent_by = sent_by.max(self.ports.now() + line.client.reply_deadline());
+                }
+            }
+            self.ports.wait_until(sent_by);
+        }
+        for line in &mut self.lines {
+            line.watchdog.units = None;
+        }
+    }
+}

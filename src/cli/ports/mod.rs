@@ -1,0 +1,188 @@
+//! Which ports a run is on: simulated buses, or the devices that the unit file and the user name.
+//!
+//! Comes in: the robot, its unit file if there is one, what the user said. Goes out: "simulated", or a device
+//! for every bus, or why neither.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{Context, Result};
+
+use super::{BadInput, UnitArguments};
+use crate::bus::SerialPorts;
+use crate::bus::serial::Device;
+use crate::config::{UnitFile, default_unit_path, nearest};
+use crate::model::{Bus, Robot};
+
+/// `--port BUS=PATH`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct PortOption {
+    bus: String,
+    path: PathBuf,
+}
+
+impl PortOption {
+    /// As it is typed after `--port`.
+    pub(super) fn to_argument(&self) -> OsString {
+        let mut argument = OsString::from(&self.bus);
+        argument.push("=");
+        argument.push(&self.path);
+        argument
+    }
+}
+
+impl FromStr for PortOption {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<PortOption, Self::Err> {
+        match text.split_once('=') {
+            Some((bus, path)) if !bus.is_empty() && !path.is_empty() => {
+                Ok(PortOption { bus: bus.to_owned(), path: path.into() })
+            }
+            _ => Err("expected BUS=PATH, as in legs=/dev/ttyUSB0"),
+        }
+    }
+}
+
+impl fmt::Display for PortOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "--port {}={}", self.bus, self.path.display())
+    }
+}
+
+/// Where the robot's buses are.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Choice {
+    /// Nowhere: they are simulated.
+    Simulated {
+        /// On a virtual clock.
+        is_virtual: bool,
+    },
+    /// On real ports: one for each bus, in the robot's order of buses; all paths different.
+    Devices(Vec<PortOption>),
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Choice::Simulated { is_virtual: false } => f.write_str("simulated buses"),
+            Choice::Simulated { is_virtual: true } => f.write_str("simulated buses, virtual clock"),
+            Choice::Devices(ports) => {
+                let paths: Vec<_> = ports.iter().map(|port| port.path.display().to_string()).collect();
+                f.write_str(&paths.join(", "))
+            }
+        }
+    }
+}
+
+/// Decides where the buses of `robot`, loaded from `robot_file`, are. Opens nothing.
+///
+/// Simulated, if the user asks for that, or if neither `unit` nor the user names a device. Otherwise every bus
+/// needs one, the user's before the unit file's, and the unit file must be a calibrated one of this robot.
+///
+/// # Errors
+/// Bad input: ports that do not fit the robot's buses, no calibrated unit file, a bus without a device.
+pub(super) fn choose(
+    options: &UnitArguments,
+    robot: &Robot,
+    robot_file: &Path,
+    unit: Option<&UnitFile>,
+) -> Result<Choice> {
+    let ports = &options.ports;
+    check_ports(robot, ports)?;
+    let has_devices = !ports.is_empty() || unit.is_some_and(|unit| !unit.unit.buses.is_empty());
+    if options.simulate || options.is_virtual || !has_devices {
+        return Ok(Choice::Simulated { is_virtual: options.is_virtual });
+    }
+    let Some(unit) = unit else {
+        return Err(BadInput(format!(
+            "nothing moves on a real port without a calibrated unit file of this very robot: expected {}, or \
+             another named with --unit; --simulate in the place of --port runs without hardware",
+            default_unit_path(robot_file).display()
+        ))
+        .into());
+    };
+    unit.check_calibrated(robot, robot_file).context(
+        "nothing moves on a real port without a calibrated unit file; --simulate runs without hardware",
+    )?;
+    let ports = fill_up(robot, unit, ports)?;
+    unit.warnings(robot).iter().for_each(|warning| warn(&warning.to_string()));
+    Ok(Choice::Devices(ports))
+}
+
+/// Opens `ports`, one for each bus of `robot`, and says what could be better about them.
+pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
+    let ports = SerialPorts::open(&devices(robot, ports)?)?;
+    ports.notes().iter().for_each(|note| warn(note));
+    Ok(ports)
+}
+
+#[allow(clippy::print_stderr, reason = "warnings of the command")]
+fn warn(text: &str) {
+    eprintln!("hippocamp: warning: {text}");
+}
+
+/// Each for a bus of the robot, each bus once.
+fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
+    for (index, port) in ports.iter().enumerate() {
+        let names = || robot.buses.iter().map(|of| of.name.as_str());
+        if !names().any(|name| name == port.bus) {
+            let near =
+                nearest(&port.bus, names()).map(|near| format!("; did you mean {near}?")).unwrap_or_default();
+            let names = names().collect::<Vec<_>>().join(", ");
+            return Err(BadInput(format!(
+                "{port}: {} has no bus {}; it has {names}{near}",
+                robot.name, port.bus
+            )));
+        }
+        if ports[..index].iter().any(|earlier| earlier.bus == port.bus) {
+            return Err(BadInput(format!("{port}: bus {} has a port already; give it one", port.bus)));
+        }
+    }
+    Ok(())
+}
+
+/// A port for each bus, in the order of the robot's buses: one of `ports`, or else the unit file's device.
+fn fill_up(robot: &Robot, unit: &UnitFile, ports: &[PortOption]) -> Result<Vec<PortOption>, BadInput> {
+    let port_of = |bus: &str| {
+        let entry = || unit.unit.buses.iter().find(|entry| entry.name == bus);
+        let from_unit = || Some(PortOption { bus: bus.to_owned(), path: PathBuf::from(&entry()?.device) });
+        ports.iter().find(|port| port.bus == bus).cloned().or_else(from_unit)
+    };
+    let names = || robot.buses.iter().map(|bus| bus.name.as_str());
+    let missing: Vec<&str> = names().filter(|bus| port_of(bus).is_none()).collect();
+    if !missing.is_empty() {
+        return Err(BadInput(format!(
+            "there is no device for bus {}: add each to the unit file as a [[bus]] with name and device, or give \
+             its --port",
+            missing.join(", ")
+        )));
+    }
+    let all: Vec<PortOption> = names().filter_map(port_of).collect();
+    for (index, port) in all.iter().enumerate() {
+        if let Some(twin) = all[..index].iter().find(|twin| twin.path == port.path) {
+            let (a, b, path) = (&twin.bus, &port.bus, port.path.display());
+            return Err(BadInput(format!("buses {a} and {b} are both on {path}: each has one of its own")));
+        }
+    }
+    Ok(all)
+}
+
+/// The device of each bus, in the order of the robot's buses.
+///
+/// # Errors
+/// A port for a bus the robot does not have, two for one bus, or a bus without one.
+pub(super) fn devices(robot: &Robot, ports: &[PortOption]) -> Result<Vec<Device>, BadInput> {
+    check_ports(robot, ports)?;
+    let device = |bus: &Bus| {
+        let port = ports.iter().find(|port| port.bus == bus.name);
+        let missing = || BadInput(format!("--port is missing for bus {}", bus.name));
+        port.map(|port| Device::of(bus, port.path.clone())).ok_or_else(missing)
+    };
+    robot.buses.iter().map(device).collect()
+}
+
+#[cfg(test)]
+mod tests;

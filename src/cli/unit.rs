@@ -1,0 +1,38 @@
+//! Which built robot is meant: finding its unit file.
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use crate::config::{self, UnitFile, default_unit_path};
+
+/// The unit file the user named, or else the one beside the robot file, if there is one.
+pub(super) fn find(robot_file: &Path, named: Option<&Path>) -> Result<Option<UnitFile>> {
+    let beside = default_unit_path(robot_file);
+    let path = match named {
+        Some(path) => path,
+        None if beside.exists() => &beside,
+        None => return Ok(None),
+    };
+    Ok(Some(config::load_unit(path)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOT_FILE: &str = "config/horse-dynamixel.toml";
+
+    #[test]
+    fn a_named_unit_file_must_be_there_and_one_beside_the_robot_file_need_not() {
+        assert!(find(Path::new(ROBOT_FILE), None).unwrap().is_none());
+        let error = find(Path::new(ROBOT_FILE), Some(Path::new("absent.unit.toml"))).unwrap_err();
+        assert!(error.is::<config::ConfigError>());
+        assert!(error.to_string().contains("absent.unit.toml: expected a unit file"), "{error}");
+        let folder = tempfile::tempdir().unwrap();
+        let text = "version = 1\nrobot_file = \"horse.toml\"\n";
+        std::fs::write(folder.path().join("horse.unit.toml"), text).unwrap();
+        let found = find(&folder.path().join("horse.toml"), None).unwrap();
+        assert_eq!(found.unwrap().unit.robot_file, "horse.toml");
+    }
+}

@@ -1,0 +1,181 @@
+//! Unit files: what belongs to one built robot, and to no other of its kind.
+//!
+//! Comes in: a file, or its text. Goes out: a [`Unit`], or every fault of the file at once. What it means for a
+//! robot is judged by `unit_check`, and it is written by [`super::write_unit`].
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use toml::value::Date;
+
+use super::fault::{ConfigError, Fault};
+use super::number::Limits;
+use super::reader::Section;
+use super::source::Source;
+use super::{parse_with, read_text};
+
+/// The version of the schema below.
+pub(super) const VERSION: u32 = 1;
+
+/// What belongs to one built robot.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Unit {
+    /// File name, without folders, of the robot file it was made for.
+    pub robot_file: String,
+    /// Day of the calibration; none before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibrated_on: Option<Date>,
+    /// [`Unit::hash`] as it was at the end of the calibration; none before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration_hash: Option<String>,
+    /// Its serial lines.
+    #[serde(rename = "bus", skip_serializing_if = "Vec::is_empty")]
+    pub buses: Vec<UnitBus>,
+    /// Its joints, as far as they have been calibrated.
+    #[serde(rename = "joint", skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<UnitJoint>,
+}
+
+/// Where a bus of the robot file is plugged in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct UnitBus {
+    /// Name of the bus.
+    pub name: String,
+    /// Path of its serial device.
+    pub device: String,
+}
+
+/// How one joint came out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitJoint {
+    /// Full name, such as `left_hind.hip`.
+    pub name: String,
+    /// Count at joint angle zero; may lie outside the servo's own range.
+    pub zero_count: f64,
+    /// True once a person has seen that the joint turns the way the robot file says.
+    pub direction_checked: bool,
+    /// Serial number of the servo, where it has one that can be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Firmware version of the servo at calibration, where it could be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub firmware: Option<String>,
+}
+
+/// A unit, and the file it came from.
+///
+/// The schema, version 1:
+///
+/// | section | keys (those that may be left out in brackets) |
+/// |---|---|
+/// | top | `version` = 1, `robot_file`, (`calibrated_on`, a date), (`calibration_hash`) |
+/// | `[[bus]]` | `name`, `device` |
+/// | `[[joint]]` | `name`, `zero_count`, (`direction_checked` false), (`serial`), (`firmware`) |
+///
+/// It is found by [`default_unit_path`] unless the user names another.
+#[derive(Debug, Clone)]
+pub struct UnitFile {
+    /// The unit.
+    pub unit: Unit,
+    pub(super) source: Source,
+}
+
+impl UnitFile {
+    /// A fault at a key path such as `bus[0].device`, with its line and value.
+    pub fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
+        self.source.fault(key, expected)
+    }
+}
+
+/// Where the unit file of a robot file is looked for: beside it, `.unit.toml` in the place of its `.toml`; for
+/// `config/horse.toml` that is `config/horse.unit.toml`.
+pub fn default_unit_path(robot_file: &Path) -> PathBuf {
+    robot_file.with_extension("unit.toml")
+}
+
+/// Loads a unit file; its name in faults is the path as given.
+///
+/// # Errors
+/// Every fault of the file, or one that says why it cannot be read.
+pub fn load_unit(path: &Path) -> Result<UnitFile, ConfigError> {
+    let text = read_text(path, "a unit file that can be read, such as config/horse.unit.toml")?;
+    parse_unit(&text, &path.display().to_string())
+}
+
+/// Checks the text of a unit file; `file_name` is its name in faults.
+///
+/// # Errors
+/// Every fault of the text. Text that is no TOML is judged as TOML only, and a file of another version by its
+/// version only.
+pub fn parse_unit(text: &str, file_name: &str) -> Result<UnitFile, ConfigError> {
+    let (unit, source) = parse_with(text, file_name, read_unit)?;
+    Ok(UnitFile { unit, source })
+}
+
+fn read_unit(file: &Section<'_>) -> Option<Unit> {
+    let version = file.integer("version", "the version of the unit file", 1..=u32::MAX);
+    if version.is_some_and(|version| version != VERSION) {
+        let advice = "the only version this program knows; use the program that wrote it";
+        file.fault("version", format!("{VERSION}, {advice}"));
+        file.allow_unknown_keys();
+        return None;
+    }
+    let robot_file = file.text("robot_file", "the name of the robot file it was made for");
+    let calibrated_on = file.date_if_set("calibrated_on", "the day of the calibration");
+    let calibration_hash = file.text_if_set("calibration_hash", "what the calibration wrote here");
+    let buses = read_buses(file);
+    let mut names = Names::default();
+    let joints = file.list("joint", "the joints", |joint| read_joint(joint, &mut names));
+    version?;
+    Some(Unit {
+        robot_file: robot_file?.to_owned(),
+        calibrated_on: calibrated_on?,
+        calibration_hash: calibration_hash?.map(str::to_owned),
+        buses: buses?,
+        joints: joints.into_iter().collect::<Option<_>>()?,
+    })
+}
+
+fn read_buses(file: &Section<'_>) -> Option<Vec<UnitBus>> {
+    let (mut names, mut devices) = (Names::default(), Names::default());
+    let buses = file.list("bus", "the buses' devices", |bus| {
+        let name = names.read(bus, "name", "the name of a bus of the robot file");
+        let device = devices.read(bus, "device", "the path of the bus's serial device");
+        Some(UnitBus { name: name?.to_owned(), device: device?.to_owned() })
+    });
+    buses.into_iter().collect()
+}
+
+fn read_joint<'a>(joint: &Section<'a>, names: &mut Names<'a>) -> Option<UnitJoint> {
+    let name = names.read(joint, "name", "the full name of a joint, such as \"left_hind.hip\"");
+    let zero_count = joint.number("zero_count", "the servo's count at joint angle zero", Limits::Any);
+    let meaning = "whether the joint was seen to turn the right way";
+    let direction_checked = joint.flag_or("direction_checked", meaning, false);
+    let serial = joint.text_if_set("serial", "the servo's serial number");
+    let firmware = joint.text_if_set("firmware", "the servo's firmware version");
+    Some(UnitJoint {
+        name: name?.to_owned(),
+        zero_count: zero_count?,
+        direction_checked: direction_checked?,
+        serial: serial?.map(str::to_owned),
+        firmware: firmware?.map(str::to_owned),
+    })
+}
+
+/// Texts of one key, each of which may be given only once.
+#[derive(Default)]
+struct Names<'a> {
+    seen: Vec<(&'a str, usize)>,
+}
+
+impl<'a> Names<'a> {
+    fn read(&mut self, section: &Section<'a>, key: &'static str, meaning: &str) -> Option<&'a str> {
+        let text = section.text(key, meaning)?;
+        if let Some((_, line)) = self.seen.iter().find(|(seen, _)| *seen == text) {
+            section.fault(key, format!("{meaning}, once only: line {line} has it already"));
+            return None;
+        }
+        self.seen.push((text, section.line(key)));
+        Some(text)
+    }
+}

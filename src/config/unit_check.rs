@@ -1,0 +1,208 @@
+//! A unit file against the robot it is used with: does it fit, is it calibrated, what is unwise.
+
+use std::fmt::Write;
+use std::hash::Hasher;
+use std::path::Path;
+
+use fnv::FnvHasher;
+use toml::value::Date;
+
+use super::fault::{ConfigError, Fault};
+use super::nearest::nearest;
+use super::unit::{Unit, UnitFile, UnitJoint};
+use crate::model::{Joint, Robot, Servo};
+
+/// Rounding error that does not count as crossing the end of the counts.
+const ROUNDING_COUNTS: f64 = 1e-6;
+
+/// Beginnings of device names the system gives out in the order of plugging in.
+const UNSTABLE_DEVICES: [&str; 2] = ["/dev/ttyUSB", "/dev/ttyACM"];
+
+impl Unit {
+    /// Hash of the calibration: robot file name, date, every joint's entry, and how the robot file says its
+    /// servo is connected (model, bus, id, reversed). So an edit of either file after the calibration is
+    /// noticed that makes a checked direction or zero count doubtful. Devices are left out: an adapter may
+    /// move to another plug. FNV-1a, 64 bits (crate `fnv`), as 16 hexadecimal digits: it notices slips, not
+    /// ill will.
+    pub fn hash(&self, robot: &Robot) -> String {
+        let mut text = String::new();
+        let mut joints: Vec<&UnitJoint> = self.joints.iter().collect();
+        joints.sort_by(|a, b| a.name.cmp(&b.name));
+        let date = self.calibrated_on.map(|date| date.to_string());
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:?} {date:?}", self.robot_file);
+        for joint in joints {
+            let UnitJoint { name, zero_count, direction_checked, serial, firmware } = joint;
+            let bits = zero_count.to_bits();
+            let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {serial:?} {firmware:?}");
+            if let Some(servo) = robot.joints.iter().find(|of| of.name == *name).and_then(|of| of.servo) {
+                let (model, bus) = (servo.model.name, robot.buses.get(servo.bus).map(|bus| &bus.name));
+                let _ = write!(text, " {model:?} {bus:?} {} {}", servo.id, servo.reversed);
+            }
+            text.push('\n');
+        }
+        let mut hasher = FnvHasher::default();
+        hasher.write(text.as_bytes());
+        format!("{:016x}", hasher.finish())
+    }
+
+    /// Ends a calibration done on `day`: the joints are as they shall stay.
+    pub fn seal(&mut self, robot: &Robot, day: Date) {
+        self.calibrated_on = Some(day);
+        self.calibration_hash = Some(self.hash(robot));
+    }
+}
+
+impl UnitFile {
+    /// Gives each servo of `robot` its zero count.
+    ///
+    /// # Errors
+    /// Every bus and joint the robot does not have, and every joint whose range would cross the seam of its
+    /// servo's encoder. `robot` is unchanged then.
+    pub fn apply(&self, robot: &mut Robot) -> Result<(), ConfigError> {
+        let mut faults = self.stranger_buses(robot);
+        let mut zero_counts = Vec::new();
+        for (place, entry) in self.unit.joints.iter().enumerate() {
+            let found = robot.joints.iter().position(|joint| joint.name == entry.name);
+            match found.map(|index| (index, &robot.joints[index])) {
+                Some((index, joint @ Joint { servo: Some(servo), .. })) => {
+                    let servo = Servo { zero_count: entry.zero_count, ..*servo };
+                    match travel_fault(joint, &servo) {
+                        None => zero_counts.push((index, entry.zero_count)),
+                        Some(expected) => {
+                            faults.push(self.fault(&format!("joint[{place}].zero_count"), expected));
+                        }
+                    }
+                }
+                _ => {
+                    let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+                    let key = format!("joint[{place}].name");
+                    faults.push(self.stranger(&key, &entry.name, "a joint with a servo", &names));
+                }
+            }
+        }
+        if !faults.is_empty() {
+            faults.sort_by_key(|fault| fault.line);
+            return Err(ConfigError { faults });
+        }
+        for (index, zero_count) in zero_counts {
+            if let Some(servo) = &mut robot.joints[index].servo {
+                servo.zero_count = zero_count;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether `robot`, loaded from `robot_file`, may move on real servos: the unit file was made for that
+    /// robot file, has every joint, each with its direction checked, and was not changed since.
+    ///
+    /// # Errors
+    /// All that is not so.
+    pub fn check_calibrated(&self, robot: &Robot, robot_file: &Path) -> Result<(), ConfigError> {
+        let mut faults = Vec::new();
+        let file_name = robot_file.file_name().unwrap_or_default().to_string_lossy();
+        if self.unit.robot_file != file_name {
+            let expected =
+                format!("{file_name:?}, the robot file it is used with; calibrate each robot with its own");
+            faults.push(self.fault("robot_file", expected));
+        }
+        if self.unit.calibrated_on.is_none() {
+            faults.push(self.fault("calibrated_on", "the day of a calibration; calibrate this robot"));
+        }
+        for joint in robot.joints.iter().filter(|joint| joint.servo.is_some()) {
+            if !self.unit.joints.iter().any(|entry| entry.name == joint.name) {
+                let key = format!("[[joint]] {:?}", joint.name);
+                faults.push(self.fault(&key, "every joint; calibrate this one"));
+            }
+        }
+        for (place, entry) in self.unit.joints.iter().enumerate().filter(|(_, of)| !of.direction_checked) {
+            let expected = format!("true: check that {} turns the way its robot file says", entry.name);
+            faults.push(self.fault(&format!("joint[{place}].direction_checked"), expected));
+        }
+        // What is not complete yet has no hash worth comparing.
+        if faults.is_empty() && self.unit.calibration_hash != Some(self.unit.hash(robot)) {
+            faults.push(self.fault(
+                "calibration_hash",
+                "the hash its calibration wrote: since then a zero count or a direction check was changed here, \
+                 or a servo's model, bus, id or direction in the robot file; calibrate again",
+            ));
+        }
+        faults.sort_by_key(|fault| fault.line);
+        if faults.is_empty() { Ok(()) } else { Err(ConfigError { faults }) }
+    }
+
+    /// What works and may go wrong later: devices whose names change, buses that could be swapped unnoticed.
+    pub fn warnings(&self, robot: &Robot) -> Vec<Fault> {
+        let mut warnings = Vec::new();
+        for (place, bus) in self.unit.buses.iter().enumerate() {
+            let key = format!("bus[{place}].device");
+            if UNSTABLE_DEVICES.iter().any(|start| bus.device.starts_with(start)) {
+                let expected = "a path in /dev/serial/by-id: this one changes with the order of plugging in";
+                warnings.push(self.fault(&key, expected));
+            }
+            let earlier = self.unit.buses[..place].iter().find(|of| is_lookalike(robot, &of.name, &bus.name));
+            if let Some(earlier) = earlier {
+                let expected = format!(
+                    "ids that differ from those of bus {}: the models are the same too, so that nothing could \
+                     tell if the two devices were swapped; give every servo of the robot an id of its own",
+                    earlier.name
+                );
+                warnings.push(self.fault(&key, expected));
+            }
+        }
+        warnings
+    }
+
+    fn stranger_buses(&self, robot: &Robot) -> Vec<Fault> {
+        let names: Vec<&str> = robot.buses.iter().map(|bus| bus.name.as_str()).collect();
+        let strangers =
+            self.unit.buses.iter().enumerate().filter(|(_, bus)| !names.contains(&bus.name.as_str()));
+        strangers
+            .map(|(place, bus)| self.stranger(&format!("bus[{place}].name"), &bus.name, "a bus", &names))
+            .collect()
+    }
+
+    fn stranger(&self, key: &str, name: &str, what: &str, names: &[&str]) -> Fault {
+        let advice = match nearest(name, names.iter().copied()) {
+            Some(near) if near != name => format!("did you mean {near}?"),
+            _ => format!("it has {}", names.join(", ")),
+        };
+        self.fault(key, format!("{what} of the robot file; {advice}"))
+    }
+}
+
+/// What is wrong if the joint's range does not lie within the counts of `servo`.
+fn travel_fault(joint: &Joint, servo: &Servo) -> Option<String> {
+    let (low, high) = joint.range_rad;
+    let (a, b) = (servo.count_of(low), servo.count_of(high));
+    let (first, last) = (f64::from(servo.model.count_range.0), f64::from(servo.model.count_range.1));
+    let is_inside = |count: f64| (first - ROUNDING_COUNTS..=last + ROUNDING_COUNTS).contains(&count);
+    if is_inside(a) && is_inside(b) {
+        return None;
+    }
+    let lowest = (servo.zero_count + first - a.min(b)).ceil();
+    let highest = (servo.zero_count + last - a.max(b)).floor();
+    Some(format!(
+        "a count from {lowest} to {highest}: with this one {} would turn over counts {:.0} to {:.0}, beyond the \
+         seam of the encoder of its {} ({first} to {last}); take off its horn, mount it so that the middle of \
+         the joint's range is near count {:.0}, and calibrate again",
+        joint.name,
+        a.min(b),
+        a.max(b),
+        servo.model.name,
+        f64::from(servo.model.counts_per_turn) / 2.0
+    ))
+}
+
+/// Whether the servos of two buses of these names could not be told apart by asking them.
+fn is_lookalike(robot: &Robot, a: &str, b: &str) -> bool {
+    let identities = |name: &str| {
+        let bus = robot.buses.iter().position(|bus| bus.name == name)?;
+        let servos = robot.joints.iter().filter_map(|joint| joint.servo).filter(|servo| servo.bus == bus);
+        let mut ids: Vec<_> = servos.map(|servo| (servo.id, servo.model.model_number)).collect();
+        ids.sort_unstable();
+        let bus = &robot.buses[bus];
+        Some((bus.protocol, bus.baud, ids))
+    };
+    identities(a).is_some() && identities(a) == identities(b)
+}

@@ -1,0 +1,53 @@
+//! Turning one joint: the servos are found and the cycle repeated as in a run, with another generator.
+//!
+//! Comes in: a robot, one of its joints, an angle. Goes out: where the joint went. Whatever ends it, all joints
+//! are limp afterwards.
+
+use crate::bus::{Ports, StartError};
+use crate::cycle::Cycle;
+use crate::ik::Method;
+use crate::model::Robot;
+use crate::motion::{Generator, Jog, Order};
+use crate::run::{Status, find_servos, perform};
+use crate::telemetry::Outcome;
+
+/// How a jog went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JogReport {
+    /// Where the joint was to go, within its range, rad.
+    pub goal_rad: f64,
+    /// Where it was measured when it was let go, rad; none if it never had torque.
+    pub measured_rad: Option<f64>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it ended so.
+    pub reason: String,
+}
+
+/// Turns joint number `joint` of `robot` to `goal_rad`, held to its range, holds it for a second and lets it go.
+///
+/// `order` is asked, and given the status, once a cycle; it must not block. Any order to stop takes the torque
+/// off at once.
+///
+/// # Errors
+/// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
+pub fn jog<P: Ports>(
+    robot: &Robot,
+    joint: usize,
+    goal_rad: f64,
+    ports: P,
+    mut order: impl FnMut(&Status) -> Order,
+) -> Result<JogReport, StartError> {
+    let buses = find_servos(robot, ports)?;
+    let jog = Jog::new(robot, joint, goal_rad);
+    let goal_rad = jog.goal_rad();
+    let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
+    let start = cycle.buses_mut().ports_mut().now();
+    let (outcome, reason) = perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut order);
+    cycle.buses_mut().disarm_watchdogs();
+    let measured_rad = match cycle.generator() {
+        Generator::Jog(jog) => jog.measured_rad(),
+        Generator::Horse(_) => None,
+    };
+    Ok(JogReport { goal_rad, measured_rad, outcome, reason })
+}

@@ -1,0 +1,137 @@
+//! One joint, slowly to an angle, held for a moment and let go; all others stay limp.
+
+use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
+use super::{Activity, Order};
+use crate::model::Robot;
+use crate::signals::{Aim, Permission, State, Targets};
+
+/// How long the joint is held at its goal, s: what it measures then is where it came to rest.
+const HOLD_S: f64 = 1.0;
+/// Shortest time for the turn, s.
+const TURN_MIN_S: f64 = 0.5;
+
+/// Where the joint is between limp and limp. `from` fields are motion time, s.
+///
+/// ```text
+/// Limp -> TorqueUp -> Turn -> Hold -> Done
+///            |          |       |       ^
+///            +----------+-------+-------+   any order to stop, or permission Stop
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Limp,
+    TorqueUp { from: f64 },
+    Turn { from: f64, duration: f64 },
+    Hold { from: f64 },
+    Done,
+}
+
+/// Makes the targets of a robot of which one joint moves.
+#[derive(Debug, Clone)]
+pub struct Jog {
+    joint: usize,
+    goal_rad: f64,
+    phase: Phase,
+    /// Motion time, s: stands still while safety holds.
+    now_s: f64,
+    /// Every joint as it was measured at the start, rad.
+    start_pose_rad: Vec<f64>,
+    measured_rad: Option<f64>,
+    torque_ramp_s: f64,
+    slow_rate_rad_s: f64,
+}
+
+impl Jog {
+    /// A limp robot whose joint number `joint` will turn to `goal_rad`, held to the range goals are held to. An
+    /// angle that is not finite is the middle of that range.
+    pub fn new(robot: &Robot, joint: usize, goal_rad: f64) -> Jog {
+        let of = &robot.joints[joint];
+        let (low, high) = of.goal_range_rad();
+        Jog {
+            joint,
+            goal_rad: if goal_rad.is_finite() { goal_rad.clamp(low, high) } else { of.middle_rad() },
+            phase: Phase::Limp,
+            now_s: 0.0,
+            start_pose_rad: vec![0.0; robot.joints.len()],
+            measured_rad: None,
+            torque_ramp_s: robot.safety.torque_ramp_s,
+            slow_rate_rad_s: robot.safety.slow_rate_rad_s,
+        }
+    }
+
+    /// Where the joint is to go, rad.
+    pub fn goal_rad(&self) -> f64 {
+        self.goal_rad
+    }
+
+    /// Where the joint was when it was let go, rad; none before, and if it never had torque.
+    pub fn measured_rad(&self) -> Option<f64> {
+        self.measured_rad
+    }
+
+    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
+        if state.permission == Permission::Hold && order == Order::Go {
+            return;
+        }
+        self.now_s += dt_s;
+        self.change_phase(state, order);
+        self.write_targets(targets);
+    }
+
+    fn change_phase(&mut self, state: &State, order: Order) {
+        let now = self.now_s;
+        let must_end = order != Order::Go || state.permission == Permission::Stop;
+        let next = match self.phase {
+            _ if must_end => Phase::Done,
+            // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
+            Phase::Limp if state.is_fresh() => {
+                for (start, joint) in self.start_pose_rad.iter_mut().zip(&state.joints) {
+                    *start = joint.position_rad;
+                }
+                Phase::TorqueUp { from: now }
+            }
+            Phase::TorqueUp { from } if now >= from + self.torque_ramp_s => {
+                Phase::Turn { from: now, duration: self.turn_duration_s() }
+            }
+            Phase::Turn { from, duration } if now >= from + duration => Phase::Hold { from: now },
+            Phase::Hold { from } if now >= from + HOLD_S => Phase::Done,
+            unchanged => unchanged,
+        };
+        if next == Phase::Done && !matches!(self.phase, Phase::Limp | Phase::Done) {
+            self.measured_rad = Some(state.joints[self.joint].position_rad);
+        }
+        self.phase = next;
+    }
+
+    /// Time for the turn at no more than the slow rate, s.
+    fn turn_duration_s(&self) -> f64 {
+        let turn_rad = (self.goal_rad - self.start_pose_rad[self.joint]).abs();
+        (SMOOTH_STEP_SLOPE_MAX * turn_rad / self.slow_rate_rad_s).max(TURN_MIN_S)
+    }
+
+    fn write_targets(&self, targets: &mut Targets) {
+        let share = match self.phase {
+            Phase::Limp | Phase::Done => {
+                targets.aim = Aim::Limp;
+                return;
+            }
+            Phase::TorqueUp { .. } => 0.0,
+            Phase::Turn { from, duration } => smooth_step((self.now_s - from) / duration),
+            Phase::Hold { .. } => 1.0,
+        };
+        targets.aim = Aim::Joint(self.joint);
+        targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+        let angle = &mut targets.pose_rad[self.joint];
+        *angle += share * (self.goal_rad - *angle);
+    }
+
+    /// What the robot is doing.
+    pub fn activity(&self) -> Activity {
+        match self.phase {
+            Phase::Limp => Activity::Limp,
+            Phase::TorqueUp { .. } | Phase::Turn { .. } | Phase::Hold { .. } => Activity::Jogging,
+            Phase::Done => Activity::Done,
+        }
+    }
+}

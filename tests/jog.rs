@@ -1,0 +1,281 @@
+//! One joint, through safety: on simulated buses, and as the command.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::rc::Rc;
+
+use hippocamp::bus::{PortError, Ports, SimPorts};
+use hippocamp::config;
+use hippocamp::jog::{JogReport, jog};
+use hippocamp::model::Robot;
+use hippocamp::motion::{Activity, Order};
+use hippocamp::run::Status;
+use hippocamp::simulation;
+use hippocamp::telemetry::Outcome;
+use hippocamp::units::Time;
+use hw_sim::{FaultScript, Shaft};
+
+/// Simulated ports that are looked at while they are used: which shafts had torque, how fast they turned.
+struct Watched {
+    inner: SimPorts,
+    seen: Rc<RefCell<Seen>>,
+    servos: Vec<(usize, u8)>,
+}
+
+#[derive(Default)]
+struct Seen {
+    had_torque: Vec<bool>,
+    fastest_rad_s: Vec<f64>,
+    /// At the last look.
+    shafts: Vec<Shaft>,
+}
+
+impl Watched {
+    fn look(&self) {
+        let mut seen = self.seen.borrow_mut();
+        let shaft = |&(bus, id): &(usize, u8)| self.inner.world().shaft(bus, id).unwrap();
+        let shafts: Vec<Shaft> = self.servos.iter().map(shaft).collect();
+        seen.had_torque.resize(shafts.len(), false);
+        seen.fastest_rad_s.resize(shafts.len(), 0.0);
+        for (index, shaft) in shafts.iter().enumerate() {
+            seen.had_torque[index] |= shaft.torque_on;
+            seen.fastest_rad_s[index] = seen.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
+        }
+        seen.shafts = shafts;
+    }
+}
+
+impl Ports for Watched {
+    fn now(&mut self) -> Time {
+        self.inner.now()
+    }
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        self.inner.discard_input(bus)
+    }
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.inner.send(bus, bytes)
+    }
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        self.inner.receive(bus, into)
+    }
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.inner.wait_for_input(deadline);
+    }
+    fn wait_until(&mut self, deadline: Time) {
+        self.inner.wait_until(deadline);
+        self.look();
+    }
+}
+
+fn robot(name: &str) -> Robot {
+    config::load(&config_file(name)).unwrap().robot
+}
+
+fn config_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
+}
+
+const HIP: usize = 1;
+
+/// Jogs the left hind hip of the robot of `name` to `goal_deg`, all joints starting at `start_deg` from the
+/// middle of their ranges.
+fn jogged(
+    name: &str,
+    goal_deg: f64,
+    start_deg: f64,
+    faults: &str,
+    order: impl FnMut(&Status) -> Order,
+) -> (JogReport, Seen) {
+    let robot = robot(name);
+    let pose: Vec<f64> =
+        robot.joints.iter().map(|joint| joint.middle_rad() + start_deg.to_radians()).collect();
+    let faults = FaultScript::from_toml(faults).unwrap();
+    let world = simulation::world_from_pose(&robot, &pose, 1, &faults).unwrap();
+    let seen = Rc::new(RefCell::new(Seen::default()));
+    let servos = robot.joints.iter().map(|joint| joint.servo.map(|servo| (servo.bus, servo.id.0)).unwrap());
+    let ports = Watched {
+        inner: SimPorts::on_virtual_clock(world),
+        seen: Rc::clone(&seen),
+        servos: servos.collect(),
+    };
+    let report = jog(&robot, HIP, goal_deg.to_radians(), ports, order).unwrap();
+    (report, Rc::try_unwrap(seen).ok().unwrap().into_inner())
+}
+
+fn only_the_hip_had_torque(seen: &Seen) {
+    for (index, had_torque) in seen.had_torque.iter().enumerate() {
+        assert_eq!(*had_torque, index == HIP, "joint {index}");
+    }
+    assert!(seen.shafts.iter().all(|shaft| !shaft.torque_on), "all limp afterwards");
+}
+
+#[test]
+fn it_goes_there_slowly_and_is_let_go() {
+    for name in ["horse.toml", "horse-dynamixel.toml"] {
+        let mut activities = Vec::new();
+        let (report, seen) = jogged(name, -72.0, 0.0, "", |status| {
+            if activities.last() != Some(&status.activity) {
+                activities.push(status.activity);
+            }
+            Order::Go
+        });
+        assert_eq!((report.outcome, report.reason.as_str()), (Outcome::Completed, "turned and let go"));
+        // To the nearest count, inwards: 0.088 degrees.
+        assert!((report.goal_rad.to_degrees() + 72.0).abs() < 1e-9);
+        let measured_deg = report.measured_rad.unwrap().to_degrees();
+        assert!((measured_deg + 72.0).abs() < 2.0, "{name}: {measured_deg}");
+        only_the_hip_had_torque(&seen);
+        // No faster than slow_rate_deg_s, 30; a servo may overtake its goal for a moment.
+        let fastest_deg_s = seen.fastest_rad_s[HIP].to_degrees();
+        assert!(fastest_deg_s > 10.0 && fastest_deg_s < 45.0, "{name}: {fastest_deg_s}");
+        assert_eq!(activities, [Activity::Limp, Activity::Jogging, Activity::Done], "{name}");
+    }
+}
+
+#[test]
+fn a_joint_does_not_jump_when_its_torque_comes_on() {
+    // Told to stay where it is: 1 s of torque ramp, 0.5 s of no way, 1 s of hold.
+    let (report, seen) = jogged("horse-dynamixel.toml", -85.0, 0.0, "", |_| Order::Go);
+    assert!((report.measured_rad.unwrap().to_degrees() + 85.0).abs() < 0.1);
+    assert!(seen.fastest_rad_s[HIP].to_degrees() < 2.0, "{}", seen.fastest_rad_s[HIP].to_degrees());
+}
+
+#[test]
+fn the_goal_is_held_to_the_range_and_a_joint_outside_is_brought_in() {
+    // -100 to -70 degrees; 20 from the middle is 5 outside.
+    let (report, seen) = jogged("horse-dynamixel.toml", 400.0, 20.0, "", |_| Order::Go);
+    let goal_deg = report.goal_rad.to_degrees();
+    assert!(goal_deg <= -70.0 && goal_deg > -70.1, "{goal_deg}");
+    assert!((report.measured_rad.unwrap().to_degrees() - goal_deg).abs() < 2.0);
+    only_the_hip_had_torque(&seen);
+}
+
+#[test]
+fn an_order_to_stop_takes_the_torque_off_at_once() {
+    for stop in [Order::Stop, Order::StopAtOnce] {
+        let (report, seen) = jogged("horse-dynamixel.toml", -100.0, 0.0, "", |status| {
+            if status.time_s > 1.3 { stop } else { Order::Go }
+        });
+        assert_eq!((report.outcome, report.reason.as_str()), (Outcome::Completed, "stopped by the operator"));
+        let measured_deg = report.measured_rad.unwrap().to_degrees();
+        assert!(measured_deg < -85.0 && measured_deg > -99.0, "on the way: {measured_deg}");
+        only_the_hip_had_torque(&seen);
+    }
+    let (report, seen) = jogged("horse.toml", -100.0, 0.0, "", |_| Order::Stop);
+    assert_eq!(report.measured_rad, None);
+    assert!(!seen.had_torque.contains(&true));
+}
+
+#[test]
+fn a_blocked_joint_is_given_up() {
+    // 29 degrees to go, and 25 is the most a joint may be off its goal.
+    let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'\nbus = 'main'\nid = 2\n";
+    let (report, seen) = jogged("horse.toml", -70.0, -14.0, stuck, |_| Order::Go);
+    assert_eq!(report.outcome, Outcome::StoppedBySafety);
+    assert!(
+        report.reason.contains("joint left_hind.hip") && report.reason.contains("off its goal"),
+        "{}",
+        report.reason
+    );
+    only_the_hip_had_torque(&seen);
+}
+
+#[test]
+fn a_servo_that_falls_silent_ends_it() {
+    let silent = "[[fault]]\nat_s = 1.5\nkind = 'silent'\nbus = 'main'\nid = 9\n";
+    let (report, seen) = jogged("horse.toml", -70.0, 0.0, silent, |_| Order::Go);
+    assert_eq!(report.outcome, Outcome::StoppedBySafety);
+    assert!(report.reason.contains("servo 9"), "{}", report.reason);
+    only_the_hip_had_torque(&seen);
+}
+
+fn hippocamp(arguments: &[&str]) -> Output {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    Command::new(env!("CARGO_BIN_EXE_hippocamp")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn the_command_prints_goal_and_measured() {
+    let output = hippocamp(&["jog", "config/horse.toml", "left_hind.hip", "-75", "--virtual"]);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{out}{err}");
+    assert!(out.starts_with("horse: left_hind.hip to -75.0 degrees on simulated buses\n"), "{out}");
+    assert!(out.contains("completed: turned and let go\nleft_hind.hip: goal -75.00, measured -7"), "{out}");
+}
+
+#[test]
+fn the_command_says_when_it_holds_the_angle_to_the_range() {
+    let output = hippocamp(&["jog", "config/horse.toml", "left_hind.hip", "10", "--virtual"]);
+    let out = text(&output.stdout);
+    assert!(
+        out.starts_with("10 degrees is outside the range of left_hind.hip, -100.0 to -70.0: held at -70.1\n"),
+        "{out}"
+    );
+    assert_eq!(output.status.code(), Some(0), "{out}");
+}
+
+#[test]
+fn what_the_command_cannot_do_is_bad_input() {
+    let bad = |arguments: &[&str]| {
+        let output = hippocamp(arguments);
+        assert_eq!(output.status.code(), Some(2), "{}{}", text(&output.stdout), text(&output.stderr));
+        text(&output.stderr)
+    };
+    let unknown = bad(&["jog", "config/horse.toml", "left_hind.hop", "-75", "--virtual"]);
+    assert!(unknown.contains("expected one of left_hind.pelvis, left_hind.hip,"), "{unknown}");
+    assert!(unknown.contains("did you mean left_hind.hip?"), "{unknown}");
+    let no_angle = bad(&["jog", "config/horse.toml", "left_hind.hip", "nan", "--virtual"]);
+    assert!(no_angle.contains("expected a number"), "{no_angle}");
+    let paper = bad(&["jog", "config/thoroughbred.toml", "left_hind.hip", "-75", "--virtual"]);
+    assert!(paper.contains("has no servo"), "{paper}");
+}
+
+/// A unit file in a folder of its own, with these lines after its head.
+fn unit_file(test: &str, lines: &str) -> String {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("jog");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(format!("{test}.unit.toml"));
+    std::fs::write(&path, format!("version = 1\nrobot_file = \"horse.toml\"\n{lines}")).unwrap();
+    path.into_os_string().into_string().unwrap()
+}
+
+#[test]
+fn the_simulation_has_the_zero_counts_of_the_unit_file() {
+    let unit = unit_file("zero", "[[joint]]\nname = \"left_hind.hip\"\nzero_count = 1500\n");
+    for command in ["jog", "run"] {
+        let options: &[&str] = match command {
+            "jog" => &["jog", "config/horse.toml", "left_hind.hip", "-75"],
+            _ => &["run", "config/horse.toml", "--for", "1"],
+        };
+        let output = hippocamp(&[options, &["--virtual", "--unit", &unit]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}{}", text(&output.stdout), text(&output.stderr));
+    }
+    let seam = unit_file("seam", "[[joint]]\nname = \"left_hind.hip\"\nzero_count = 900\n");
+    let output =
+        hippocamp(&["jog", "config/horse.toml", "left_hind.hip", "-75", "--virtual", "--unit", &seam]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        said.contains("seam.unit.toml:5: joint[0].zero_count = 900: expected a count from 1138"),
+        "{said}"
+    );
+}
+
+#[test]
+fn nothing_moves_on_a_device_without_a_calibration() {
+    let unit = unit_file("uncalibrated", "[[bus]]\nname = \"main\"\ndevice = \"/dev/serial/by-id/none\"\n");
+    for options in [&["jog", "config/horse.toml", "left_hind.hip", "-75"][..], &["run", "config/horse.toml"]]
+    {
+        let output = hippocamp(&[options, &["--unit", &unit]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("nothing moves on a real port without a calibrated unit file"), "{said}");
+        assert!(said.contains("calibrated_on is not set"), "{said}");
+    }
+}

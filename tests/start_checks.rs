@@ -1,0 +1,225 @@
+//! What a start says when the servos are not those of the robot file: on simulated buses whose servos are
+//! those of another robot than the one that is started.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
+
+use hippocamp::bus::{Buses, Disagreement, PortError, Ports, SimPorts, StartError, TransactionError};
+use hippocamp::config;
+use hippocamp::model::servo_model::{Protocol, ServoModel};
+use hippocamp::model::{Joint, Robot};
+use hippocamp::simulation;
+use hippocamp::units::{ServoId, Time};
+use hw_sim::FaultScript;
+
+/// Simulated ports that remember what was sent, and whose lines have names.
+struct Spy {
+    inner: SimPorts,
+    sent: Vec<Vec<u8>>,
+    gone: Option<usize>,
+}
+
+impl Ports for Spy {
+    fn now(&mut self) -> Time {
+        self.inner.now()
+    }
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        if self.gone == Some(bus) { Err(PortError::Gone { bus }) } else { self.inner.discard_input(bus) }
+    }
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.sent.push(bytes.to_vec());
+        self.inner.send(bus, bytes)
+    }
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        self.inner.receive(bus, into)
+    }
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.inner.wait_for_input(deadline);
+    }
+    fn wait_until(&mut self, deadline: Time) {
+        self.inner.wait_until(deadline);
+    }
+    fn device(&self, bus: usize) -> Option<&str> {
+        ["/dev/one", "/dev/two", "/dev/three"].get(bus).copied()
+    }
+}
+
+fn dynamixel_horse() -> Robot {
+    config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot
+}
+
+fn feetech_horse() -> Robot {
+    config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot
+}
+
+/// Starts `robot` on the servos of `built`; what was said, and what was sent.
+fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
+    let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
+    let world = simulation::world_from_pose(built, &pose, 1, &FaultScript::default()).unwrap();
+    let ports = Spy { inner: SimPorts::on_virtual_clock(world), sent: Vec::new(), gone };
+    let mut buses = Buses::new(robot, ports);
+    let result = buses.prepare(robot);
+    (result, buses.into_ports().sent)
+}
+
+/// Instruction numbers of Dynamixel Protocol 2.0 and of Feetech: Write 0x03, Sync Write 0x83.
+fn writes(sent: &[Vec<u8>], protocol: Protocol) -> usize {
+    let at = if protocol == Protocol::Dynamixel { 7 } else { 4 };
+    sent.iter().filter(|bytes| [0x03, 0x83].contains(&bytes[at])).count()
+}
+
+/// What disagrees, after a look that nothing was written.
+fn refused(robot: &Robot, built: &Robot) -> (Vec<Disagreement>, String) {
+    let (result, sent) = start(robot, built, None);
+    assert_eq!(writes(&sent, robot.buses[0].protocol), 0, "nothing is written before all agree");
+    let error = result.unwrap_err();
+    let said = error.to_string();
+    match error {
+        StartError::Disagrees(all) => (all, said),
+        StartError::Transaction(error) => panic!("{error}"),
+    }
+}
+
+/// `robot` with its servos on other buses.
+fn moved(robot: &Robot, bus_of: impl Fn(usize, ServoId) -> usize) -> Robot {
+    let mut built = robot.clone();
+    for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
+        servo.bus = bus_of(servo.bus, servo.id);
+    }
+    built
+}
+
+#[test]
+fn the_right_servos_start() {
+    for robot in [dynamixel_horse(), feetech_horse()] {
+        let (result, sent) = start(&robot, &robot, None);
+        assert_eq!(result, Ok(()));
+        let protocol = robot.buses[0].protocol;
+        let preparation = robot.joints[0].servo.unwrap().model.registers.preparation.len();
+        assert_eq!(writes(&sent, protocol), preparation * robot.joints.len());
+    }
+}
+
+#[test]
+fn two_adapters_swapped_are_named_with_their_devices_and_nothing_else_is_said() {
+    let robot = dynamixel_horse();
+    let built = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
+    let (all, said) = refused(&robot, &built);
+    assert!(matches!(all.as_slice(), [Disagreement::Swapped(_)]), "{said}");
+    assert_eq!(
+        said,
+        "the devices of bus left_hind (/dev/one) and bus left_fore (/dev/two) look swapped: the servos of \
+         each answer on the other's line; exchange the two devices in the unit file (or in --port), or the two \
+         plugs\n\
+         the robot is not as its file says; no servo was written to, none has torque"
+    );
+}
+
+#[test]
+fn both_pairs_swapped_are_both_told() {
+    let robot = dynamixel_horse();
+    let (all, said) = refused(&robot, &moved(&robot, |bus, _| bus ^ 1));
+    assert_eq!(all.len(), 2, "{said}");
+    assert!(said.contains("bus right_hind (/dev/three) and bus right_fore look swapped"), "{said}");
+}
+
+#[test]
+fn three_adapters_in_a_ring_are_told_servo_by_servo() {
+    let robot = dynamixel_horse();
+    let (all, said) = refused(&robot, &moved(&robot, |bus, _| if bus < 3 { (bus + 1) % 3 } else { bus }));
+    assert_eq!(all.len(), 12, "{said}");
+    assert!(all.iter().all(|one| matches!(one, Disagreement::OtherBus { .. })), "{said}");
+}
+
+#[test]
+fn a_plug_on_the_wrong_bus_is_told_for_that_servo_alone() {
+    let robot = dynamixel_horse();
+    let (all, said) = refused(&robot, &moved(&robot, |bus, id| if id.0 == 3 { 2 } else { bus }));
+    assert_eq!(all.len(), 1);
+    assert!(
+        said.starts_with(
+            "servo 3 of joint left_hind.stifle on bus left_hind answers on bus right_hind (/dev/three) instead: \
+             plug it into bus left_hind, or name the other bus in the robot file\n"
+        ),
+        "{said}"
+    );
+    // One each way is no swap of the adapters: the other servos are where they should be.
+    let crossed = moved(&robot, |bus, id| match id.0 {
+        3 => 1,
+        5 => 0,
+        _ => bus,
+    });
+    let (all, said) = refused(&robot, &crossed);
+    assert_eq!(all.len(), 2, "{said}");
+    assert!(all.iter().all(|one| matches!(one, Disagreement::OtherBus { .. })), "{said}");
+}
+
+#[test]
+fn all_that_disagrees_is_told_at_once_naming_both() {
+    let robot = dynamixel_horse();
+    let mut built = robot.clone();
+    built.joints[1].servo.as_mut().unwrap().model = ServoModel::named("XL430-W250").unwrap();
+    built.joints[6].servo.as_mut().unwrap().id = ServoId(77);
+    built.joints[9].servo.as_mut().unwrap().model = ServoModel::named("XM430-W350").unwrap();
+    let (all, said) = refused(&robot, &built);
+    assert_eq!(all.len(), 3, "{said}");
+    assert!(
+        said.starts_with(
+            "servo 2 of joint left_hind.hip on bus left_hind is another model: the robot file says XM430-W210 \
+             (model number 1030), it says it is model number 1060 (XL430-W250): "
+        ),
+        "{said}"
+    );
+    assert!(
+        said.contains("\nservo 7 of joint left_fore.elbow on bus left_fore did not answer a ping"),
+        "{said}"
+    );
+    assert!(said.contains("it says it is model number 1020 (XM430-W350)"), "{said}");
+}
+
+#[test]
+fn models_that_share_a_number_are_both_named() {
+    let robot = feetech_horse();
+    let mut built = robot.clone();
+    built.joints[0].servo.as_mut().unwrap().model = ServoModel::named("STS3250").unwrap();
+    let (_, said) = refused(&robot, &built);
+    assert!(said.contains("it says it is model number 2825 (STS3250)"), "{said}");
+    let (_, said) = refused(&built, &robot);
+    assert!(said.contains("it says it is model number 777 (STS3215-7V4 or STS3215-12V)"), "{said}");
+}
+
+/// Ids that are the same on both buses, but for a model: the swap shows in the models. Without that it
+/// shows nowhere.
+#[test]
+fn swapped_buses_with_the_same_ids_are_told_by_their_models_only() {
+    let mut robot = dynamixel_horse();
+    for joint in &mut robot.joints {
+        let servo = joint.servo.as_mut().unwrap();
+        servo.id = ServoId((servo.id.0 - 1) % 4 + 1);
+    }
+    let built = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
+    assert_eq!(start(&robot, &built, None).0, Ok(()));
+
+    robot.joints[2].servo.as_mut().unwrap().model = ServoModel::named("XM430-W350").unwrap();
+    let built = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
+    let (all, said) = refused(&robot, &built);
+    assert!(matches!(all.as_slice(), [Disagreement::Swapped(_)]), "{said}");
+}
+
+#[test]
+fn a_port_that_is_gone_is_told_once() {
+    let robot = dynamixel_horse();
+    let (result, _) = start(&robot, &robot, Some(1));
+    let StartError::Disagrees(all) = result.unwrap_err() else { panic!("no disagreement") };
+    assert_eq!(all.len(), 1);
+    assert!(matches!(&all[0], Disagreement::Unheard(TransactionError::Port { .. })));
+}
+
+#[test]
+fn a_swap_hides_no_servo_that_is_missing() {
+    let robot = dynamixel_horse();
+    let mut built = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
+    built.joints[0].servo.as_mut().unwrap().id = ServoId(77);
+    built.joints[15].servo.as_mut().unwrap().id = ServoId(78);
+    let (all, said) = refused(&robot, &built);
+    assert_eq!(all.len(), 3, "{said}");
+    assert!(said.contains("servo 1 of joint") && said.contains("servo 16 of joint"), "{said}");
+}
