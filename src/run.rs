@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
-use crate::model::{Joint, Robot, StopAction};
+use crate::model::{Robot, StopAction};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Activity, Generator, Order};
 use crate::recording::Recorder;
@@ -232,14 +232,31 @@ fn verdict<P: Ports>(
     }
 }
 
-/// The servos that did not hear the end, in words; empty if all did.
+/// The servos that did not hear the end, in words; empty if all did, or if torque was to stay on.
 fn may_have_torque<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>) -> String {
-    let unheard = |(joint, state): (&Joint, &JointState)| {
-        let servo = joint.servo.filter(|_| state.is_known && state.age_s > robot.safety.coast_s)?;
-        Some(format!("{} ({} on bus {})", joint.name, servo.id, robot.buses[servo.bus].name))
-    };
-    let lost: Vec<String> = robot.joints.iter().zip(&cycle.state().joints).filter_map(unheard).collect();
-    match lost.is_empty() || cycle.goals().servos().iter().any(|goal| *goal != ServoGoal::Limp) {
+    if cycle.goals().servos().iter().any(|goal| *goal != ServoGoal::Limp) {
+        return String::new();
+    }
+    let states = &cycle.state().joints;
+    let is_lost = |state: &JointState| state.is_known && state.age_s > robot.safety.coast_s;
+    let mut lost = Vec::new();
+    for (index, bus) in robot.buses.iter().enumerate() {
+        let on_bus = || {
+            let all = robot.joints.iter().zip(states);
+            all.filter_map(|(joint, state)| {
+                Some((joint, joint.servo.filter(|servo| servo.bus == index)?, state))
+            })
+        };
+        if on_bus().all(|(_, _, state)| is_lost(state)) {
+            lost.push(format!("all servos on bus {}", bus.name));
+        } else {
+            let each = on_bus().filter(|(_, _, state)| is_lost(state));
+            lost.extend(
+                each.map(|(joint, servo, _)| format!("{} ({} on bus {})", joint.name, servo.id, bus.name)),
+            );
+        }
+    }
+    match lost.is_empty() {
         true => String::new(),
         false => {
             format!("not heard at the end, and may still have torque: {}; cut their power", lost.join(", "))

@@ -128,7 +128,7 @@ fn lasting_faults() -> Vec<Lasting> {
             robot: "horse.toml",
             faults: "[[fault]]\nkind = 'unplugged'\nat_s = 6.0",
             holds_after_s: coast_s.clone(),
-            says: &["bus main", "not heard", "the power of its bus"],
+            says: &["bus main", "not heard", "its adapter"],
             cut_off: 1..=16,
             jammed: None,
         },

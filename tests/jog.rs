@@ -205,7 +205,10 @@ fn the_command_prints_goal_and_measured() {
     let output = hippocamp(&["jog", "config/horse.toml", "left_hind.hip", "-75", "--virtual"]);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{out}{err}");
-    assert!(out.starts_with("horse: left_hind.hip to -75.0 degrees on simulated buses\n"), "{out}");
+    assert!(
+        out.starts_with("horse: left_hind.hip to -75.0 degrees on simulated buses, virtual clock\n"),
+        "{out}"
+    );
     assert!(out.contains("completed: turned and let go\nleft_hind.hip: goal -75.00, measured -7"), "{out}");
 }
 

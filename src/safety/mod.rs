@@ -173,16 +173,29 @@ impl Safety {
     }
 }
 
+/// A joint this far off its goal, as a share of the tracking error allowed, did not hold it.
+const FALLEN_SHARE: f64 = 0.5;
+
 impl JointSafety {
+    /// Whether its servo was silent and has not held its goal meanwhile: it had no power.
+    fn has_fallen(&self, settings: &SafetySettings, measured: &JointState) -> bool {
+        let error_rad = measured.position_rad - self.limiter.goal_rad();
+        self.is_lost && error_rad.abs() > FALLEN_SHARE * settings.tracking_error_rad
+    }
+
     /// Starts from where the joint is measured, where the last goal says nothing of that: when its torque comes on,
-    /// and when its servo is heard again after a silence in which it may have been without power. After a stall
+    /// and when its servo is heard again and was without power meanwhile. After a stall
     /// of the loop by `stall_s` it starts from its goal, at rest: its servo has long arrived there.
     fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
         if measured.age_s > settings.coast_s {
             self.is_lost = true;
-        } else if self.torque_on_s.is_none() || self.is_lost {
+        } else if self.torque_on_s.is_none() || self.has_fallen(settings, measured) {
             self.limiter.start_from(measured.position_rad);
             self.torque_on_s = None;
+            self.is_lost = false;
+        } else if self.is_lost {
+            // Only its replies were lost: it has held its goal.
+            self.limiter.rest_at_goal();
             self.is_lost = false;
         } else if stall_s > settings.coast_s {
             self.limiter.rest_at_goal();
