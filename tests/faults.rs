@@ -136,7 +136,7 @@ fn lasting_faults() -> Vec<Lasting> {
             robot: "horse-dynamixel.toml",
             faults: "[[fault]]\nkind = 'unplugged'\nat_s = 6.0\nbus = 'left_fore'",
             holds_after_s: coast_s.clone(),
-            says: &["servo 5", "bus left_fore", "left_fore.scapula", "not heard", "check its plug"],
+            says: &["servo 5", "bus left_fore", "left_fore.scapula", "not heard", "its adapter"],
             cut_off: 5..=8,
             jammed: None,
         },

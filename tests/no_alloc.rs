@@ -29,7 +29,7 @@ const FAULTS: &str = "
     [[fault]]
     kind = 'bit-flip'
     at_s = 4.5
-    for_s = 0.1
+    for_s = 0.08
 
     [[fault]]
     kind = 'noise'
