@@ -155,6 +155,9 @@ struct RunArguments {
     /// Write a page that plays the run to this file; opens in any browser, without a network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// On hardware: keep the loop to this processor, counted from 0.
+    #[arg(long, value_name = "N")]
+    processor: Option<usize>,
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,

@@ -80,8 +80,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, false)?,
-        AnyPorts::Serial(ports, _guard) => drive(robot, plan, ports, recorder, true)?,
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
+        AnyPorts::Serial(ports, _guard) => {
+            drive(robot, plan, ports, recorder, Some(RealTime { processor: options.processor }))?
+        }
     };
     if passing_file.is_some() {
         // The recording behind a page is no result of its own, unless it is not whole.
@@ -108,6 +110,11 @@ enum AnyPorts {
     Serial(SerialPorts, Guard),
 }
 
+/// The loop is to ask for real time, on a processor of its own if one is named.
+struct RealTime {
+    processor: Option<usize>,
+}
+
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
 /// Where hardware waits, it asks for real time once all other threads are there.
 fn drive(
@@ -115,12 +122,12 @@ fn drive(
     plan: RunPlan,
     ports: impl Ports,
     recorder: Option<Recorder>,
-    is_hardware: bool,
+    real_time: Option<RealTime>,
 ) -> Result<Report> {
     let orders = orders_from_signals()?;
     let mut status_line = StatusLine::start();
-    if is_hardware {
-        for note in platform::request_real_time(None) {
+    if let Some(RealTime { processor }) = real_time {
+        for note in platform::request_real_time(processor) {
             say!("  {note}");
         }
     }
