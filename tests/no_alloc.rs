@@ -29,12 +29,12 @@ const FAULTS: &str = "
     [[fault]]
     kind = 'bit-flip'
     at_s = 4.5
-    for_s = 0.1
+    for_s = 0.08
 
     [[fault]]
     kind = 'noise'
     at_s = 5.0
-    for_s = 0.1
+    for_s = 0.08
 
     [[fault]]
     kind = 'echo'
