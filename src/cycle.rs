@@ -62,6 +62,10 @@ impl<'r> Controller<'r> {
     pub fn decide(&mut self, gap_s: f64, order: Order) -> &Goals {
         let dt_s = self.robot.period_s();
         self.order = order;
+        if order != Order::Go {
+            // An operator who wants to stop does not wait for a fault to pass.
+            self.safety.give_up_waiting(&mut self.state);
+        }
         self.is_held = self.state.permission == Permission::Hold;
         self.generator.step(dt_s, &self.state, order, &mut self.targets);
         self.limbs.solve(&self.targets, &mut self.joints);

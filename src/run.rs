@@ -10,18 +10,20 @@ use std::time::Duration;
 use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
-use crate::model::{Robot, StopAction};
+use crate::model::{Joint, Robot, StopAction};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Activity, Generator, Order};
 use crate::recording::Recorder;
-use crate::signals::Permission;
+use crate::signals::{JointState, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
 /// A cycle that begins this share of a period after its deadline counts as late.
 const LATE_SHARE: f64 = 0.1;
-/// Limp goals are sent for this many cycles at the end, in case one is lost.
-const LIMP_CYCLES: u32 = 5;
+/// Goals of the end are sent for this many cycles at least, in case one is lost.
+const LAST_CYCLES: u32 = 5;
+/// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.
+const LAST_PATIENCE_S: f64 = 1.0;
 
 /// What to run.
 #[derive(Debug, Clone)]
@@ -110,6 +112,7 @@ pub fn run_recorded<P: Ports>(
         outcome,
         reason,
         safety_interventions,
+        held_cycles: cycle.telemetry().held_cycles(),
         loop_times: cycle.telemetry().loop_report(),
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
@@ -165,7 +168,7 @@ fn repeat<P: Ports>(
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
     let mut was_ordered_to_stop = false;
-    let mut limp_cycles = 0;
+    let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
         let lateness = cycle.buses_mut().ports_mut().now().since(deadline);
@@ -179,8 +182,11 @@ fn repeat<P: Ports>(
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
         }
         if cycle.generator().activity() == Activity::Done {
-            limp_cycles += 1;
-            if limp_cycles >= LIMP_CYCLES {
+            last_cycles += 1;
+            let since_s = f64::from(last_cycles) * robot.period_s();
+            // Every servo has answered an exchange that told it the last goals.
+            let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
+            if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
                 return was_ordered_to_stop;
             }
         }
@@ -213,12 +219,30 @@ fn verdict<P: Ports>(
     was_ordered_to_stop: bool,
     done: &str,
 ) -> (Outcome, String) {
+    let lost = may_have_torque(robot, cycle);
     if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
-        (Outcome::StoppedBySafety, why)
+        (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
+    } else if !lost.is_empty() {
+        (Outcome::Failed, lost)
     } else if was_ordered_to_stop {
         (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
         (Outcome::Completed, done.to_owned())
+    }
+}
+
+/// The servos that did not hear the end, in words; empty if all did.
+fn may_have_torque<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>) -> String {
+    let unheard = |(joint, state): (&Joint, &JointState)| {
+        let servo = joint.servo.filter(|_| state.is_known && state.age_s > robot.safety.coast_s)?;
+        Some(format!("{} ({} on bus {})", joint.name, servo.id, robot.buses[servo.bus].name))
+    };
+    let lost: Vec<String> = robot.joints.iter().zip(&cycle.state().joints).filter_map(unheard).collect();
+    match lost.is_empty() || cycle.goals().servos().iter().any(|goal| *goal != ServoGoal::Limp) {
+        true => String::new(),
+        false => {
+            format!("not heard at the end, and may still have torque: {}; cut their power", lost.join(", "))
+        }
     }
 }

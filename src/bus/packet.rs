@@ -9,7 +9,7 @@ use crate::units::ServoId;
 
 /// A status packet whose checksum holds. Borrowed from the decoder until it is next used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Status<'a> {
+pub(super) struct Status<'a> {
     /// The servo that sent it.
     pub id: ServoId,
     /// The error byte: Feetech's alarm bits; Dynamixel's error number and, in bit 7, the alert.
@@ -20,7 +20,7 @@ pub struct Status<'a> {
 
 /// What a decoder found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event<'a> {
+pub(super) enum Event<'a> {
     /// A whole, good status packet (or one servo's block of a fast sync read).
     Status(Status<'a>),
     /// Something of the shape of a status packet of this servo, with a wrong checksum. It may also have

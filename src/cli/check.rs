@@ -1,5 +1,4 @@
 //! `hippocamp check`: what the robot is and what it can do.
-#![allow(clippy::print_stdout, reason = "the command's output")]
 
 use std::path::Path;
 
@@ -16,7 +15,7 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
     let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
-    println!(
+    say!(
         "{}: {} chains, {} joints, {mass_kg:.2} kg, loop at {} Hz",
         robot.name,
         robot.chains.len(),
@@ -29,13 +28,13 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     print_buses(robot);
     if let Some(file) = urdf_file {
         write_whole(file, &urdf::of_robot(robot))?;
-        println!("\nURDF written to {}", file.display());
+        say!("\nURDF written to {}", file.display());
     }
     Ok(())
 }
 
 fn print_joints(robot: &Robot) {
-    println!("\n{:<24} {:>16}  {:>9}  servo", "joint", "range deg", "rate deg/s");
+    say!("\n{:<24} {:>16}  {:>9}  servo", "joint", "range deg", "rate deg/s");
     for joint in &robot.joints {
         let (low, high) = joint.range_rad;
         let range = format!("{:.1} .. {:.1}", low.to_degrees(), high.to_degrees());
@@ -52,15 +51,15 @@ fn print_joints(robot: &Robot) {
                 ),
             ),
         };
-        println!("{:<24} {range:>16}  {rate:>9}  {servo}", joint.name);
+        say!("{:<24} {range:>16}  {rate:>9}  {servo}", joint.name);
     }
 }
 
 fn print_legs(loaded: &Loaded) {
-    println!("\n{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
+    say!("\n{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
     for (name, reach) in LEG_NAMES.iter().zip(&loaded.capability.reaches) {
         let place = reach.neutral_in_body * 1e3;
-        println!(
+        say!(
             "{name:<24} {:>16.1}  forward {:.1}, left {:.1}, up {:.1}",
             reach.half_excursion_m * 1e3,
             place.x,
@@ -68,12 +67,12 @@ fn print_legs(loaded: &Loaded) {
             place.z
         );
     }
-    println!("{:<24} {:>16.1}", "all legs", loaded.capability.half_excursion_m() * 1e3);
+    say!("{:<24} {:>16.1}", "all legs", loaded.capability.half_excursion_m() * 1e3);
 }
 
 fn print_gaits(loaded: &Loaded) {
     let robot = &loaded.file.robot;
-    println!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
+    say!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
     for gait in &loaded.horse.gaits {
         let top = top_speed::of_gait(robot, &loaded.capability.plan(&loaded.horse, gait));
         let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
@@ -81,21 +80,18 @@ fn print_gaits(loaded: &Loaded) {
         });
         let by_servos =
             if robot.buses.is_empty() { "-".to_owned() } else { format!("{:.3}", top.by_servos_m_s) };
-        println!("{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s);
+        say!("{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s);
     }
 }
 
 fn print_buses(robot: &Robot) {
     if robot.buses.is_empty() {
-        println!("\nNo buses: this robot exists on paper only and cannot be run.");
+        say!("\nNo buses: this robot exists on paper only and cannot be run.");
         return;
     }
-    println!(
-        "\n{:<24} {:>16}  {:>9} {:>10} {:>12}",
-        "bus", "exchange ms", "wire ms", "adapter ms", "at most Hz"
-    );
+    say!("\n{:<24} {:>16}  {:>9} {:>10} {:>12}", "bus", "exchange ms", "wire ms", "adapter ms", "at most Hz");
     for bus in bus_costs::of_robot(robot) {
-        println!(
+        say!(
             "{:<24} {:>16.3}  {:>9.3} {:>10.3} {:>12.0}",
             bus.name,
             bus.total().as_secs_f64() * 1e3,

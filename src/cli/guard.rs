@@ -35,7 +35,7 @@ const OPEN_PAUSE: Duration = Duration::from_millis(5);
 #[derive(Debug)]
 pub(super) struct Guard {
     child: Child,
-    pipe: ChildStdin,
+    pipe: Option<ChildStdin>,
 }
 
 impl Guard {
@@ -62,15 +62,19 @@ impl Guard {
         if word.trim() != READY {
             bail!("the guard did not get ready");
         }
-        Ok(Guard { child, pipe })
+        Ok(Guard { child, pipe: Some(pipe) })
     }
+}
 
-    /// Tells the guard that the robot is safe, and waits for it to end.
-    pub(super) fn release(mut self) -> Result<()> {
-        self.pipe.write_all(SAFE).context("the guard is gone")?;
-        drop(self.pipe);
-        self.child.wait().context("the guard did not end")?;
-        Ok(())
+impl Drop for Guard {
+    /// Tells the guard that the robot is safe, and waits for it to end. A panic is no safe end.
+    fn drop(&mut self) {
+        if let Some(mut pipe) = self.pipe.take()
+            && !std::thread::panicking()
+        {
+            let _ = pipe.write_all(SAFE);
+        }
+        let _ = self.child.wait();
     }
 }
 
@@ -96,9 +100,9 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
         match SerialPorts::open(&devices) {
             Ok(opened) => break opened,
             Err(error) if tries == OPEN_TRIES => {
-                eprintln!(
-                    "\nhippocamp: THE CONTROLLER DIED AND ITS GUARD CANNOT REACH THE SERVOS: CUT THE POWER. {error}"
-                );
+                tell(&format!(
+                    "THE CONTROLLER DIED AND ITS GUARD CANNOT REACH THE SERVOS: CUT THE POWER. {error}"
+                ));
                 return Err(error.into());
             }
             Err(_) => crate::platform::sleep_until(crate::platform::monotonic() + OPEN_PAUSE),
@@ -106,9 +110,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     };
     let mut buses = Buses::new(&robot, opened);
     buses.limp();
-    eprintln!(
-        "\nhippocamp: the controller died without its safe stop: its guard took the torque off all servos"
-    );
+    tell("the controller died without its safe stop: its guard took the torque off all servos");
     // Bytes still in the adapter leave before the ports close.
     let drained = buses.ports_mut().now() + OPEN_PAUSE;
     buses.ports_mut().wait_until(drained);
@@ -116,6 +118,6 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
 }
 
 /// To the terminal, if there still is one.
-fn say(words: &str) {
+fn tell(words: &str) {
     let _ = writeln!(std::io::stderr(), "\nhippocamp: {words}");
 }

@@ -1,8 +1,8 @@
 //! `hippocamp jog`: one joint to an angle, and say where it went.
-#![allow(clippy::print_stdout, reason = "the command's output")]
 
 use anyhow::Result;
 
+use super::guard::Guard;
 use super::load::load;
 use super::ports::{self, Choice};
 use super::run::{exit_code, orders_from_signals, outcome_words};
@@ -31,20 +31,21 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
         Choice::Simulated { is_virtual } => {
             let world = simulation::world(robot, SEED, &hw_sim::FaultScript::default())
                 .map_err(|error| BadInput(error.to_string()))?;
-            println!("{line}");
+            say!("{line}");
             drive(robot, index, goal_rad, SimPorts::of(world, is_virtual))?
         }
         Choice::Devices(ports) => {
+            let _guard = Guard::start(&options.robot, &ports)?;
             let ports = ports::open(robot, &ports)?;
-            println!("{line}");
+            say!("{line}");
             drive(robot, index, goal_rad, ports)?
         }
     };
-    println!("{}: {}", outcome_words(report.outcome), report.reason);
+    say!("{}: {}", outcome_words(report.outcome), report.reason);
     let goal_deg = report.goal_rad.to_degrees();
     match report.measured_rad {
-        Some(rad) => println!("{}: goal {goal_deg:.2}, measured {:.2} degrees", joint.name, rad.to_degrees()),
-        None => println!("{}: goal {goal_deg:.2} degrees, not moved", joint.name),
+        Some(rad) => say!("{}: goal {goal_deg:.2}, measured {:.2} degrees", joint.name, rad.to_degrees()),
+        None => say!("{}: goal {goal_deg:.2} degrees, not moved", joint.name),
     }
     Ok(exit_code(report.outcome))
 }
@@ -83,7 +84,7 @@ fn goal_rad(joint: &Joint, angle_deg: f64) -> Result<f64, BadInput> {
     // Whole counts make the range a little narrower; that is not worth a word.
     let (low_deg, high_deg) = (joint.range_rad.0.to_degrees(), joint.range_rad.1.to_degrees());
     if angle_deg < low_deg - 1e-9 || angle_deg > high_deg + 1e-9 {
-        println!(
+        say!(
             "{angle_deg} degrees is outside the range of {}, {low_deg:.1} to {high_deg:.1}: held at {:.1}",
             joint.name,
             goal_rad.to_degrees()

@@ -1,5 +1,7 @@
 //! The command line: what the user typed, and which command does it.
 
+#[macro_use]
+mod say;
 mod check;
 mod guard;
 mod jog;

@@ -1,5 +1,4 @@
 //! `hippocamp replay`: what a recording holds, whether it holds together, and a page that plays it.
-#![allow(clippy::print_stdout, reason = "the command's output")]
 
 use std::path::Path;
 
@@ -20,7 +19,7 @@ pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
     print_replay(&recording.robot, &replay);
     if let Some(page) = page {
         write_whole(page, &html::page(&recording))?;
-        println!("page written to {}", page.display());
+        say!("page written to {}", page.display());
     }
     Ok(if replay.agrees() { COMPLETED } else { FAILED })
 }
@@ -32,26 +31,21 @@ pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
 
 fn print_run(recording: &Recording) {
     let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
-    println!("{}: {} at {:.3} m/s for {} s", robot.name, header.gait, header.speed_m_s, header.walk_for_s);
+    say!("{}: {} at {:.3} m/s for {} s", robot.name, header.gait, header.speed_m_s, header.walk_for_s);
     match &recording.ending {
         Ending::Outcome(outcome) => {
             let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
-            println!("{}: {}", entry("outcome"), entry("reason"));
-            println!(
-                "  {} cycles in {} s, {} late",
-                entry("cycles"),
-                entry("duration_s"),
-                entry("late_cycles")
-            );
+            say!("{}: {}", entry("outcome"), entry("reason"));
+            say!("  {} cycles in {} s, {} late", entry("cycles"), entry("duration_s"), entry("late_cycles"));
         }
-        Ending::CutShort { reason } => println!("CUT SHORT: {reason}"),
+        Ending::CutShort { reason } => say!("CUT SHORT: {reason}"),
     }
     let end = samples.last().map_or(0.0, |sample| sample.times.began.as_secs_f64());
     let run = samples.last().map_or(0, |sample| sample.times.number + 1);
     let recorded = u64::try_from(samples.len()).unwrap_or(u64::MAX);
-    println!("  {recorded} cycles recorded in {end:.1} s, {} dropped", run.saturating_sub(recorded));
+    say!("  {recorded} cycles recorded in {end:.1} s, {} dropped", run.saturating_sub(recorded));
     if let Some((error_rad, joint, time_s)) = worst_tracking(robot, samples) {
-        println!(
+        say!(
             "  off its goal most: {} by {:.2} degrees at {time_s:.2} s",
             robot.joints[joint].name,
             error_rad.to_degrees()
@@ -59,7 +53,7 @@ fn print_run(recording: &Recording) {
     }
     if let Some(last) = samples.last() {
         for (bus, sample) in robot.buses.iter().zip(&last.buses) {
-            println!("  bus {}: {} replies missing, {} damaged", bus.name, sample.missing, sample.corrupt);
+            say!("  bus {}: {} replies missing, {} damaged", bus.name, sample.missing, sample.corrupt);
         }
     }
 }
@@ -78,7 +72,7 @@ fn worst_tracking(robot: &Robot, samples: &[Sample]) -> Option<(f64, usize, f64)
 }
 
 fn print_replay(robot: &Robot, replay: &Replay) {
-    println!(
+    say!(
         "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
         replay.feet.excursion_max_m * 1e3,
         replay.feet.stance_slip_planned_max_m * 1e3,
@@ -86,19 +80,16 @@ fn print_replay(robot: &Robot, replay: &Replay) {
         replay.feet.ik_residual_max_m * 1e3
     );
     for violation in &replay.violations {
-        println!("VIOLATED: {violation}");
+        say!("VIOLATED: {violation}");
     }
     match &replay.difference {
-        None => println!("replay: {} cycles, all goals the same", replay.cycles),
+        None => say!("replay: {} cycles, all goals the same", replay.cycles),
         Some(found) => {
             let joint = found.joint.map_or("the robot", |joint| &robot.joints[joint].name);
-            println!(
-                "DIFFERS first in cycle {} ({:.3} s), {joint}: {}",
-                found.cycle, found.time_s, found.what
-            );
+            say!("DIFFERS first in cycle {} ({:.3} s), {joint}: {}", found.cycle, found.time_s, found.what);
         }
     }
     if let Some(gap) = replay.first_gap {
-        println!("  judged up to cycle {gap}, which was dropped");
+        say!("  judged up to cycle {gap}, which was dropped");
     }
 }

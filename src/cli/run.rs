@@ -1,5 +1,4 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
-#![allow(clippy::print_stdout, reason = "the command's output")]
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -7,9 +6,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 use signal_hook::iterator::Signals;
 
+use super::guard::Guard;
 use super::load::{Loaded, load};
 use super::ports::{self, Choice};
 use super::replay::write_page;
@@ -21,6 +21,7 @@ use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
 use crate::motion::horse::HorsePlan;
+use crate::platform;
 use crate::recording::{Recorder, RunHeader};
 use crate::run::{RunPlan, run_recorded};
 use crate::simulation;
@@ -59,32 +60,37 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
             let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
             return Err(BadInput(said.to_owned()).into());
         }
-        Choice::Devices(ports) => AnyPorts::Serial(ports::open(robot, ports)?),
+        Choice::Devices(ports) => {
+            let guard = Guard::start(&options.robot, ports)?;
+            AnyPorts::Serial(ports::open(robot, ports)?, guard)
+        }
     };
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
     let recording_file = options.record.as_deref().or(passing_file.as_deref());
     let created = recording_file.map(create_recording).transpose()?;
 
-    println!(
+    say!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
-        robot.name, horse.gait.name, horse.speed_m_s, options.walk_for_s
+        robot.name,
+        horse.gait.name,
+        horse.speed_m_s,
+        options.walk_for_s
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder)?,
-        AnyPorts::Serial(ports) => drive(robot, plan, ports, recorder)?,
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, false)?,
+        AnyPorts::Serial(ports, _guard) => drive(robot, plan, ports, recorder, true)?,
     };
     if passing_file.is_some() {
         // The recording behind a page is no result of its own, unless it is not whole.
         report.recording =
             report.recording.filter(|recording| recording.error.is_some() || recording.dropped > 0);
     }
+    let written = report_file.map_or(Ok(()), |path| write_report(path, &report));
     print_summary(robot, &report);
-    if let Some(path) = report_file {
-        write_report(path, &report)?;
-    }
+    written?;
     if let (Some(page), Some(recording)) = (page_file, recording_file) {
         let written = write_page(recording, page);
         if let Some(passing) = &passing_file {
@@ -98,13 +104,26 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
 /// Ports of either kind. The loop is compiled for each, so that it pays nothing for the choice.
 enum AnyPorts {
     Simulated(SimPorts),
-    Serial(SerialPorts),
+    /// With the guard that takes the torque off if this process dies.
+    Serial(SerialPorts, Guard),
 }
 
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-fn drive(robot: &Robot, plan: RunPlan, ports: impl Ports, recorder: Option<Recorder>) -> Result<Report> {
+/// Where hardware waits, it asks for real time once all other threads are there.
+fn drive(
+    robot: &Robot,
+    plan: RunPlan,
+    ports: impl Ports,
+    recorder: Option<Recorder>,
+    is_hardware: bool,
+) -> Result<Report> {
     let orders = orders_from_signals()?;
     let mut status_line = StatusLine::start();
+    if is_hardware {
+        for note in platform::request_real_time(None) {
+            say!("  {note}");
+        }
+    }
     let mut order = Order::Go;
     let report = run_recorded(robot, plan, ports, recorder, |status| {
         status_line.show(status);
@@ -159,7 +178,7 @@ fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
             let limit = top.joint.map_or("the legs reach no further".to_owned(), |joint| {
                 format!("{} can turn no faster", loaded.file.robot.joints[joint].name)
             });
-            println!("{speed} m/s is too fast for {}: held at {:.3} m/s ({limit})", gait.name, top.m_s());
+            say!("{speed} m/s is too fast for {}: held at {:.3} m/s ({limit})", gait.name, top.m_s());
             top.m_s()
         }
         Some(speed) => speed,
@@ -239,10 +258,11 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
     write_whole(path, &(text + "\n"))
 }
 
-/// The first SIGINT or SIGTERM orders a stop, the second one at once.
+/// The first SIGINT or SIGTERM (or a terminal that closes) orders a stop, the second one at once.
 pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
     let (sender, receiver) = bounded(8);
-    let mut signals = Signals::new([SIGINT, SIGTERM]).context("signals could not be caught")?;
+    let mut signals =
+        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM]).context("signals could not be caught")?;
     std::thread::spawn(move || {
         let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
         for (_, order) in signals.forever().zip(orders) {
@@ -253,8 +273,8 @@ pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
 }
 
 fn print_summary(robot: &Robot, report: &Report) {
-    println!("{}: {}", outcome_words(report.outcome), report.reason);
-    println!(
+    say!("{}: {}", outcome_words(report.outcome), report.reason);
+    say!(
         "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
         report.duration_s,
         report.cycles,
@@ -262,14 +282,15 @@ fn print_summary(robot: &Robot, report: &Report) {
         report.loop_times.work_us.max,
         report.loop_times.work_us.p50
     );
-    println!(
-        "  joints: {} goals outside their range, {} too fast, {} changed by safety; off their goal by {:.1} degrees at most",
+    say!(
+        "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",
         report.joints.range_violations,
         report.joints.rate_violations,
         report.safety_interventions,
+        report.held_cycles,
         report.joints.tracking_error_max_deg
     );
-    println!(
+    say!(
         "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
         report.feet.excursion_max_m * 1e3,
         report.feet.stance_slip_planned_max_m * 1e3,
@@ -277,7 +298,7 @@ fn print_summary(robot: &Robot, report: &Report) {
         report.feet.ik_residual_max_m * 1e3
     );
     for (bus, described) in report.buses.iter().zip(&robot.buses) {
-        println!(
+        say!(
             "  bus {} ({}, {} baud): {} exchanges of {} us, wire busy {:.0} %, {} replies missing, {} damaged",
             bus.name,
             described.protocol.name(),
@@ -292,9 +313,11 @@ fn print_summary(robot: &Robot, report: &Report) {
     if let Some(recording) = &report.recording {
         let error =
             recording.error.as_ref().map_or_else(String::new, |error| format!(", then ended: {error}"));
-        println!(
+        say!(
             "  recording {}: {} cycles, {} dropped{error}",
-            recording.file, recording.records, recording.dropped
+            recording.file,
+            recording.records,
+            recording.dropped
         );
     }
 }

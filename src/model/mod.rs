@@ -3,6 +3,7 @@
 //! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
 //! tentacles and figures.
 
+mod gait;
 mod kinematics;
 pub mod servo_model;
 

@@ -69,6 +69,10 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 pub struct Registers {
     /// Model number, read at start.
     pub model_number: Register,
+    /// What must hold before a run, since the registers above mean something else in other modes.
+    pub expected: &'static [(Register, i64)],
+    /// Where the return delay is, in units of 2 microseconds, if it is told.
+    pub return_delay: Option<Register>,
     /// What is written once before a run, in this order: torque off, no bus watchdog (one that has tripped
     /// takes no goals), and no ramp of the servo's own, since the goals are smooth already and a ramp would
     /// only make it lag.
@@ -102,6 +106,9 @@ pub struct Registers {
 /// The torque limit is Goal PWM (100): every model has it in position mode.
 pub static DYNAMIXEL_X: Registers = Registers {
     model_number: register(0, 2, Encoding::Unsigned),
+    // Operating Mode 3 is position control; in mode 16 the torque limit would be the motor's drive itself.
+    expected: &[(register(11, 1, Encoding::Unsigned), 3)],
+    return_delay: Some(register(9, 1, Encoding::Unsigned)),
     preparation: &[
         (register(64, 1, Encoding::Unsigned), 0),
         (register(98, 1, Encoding::TwosComplement), 0),
@@ -125,6 +132,10 @@ pub static DYNAMIXEL_X: Registers = Registers {
 /// Feetech STS (wiki `parameter/memory-sts.md`).
 pub static FEETECH_STS: Registers = Registers {
     model_number: register(3, 2, Encoding::Unsigned),
+    // Mode 0 is position control.
+    expected: &[(register(33, 1, Encoding::Unsigned), 0)],
+    // Register 7 is reserved on STS.
+    return_delay: None,
     preparation: &[
         (register(40, 1, Encoding::Unsigned), 0),
         // Acceleration: 0 is the largest.

@@ -4,7 +4,6 @@
 //! Goes out: [`Targets`]. It knows nothing of servos, and stands still while safety holds the robot.
 
 pub mod curves;
-mod gait;
 pub mod horse;
 mod jog;
 

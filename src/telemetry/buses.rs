@@ -49,6 +49,7 @@ impl BusObserver {
                     bytes_in: counters.bytes_in,
                     missing: counters.missing,
                     corrupt: counters.corrupt,
+                    unknown: statistics.unknown_replies,
                     wire_share: wire_time(bytes, described.baud).as_secs_f64()
                         / duration.as_secs_f64().max(1e-9),
                     exchange_us: Quantiles::of(times),

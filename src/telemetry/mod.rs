@@ -54,6 +54,7 @@ pub struct Telemetry {
     cycles: u64,
     late_cycles: u64,
     interventions: u64,
+    held_cycles: u64,
     residual_max_m: f64,
     work_us: Histogram<u64>,
     late_us: Histogram<u64>,
@@ -81,6 +82,7 @@ impl Telemetry {
             cycles: 0,
             late_cycles: 0,
             interventions: 0,
+            held_cycles: 0,
             residual_max_m: 0.0,
             work_us: histogram_us(),
             late_us: histogram_us(),
@@ -91,6 +93,7 @@ impl Telemetry {
     pub fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
         self.cycles += 1;
         self.interventions += u64::from(record.interventions);
+        self.held_cycles += u64::from(record.is_held);
         for residual_m in &record.joints.residual_m {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
         }

@@ -43,6 +43,8 @@ pub struct Report {
     pub reason: String,
     /// Joint goals that safety changed, summed over all cycles.
     pub safety_interventions: u64,
+    /// Cycles in which safety held the robot still.
+    pub held_cycles: u64,
     /// Times of the loop.
     #[serde(rename = "loop")]
     pub loop_times: LoopReport,
@@ -132,6 +134,8 @@ pub struct BusReport {
     pub missing: u64,
     /// Servo replies that were damaged.
     pub corrupt: u64,
+    /// Good replies from ids nobody asked: a second servo with a wrong id, perhaps.
+    pub unknown: u64,
     /// Share of the time the wire was busy.
     pub wire_share: f64,
     /// Time of one exchange.
@@ -154,6 +158,11 @@ impl Telemetry {
     /// Cycles seen, late ones, and goals that safety changed.
     pub fn totals(&self) -> (u64, u64, u64) {
         (self.cycles, self.late_cycles, self.interventions)
+    }
+
+    /// Cycles in which safety held the robot, so far.
+    pub fn held_cycles(&self) -> u64 {
+        self.held_cycles
     }
 
     /// Times of the loop so far.

@@ -9,6 +9,8 @@ use crate::bus::port::{PortError, Ports};
 use crate::bus::{ExchangeTimes, Slot};
 use crate::units::Time;
 
+/// Share of a period an exchange may take.
+const LONGEST_SHARE: f64 = 0.95;
 /// Received bytes are moved in pieces of this size.
 const PIECE_BYTES: usize = 512;
 
@@ -32,15 +34,20 @@ pub(super) struct Line {
     pub(super) times: ExchangeTimes,
     pub(super) watchdog: LineWatchdog,
     goals: Vec<ServoGoal>,
+    /// Longest wait for the replies of an exchange.
+    longest: Duration,
     state: State,
 }
 
 impl Line {
-    pub(super) fn new(bus: usize, client: BusClient, joints: Vec<usize>) -> Line {
+    /// An exchange takes `period` at most, and a little less.
+    pub(super) fn new(bus: usize, client: BusClient, joints: Vec<usize>, period: Duration) -> Line {
+        // But never less than replies in time take.
+        let longest = period.mul_f64(LONGEST_SHARE).max(client.cycle_time());
         let goals = vec![ServoGoal::Limp; joints.len()];
         let watchdog = LineWatchdog::new(joints.len());
         let times = ExchangeTimes::default();
-        Line { bus, client, joints, times, watchdog, goals, state: State::Idle }
+        Line { bus, client, joints, times, watchdog, goals, longest, state: State::Idle }
     }
 
     pub(super) fn is_gone(&self) -> bool {
@@ -63,6 +70,10 @@ impl Line {
             .discard_input(self.bus)
             .and_then(|()| ports.send(self.bus, self.client.begin_cycle(&self.goals)));
         self.await_replies(ports, sent);
+        // The loop's rate outranks a reply that is late.
+        if let State::Waiting { sent, deadline } = &mut self.state {
+            *deadline = (*deadline).min(*sent + self.longest);
+        }
         if self.is_gone() {
             self.client.miss_cycle();
         }

@@ -73,6 +73,7 @@ impl<P: Ports> Buses<P> {
     /// The buses of `robot`. Takes all memory exchanges need. Expects a checked robot: each id once on a
     /// bus, all servos of a bus with one set of registers.
     pub fn new(robot: &Robot, ports: P) -> Buses<P> {
+        let period = Duration::from_secs_f64(robot.period_s());
         let lines = robot.buses.iter().enumerate().map(|(index, bus)| {
             let servos = || {
                 robot.joints.iter().enumerate().filter_map(|(joint, of)| {
@@ -88,7 +89,7 @@ impl<P: Ports> Buses<P> {
             );
             let ids: Vec<ServoId> = servos().map(|(_, servo)| servo.id).collect();
             let joints = servos().map(|(joint, _)| joint).collect();
-            Line::new(index, BusClient::new(bus, registers, &ids), joints)
+            Line::new(index, BusClient::new(bus, registers, &ids), joints, period)
         });
         let places = robot.joints.iter().map(|joint| {
             let servo = joint.servo?;

@@ -13,7 +13,7 @@ use crate::bus::{ServoPlace, TransactionError};
 use crate::model::servo_model::SERVO_MODELS;
 use crate::model::{Protocol, Robot, Servo};
 
-/// Why a run cannot start. No torque was on then.
+/// Why a run cannot start. It has put torque on no servo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StartError {
     /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
@@ -30,7 +30,7 @@ impl fmt::Display for StartError {
                 for disagreement in all {
                     writeln!(f, "{disagreement}")?;
                 }
-                f.write_str("the robot is not as its file says; no servo was written to, none has torque")
+                f.write_str("the robot is not as its file says; no servo was written to")
             }
         }
     }
@@ -67,6 +67,20 @@ pub enum Disagreement {
         expected: u16,
         /// Name of the robot file's model.
         model: &'static str,
+    },
+    /// A servo is set to something else than the controller needs.
+    #[error("{place}: its register {register} reads {found}, {expected} is needed: {cure}")]
+    OtherSetting {
+        /// Where.
+        place: ServoPlace,
+        /// Address of the register.
+        register: u16,
+        /// What it reads.
+        found: i64,
+        /// What is needed.
+        expected: i64,
+        /// What to do.
+        cure: &'static str,
     },
     /// A servo answers on another bus than the robot file says.
     #[error(
@@ -117,11 +131,20 @@ fn models_with(protocol: Protocol, number: i64) -> String {
 enum Found {
     AsExpected,
     OtherModel(i64),
+    OtherSetting {
+        register: u16,
+        found: i64,
+        expected: i64,
+        cure: &'static str,
+    },
     Unheard(TransactionError),
     /// It answers on this other line.
     Elsewhere(usize),
 }
 
+const SET_MODE: &str = "set it to position control with the maker's tool";
+const SET_DELAY: &str =
+    "it counts 2 microseconds; set it with the maker's tool, or return_delay_us in the robot file";
 /// Limp goals are sent this often, in case one is lost.
 const LIMP_TRIES: u32 = 3;
 
@@ -162,7 +185,9 @@ impl<P: Ports> Buses<P> {
     fn ask_who(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Found {
         let number = servo.model.registers.model_number;
         match self.ping(joint).and_then(|()| self.read(joint, number)) {
-            Ok(found) if found == i64::from(servo.model.model_number) => Found::AsExpected,
+            Ok(found) if found == i64::from(servo.model.model_number) => {
+                self.ask_settings(robot, joint, servo)
+            }
             Ok(found) => Found::OtherModel(found),
             Err(error @ TransactionError::NoAnswer { .. }) => {
                 match self.look_elsewhere(robot, joint, servo) {
@@ -172,6 +197,24 @@ impl<P: Ports> Buses<P> {
             }
             Err(error) => Found::Unheard(error),
         }
+    }
+
+    /// Whether the right servo is set as the controller needs it.
+    fn ask_settings(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Found {
+        let registers = servo.model.registers;
+        let delay = i64::from(robot.buses[servo.bus].return_delay_us / 2);
+        let modes = registers.expected.iter().map(|&(register, value)| (register, value, SET_MODE));
+        let delays = registers.return_delay.iter().map(|&register| (register, delay, SET_DELAY));
+        for (register, expected, cure) in modes.chain(delays) {
+            match self.read(joint, register) {
+                Ok(found) if found == expected => {}
+                Ok(found) => {
+                    return Found::OtherSetting { register: register.address, found, expected, cure };
+                }
+                Err(error) => return Found::Unheard(error),
+            }
+        }
+        Found::AsExpected
     }
 
     /// The other bus on which a servo of this id and model answers, if there is one. Where the robot file has
@@ -213,6 +256,10 @@ impl<P: Ports> Buses<P> {
                     expected: servo.model.model_number,
                     model: servo.model.name,
                 },
+                Found::OtherSetting { register, found, expected, cure } => {
+                    let (register, found, expected) = (*register, *found, *expected);
+                    Disagreement::OtherSetting { place, register, found, expected, cure }
+                }
                 Found::Unheard(error) => Disagreement::Unheard(error.clone()),
                 Found::Elsewhere(line) => {
                     Disagreement::OtherBus { place, found: self.bus_device(robot, *line) }
@@ -254,7 +301,7 @@ fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, 
         let is_of_b = |(_, servo, found): &(usize, Servo, Found)| match found {
             Found::Elsewhere(line) => *line == b,
             Found::OtherModel(number) => has_twin(servo, b, *number),
-            Found::AsExpected | Found::Unheard(_) => false,
+            Found::AsExpected | Found::OtherSetting { .. } | Found::Unheard(_) => false,
         };
         let is_at_home = |(_, servo, found): &(usize, Servo, Found)| {
             matches!(found, Found::AsExpected) && !has_twin(servo, b, i64::from(servo.model.model_number))

@@ -252,11 +252,22 @@ fn a_silent_servo_costs_its_bus_the_deadline_and_nobody_else_anything() {
 fn each_bus_has_its_own_deadline() {
     let mut robot = robot();
     robot.buses[0].baud = 115_200;
+    robot.rate_hz = 10.0;
     let mut buses = Buses::new(&robot, ScriptedPorts::new(vec![silence(), silence()]));
     exchange(&mut buses);
     let times: Vec<Duration> = buses.statistics().map(|bus| bus.times.last).collect();
     assert_eq!(times[1], DEADLINE);
     assert!(times[0] > 4 * DEADLINE, "78 bytes take 6.8 ms at 115200 baud: {times:?}");
+}
+
+#[test]
+fn no_bus_is_waited_for_longer_than_a_period() {
+    let mut robot = robot();
+    robot.rate_hz = 1.0 / DEADLINE.as_secs_f64();
+    let mut buses = Buses::new(&robot, ScriptedPorts::new(vec![silence(), silence()]));
+    exchange(&mut buses);
+    let took = buses.ports_mut().now().since(Time(0)).as_secs_f64();
+    assert!((took / DEADLINE.as_secs_f64() - 0.95).abs() < 1e-6, "{took} s");
 }
 
 #[test]

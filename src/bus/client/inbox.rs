@@ -10,7 +10,7 @@ use crate::units::ServoId;
 
 /// What became of a single transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
+pub(crate) enum Answer {
     /// The servo answered.
     Done {
         /// The register read, decoded; 0 for a ping and a write.

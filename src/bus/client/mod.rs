@@ -18,7 +18,7 @@ use crate::model::servo_model::Register;
 use crate::model::{Bus, Protocol, Registers};
 use crate::units::ServoId;
 use echo::EchoFilter;
-pub use inbox::Answer;
+pub(super) use inbox::Answer;
 use inbox::{Awaited, Inbox, Question};
 use read_mode::ReadMode;
 
@@ -43,7 +43,7 @@ const TRANSACTION_PATIENCE: Duration = Duration::from_millis(20);
 
 /// The client's side of one bus.
 #[derive(Debug)]
-pub struct BusClient {
+pub(super) struct BusClient {
     bus: Bus,
     codec: Codec,
     inbox: Inbox,
@@ -61,7 +61,7 @@ pub struct BusClient {
 impl BusClient {
     /// The client of `bus`, whose servos have `registers` and these `ids` (each once). All memory is taken
     /// here. At most 242 servos fit a Feetech sync read; those behind would stay [`Slot::Missing`].
-    pub fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
+    pub(super) fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
         let plain_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Plain);
         let fast_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Fast);
         // Two watchdog writes come with some cycles. Stuffing makes a packet longer by a third at most; 64
@@ -87,18 +87,13 @@ impl BusClient {
     }
 
     /// Name of the bus.
-    pub fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         &self.bus.name
     }
 
     /// The registers of its servos.
-    pub fn registers(&self) -> &'static Registers {
+    pub(super) fn registers(&self) -> &'static Registers {
         self.inbox.registers
-    }
-
-    /// The servos, in the order of goals and slots.
-    pub fn ids(&self) -> &[ServoId] {
-        &self.inbox.ids
     }
 
     /// Begins an exchange and returns what to send, in one piece. `goals` are in the order of the ids; a
@@ -109,7 +104,7 @@ impl BusClient {
     ///
     /// Torque limit before goal before torque enable: a servo that wakes has its new limit and goal and
     /// never jumps to an old one.
-    pub fn begin_cycle(&mut self, goals: &[ServoGoal]) -> &[u8] {
+    pub(super) fn begin_cycle(&mut self, goals: &[ServoGoal]) -> &[u8] {
         self.restart(Awaited::Feedback);
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
@@ -148,13 +143,13 @@ impl BusClient {
 
     /// Has the next cycle's request clear every servo's bus watchdog and set it to `units`, before its goals:
     /// a servo that has stopped itself takes them again. Nothing on a bus whose servos have no watchdog.
-    pub fn renew_watchdog(&mut self, units: u8) {
+    pub(super) fn renew_watchdog(&mut self, units: u8) {
         self.watchdog_renewal = Some(units);
     }
 
     /// Begins a write of `units` to every servo's bus watchdog, which none answers. Nothing to send on a bus
     /// whose servos have no watchdog.
-    pub fn begin_watchdog(&mut self, units: u8) -> &[u8] {
+    pub(super) fn begin_watchdog(&mut self, units: u8) -> &[u8] {
         self.restart(Awaited::Nothing);
         let Inbox { ids, registers, .. } = &self.inbox;
         if let Some(register) = registers.bus_watchdog {
@@ -165,7 +160,7 @@ impl BusClient {
     }
 
     /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
-    pub fn miss_cycle(&mut self) -> &[Slot] {
+    pub(super) fn miss_cycle(&mut self) -> &[Slot] {
         self.restart(Awaited::Feedback);
         self.finish()
     }
@@ -174,21 +169,21 @@ impl BusClient {
     ///
     /// On Feetech a servo whose only alarm is the voltage answers with the bytes of the request, which
     /// could be an adapter's echo: [`Answer::Missing`]. Then a [`BusClient::begin_read`] settles it.
-    pub fn begin_ping(&mut self, id: ServoId) -> &[u8] {
+    pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Question::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
         self.end_transaction_request(ping_bytes(self.bus.protocol))
     }
 
     /// Begins a read of one register of `id`.
-    pub fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
+    pub(super) fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Question::Read(register), answer: Answer::Missing });
         self.codec.read(&mut self.request, id, register);
         self.end_transaction_request(read_bytes(self.bus.protocol, register))
     }
 
     /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
-    pub fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
+    pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Question::Write, answer: Answer::Missing });
         self.codec.write(&mut self.request, id, register, encode(register, value));
         self.end_transaction_request(0)
@@ -214,12 +209,12 @@ impl BusClient {
     }
 
     /// How long after sending to wait for replies to the request begun last.
-    pub fn reply_deadline(&self) -> Duration {
+    pub(super) fn reply_deadline(&self) -> Duration {
         self.reply_deadline
     }
 
     /// Takes received bytes, in pieces of any size. The echo of the request, if it comes, is dropped.
-    pub fn feed(&mut self, bytes: &[u8]) {
+    pub(super) fn feed(&mut self, bytes: &[u8]) {
         if matches!(self.inbox.awaited, Awaited::Feedback) {
             self.counters.bytes_in += length(bytes);
         }
@@ -229,12 +224,12 @@ impl BusClient {
     }
 
     /// Whether all that is awaited is there.
-    pub fn is_complete(&self) -> bool {
+    pub(super) fn is_complete(&self) -> bool {
         self.inbox.is_complete()
     }
 
     /// Ends the exchange: one slot a servo, in the order of the ids.
-    pub fn finish(&mut self) -> &[Slot] {
+    pub(super) fn finish(&mut self) -> &[Slot] {
         if matches!(self.inbox.awaited, Awaited::Feedback) {
             self.end_input();
             let count = |kind: Slot| self.inbox.slots.iter().filter(|slot| **slot == kind).count();
@@ -251,7 +246,7 @@ impl BusClient {
     }
 
     /// Ends a single transaction.
-    pub fn finish_transaction(&mut self) -> Answer {
+    pub(super) fn finish_transaction(&mut self) -> Answer {
         self.end_input();
         match std::mem::replace(&mut self.inbox.awaited, Awaited::Nothing) {
             Awaited::Answer { answer, .. } => answer,
@@ -268,12 +263,13 @@ impl BusClient {
     }
 
     /// From sending to the last byte of the last reply, when all goes well, as replies are now asked for.
-    pub fn cycle_time(&self) -> Duration {
+    pub(super) fn cycle_time(&self) -> Duration {
         self.cycle_cost().time
     }
 
     /// Bytes sent and received in an exchange in which every servo moves and answers.
-    pub fn cycle_bytes(&self) -> (usize, usize) {
+    #[cfg(test)]
+    fn cycle_bytes(&self) -> (usize, usize) {
         let cost = self.cycle_cost();
         (cost.bytes_out, cost.bytes_in)
     }
@@ -286,17 +282,17 @@ impl BusClient {
     }
 
     /// How the next exchange will ask for replies.
-    pub fn group_read(&self) -> GroupRead {
+    pub(super) fn group_read(&self) -> GroupRead {
         self.read_mode.group_read()
     }
 
     /// What the bus carried since the start.
-    pub fn counters(&self) -> Counters {
+    pub(super) fn counters(&self) -> Counters {
         self.counters
     }
 
     /// Good packets from ids nobody asked, since the start: a second servo with a wrong id, perhaps.
-    pub fn unknown_replies(&self) -> u64 {
+    pub(super) fn unknown_replies(&self) -> u64 {
         self.inbox.unknown
     }
 }

@@ -18,7 +18,7 @@ use super::packet::{Event, Status, Window};
 use crate::model::Protocol;
 use crate::units::ServoId;
 use crc::crc16;
-pub use fast_read::BLOCK_FRAME_BYTES;
+pub(super) use fast_read::BLOCK_FRAME_BYTES;
 use fast_read::{FastReply, FastStep};
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
@@ -40,22 +40,22 @@ const LENGTH_END: usize = 7;
 const HEAD_BYTES: usize = 8;
 
 /// Bytes of a request around its parameters: header 4, id, length 2, instruction, CRC 2.
-pub const REQUEST_FRAME_BYTES: usize = 10;
+pub(super) const REQUEST_FRAME_BYTES: usize = 10;
 /// Bytes of a status packet around its parameters: the same and the error byte.
-pub const STATUS_FRAME_BYTES: usize = 11;
+pub(super) const STATUS_FRAME_BYTES: usize = 11;
 /// Bytes of a fast reply before its first block: header 4, id, length 2, instruction.
-pub const FAST_HEAD_BYTES: usize = HEAD_BYTES;
+pub(super) const FAST_HEAD_BYTES: usize = HEAD_BYTES;
 /// The error byte's alert: the hardware error register is not zero; the data are valid nevertheless.
-pub const ALERT: u8 = 0x80;
+pub(super) const ALERT: u8 = 0x80;
 
 /// Appends a ping: the servo answers with model number (2 bytes) and firmware version (1).
-pub fn ping(out: &mut Vec<u8>, id: ServoId) {
+pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
     let packet = Packet::open(out, id.0, PING);
     packet.close(out);
 }
 
 /// Appends a read of `bytes` bytes from `address` on.
-pub fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
+pub(super) fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
     let packet = Packet::open(out, id.0, READ);
     packet.push_word(out, address);
     packet.push_word(out, bytes);
@@ -63,7 +63,7 @@ pub fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
 }
 
 /// Appends a write of the lowest `bytes` bytes (at most 8) of `raw` to `address`, lowest first.
-pub fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
+pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
     let packet = Packet::open(out, id.0, WRITE);
     packet.push_word(out, address);
     packet.push_raw(out, bytes, raw);
@@ -72,7 +72,12 @@ pub fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) 
 
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 /// No servos give no packet.
-pub fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: impl Iterator<Item = (ServoId, u64)>) {
+pub(super) fn sync_write(
+    out: &mut Vec<u8>,
+    address: u16,
+    bytes: u8,
+    values: impl Iterator<Item = (ServoId, u64)>,
+) {
     let mut values = values.peekable();
     if values.peek().is_none() {
         return;
@@ -89,13 +94,13 @@ pub fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: impl Itera
 
 /// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
 /// the order of `ids`.
-pub fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
+pub(super) fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     group_read(out, SYNC_READ, address, bytes, ids);
 }
 
 /// Appends a fast sync read: the servos answer with one packet that they write in turn, in the order of
 /// `ids`. A servo that does not answer leaves those behind it unheard.
-pub fn fast_sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
+pub(super) fn fast_sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     group_read(out, FAST_SYNC_READ, address, bytes, ids);
 }
 
@@ -155,7 +160,7 @@ impl Packet {
 
 /// Finds status packets in received bytes.
 #[derive(Debug)]
-pub struct Decoder {
+pub(super) struct Decoder {
     window: Window,
     capacity: usize,
     length_max: usize,
@@ -166,7 +171,7 @@ impl Decoder {
     /// A decoder for status packets of up to `parameters_max` parameter bytes, and for fast replies of up
     /// to `servos_max` servos with as many bytes each. The tighter, the sooner noise that looks like a
     /// header is seen through.
-    pub fn new(parameters_max: usize, servos_max: usize) -> Decoder {
+    pub(super) fn new(parameters_max: usize, servos_max: usize) -> Decoder {
         // Instruction, error and parameters, stuffed at worst after every third byte, and the CRC.
         let length_max = (parameters_max + 2) * 4 / 3 + 2;
         let length_max = length_max.min(usize::from(u16::MAX));
@@ -176,26 +181,26 @@ impl Decoder {
     }
 
     /// Forgets everything received.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.window.clear();
         self.fast = None;
     }
 
     /// A fast sync read of `bytes` bytes of `servos` servos has been asked: its reply gives a
     /// [`Status`] for each servo's block as soon as it is there.
-    pub fn expect_fast_reply(&mut self, servos: usize, bytes: usize) {
+    pub(super) fn expect_fast_reply(&mut self, servos: usize, bytes: usize) {
         let reply = FastReply::new(servos, bytes);
         self.fast = (reply.packet_bytes() <= self.capacity).then_some(reply);
     }
 
     /// Takes as many bytes as fit and returns how many: more than none, once [`Decoder::next_event`] has
     /// been called until it gave `None`.
-    pub fn push(&mut self, bytes: &[u8]) -> usize {
+    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         self.window.push(bytes)
     }
 
     /// No more bytes will come: an incomplete packet no longer holds up what may lie behind its header.
-    pub fn end_of_input(&mut self) {
+    pub(super) fn end_of_input(&mut self) {
         self.window.end();
     }
 
@@ -203,7 +208,7 @@ impl Decoder {
     ///
     /// After anything but a good packet the search goes on from the very next byte, so a header found in
     /// noise never swallows the packet behind it.
-    pub fn next_event(&mut self) -> Option<Event<'_>> {
+    pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
         match self.find()? {
             Found::Corrupt(id) => Some(Event::Corrupt(ServoId(id))),
             Found::Block { id, error, data } => {

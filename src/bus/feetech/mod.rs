@@ -25,25 +25,25 @@ const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 
 /// Bytes of a packet around its parameters: header 2, id, length, instruction or alarms, checksum.
-pub const FRAME_BYTES: usize = 6;
+pub(super) const FRAME_BYTES: usize = 6;
 /// Longest packet a servo is sent; the vendor's own libraries refuse more.
-pub const PACKET_BYTES_MAX: usize = 250;
+pub(super) const PACKET_BYTES_MAX: usize = 250;
 
 /// Appends a ping: the servo answers with its alarms and no data.
-pub fn ping(out: &mut Vec<u8>, id: ServoId) {
+pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
     let start = open(out, id.0, PING);
     close(out, start);
 }
 
 /// Appends a read of `bytes` bytes from `address` on.
-pub fn read(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8) {
+pub(super) fn read(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8) {
     let start = open(out, id.0, READ);
     out.extend([address, bytes]);
     close(out, start);
 }
 
 /// Appends a write of the lowest `bytes` bytes (at most 8) of `raw` to `address`, lowest first.
-pub fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw: u64) {
+pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw: u64) {
     let start = open(out, id.0, WRITE);
     out.push(address);
     out.extend(raw.to_le_bytes().iter().take(usize::from(bytes)));
@@ -53,7 +53,12 @@ pub fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw: u64) {
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 ///
 /// More servos than [`PACKET_BYTES_MAX`] has room for are spread over several packets; none gives none.
-pub fn sync_write(out: &mut Vec<u8>, address: u8, bytes: u8, values: impl Iterator<Item = (ServoId, u64)>) {
+pub(super) fn sync_write(
+    out: &mut Vec<u8>,
+    address: u8,
+    bytes: u8,
+    values: impl Iterator<Item = (ServoId, u64)>,
+) {
     let item_bytes = 1 + usize::from(bytes);
     let mut packet: Option<usize> = None;
     for (id, raw) in values {
@@ -77,14 +82,14 @@ pub fn sync_write(out: &mut Vec<u8>, address: u8, bytes: u8, values: impl Iterat
 }
 
 /// How many packets [`sync_write`] makes for `servos` values of `bytes` bytes.
-pub fn sync_write_packets(servos: usize, bytes: u8) -> usize {
+pub(super) fn sync_write_packets(servos: usize, bytes: u8) -> usize {
     let per_packet = (PACKET_BYTES_MAX - FRAME_BYTES - 2) / (1 + usize::from(bytes));
     servos.div_ceil(per_packet.max(1))
 }
 
 /// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
 /// the order of `ids`. At most 242 ids fit ([`PACKET_BYTES_MAX`]); those behind are not asked.
-pub fn sync_read(out: &mut Vec<u8>, address: u8, bytes: u8, ids: &[ServoId]) {
+pub(super) fn sync_read(out: &mut Vec<u8>, address: u8, bytes: u8, ids: &[ServoId]) {
     let start = open(out, BROADCAST, SYNC_READ);
     out.extend([address, bytes]);
     out.extend(ids.iter().map(|id| id.0).take(PACKET_BYTES_MAX - FRAME_BYTES - 2));
@@ -120,7 +125,7 @@ fn checksum(bytes: &[u8]) -> u8 {
 /// such a header (`FF FF` would be a position beyond 32,000 counts), and a caller that knows the length
 /// it asked for turns away nearly all others.
 #[derive(Debug)]
-pub struct Decoder {
+pub(super) struct Decoder {
     window: Window,
     parameters_max: usize,
 }
@@ -128,24 +133,24 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder for status packets of up to `parameters_max` parameter bytes. The tighter, the sooner
     /// noise that looks like a header is seen through.
-    pub fn new(parameters_max: usize) -> Decoder {
+    pub(super) fn new(parameters_max: usize) -> Decoder {
         let parameters_max = parameters_max.min(PACKET_BYTES_MAX - FRAME_BYTES);
         Decoder { window: Window::new(parameters_max + FRAME_BYTES), parameters_max }
     }
 
     /// Forgets everything received.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.window.clear();
     }
 
     /// Takes as many bytes as fit and returns how many: more than none, once [`Decoder::next_event`] has
     /// been called until it gave `None`.
-    pub fn push(&mut self, bytes: &[u8]) -> usize {
+    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         self.window.push(bytes)
     }
 
     /// No more bytes will come: an incomplete packet no longer holds up what may lie behind its header.
-    pub fn end_of_input(&mut self) {
+    pub(super) fn end_of_input(&mut self) {
         self.window.end();
     }
 
@@ -153,7 +158,7 @@ impl Decoder {
     ///
     /// After anything but a good packet the search goes on from the very next byte, so a header found in
     /// noise never swallows the packet behind it.
-    pub fn next_event(&mut self) -> Option<Event<'_>> {
+    pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
         while !self.window.unread().is_empty() {
             match scan(self.window.unread(), self.parameters_max) {
                 Step::Wait if !self.window.is_ended() => return None,

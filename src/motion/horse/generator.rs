@@ -10,18 +10,21 @@ use crate::signals::{Aim, Permission, State, Targets};
 const RISE_S: f64 = 1.5;
 /// Time to stand before walking, and after, s.
 const STAND_S: f64 = 0.3;
+/// Strides after which a walk that is to stop does so, even if a foot goes a little further than it should.
+const STRIDES_TO_STOP: f64 = 3.0;
 /// Shortest time for a change of pose, s.
 const GATHER_MIN_S: f64 = 0.5;
 /// Where the robot is between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
-/// Limp -> TorqueUp -> Gather -> Rise -> Stand -> Walk -> Settle -> Sink -> Done
-///            |           |        |       |       |         |        |
-///            +-----------+--------+-------+-------+---------+--------+--> Fold -> Done
+/// Limp -> TorqueUp -> Gather -> Rise -> Stand -> Walk -> Settle -> Sink -> LetGo -> Done
+///            |           |        |       |       |         |        |       |
+///            +-----------+--------+-------+-------+---------+--------+--> Fold
 ///                    safety takes the robot off its feet (permission Stop), or StopAtOnce
 /// ```
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
-/// `Sink`. With the stop action `hold` the robot stays as it is instead of sinking or folding.
+/// `Sink`; in `LetGo` the torque falls to nothing. With the stop action `hold` the robot stays as it is instead
+/// of sinking or folding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Limp,
@@ -33,6 +36,7 @@ enum Phase {
     Settle { standing_since: Option<f64> },
     Sink { from: f64 },
     Fold { from: f64, duration: f64 },
+    LetGo { from: f64 },
     Done { is_limp: bool },
 }
 
@@ -48,6 +52,8 @@ pub struct HorseGenerator {
     start_pose_rad: Vec<f64>,
     walk_for_s: f64,
     start_ramp_s: f64,
+    /// Since when the walk is to stop, s.
+    stop_wanted_s: Option<f64>,
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
@@ -64,6 +70,7 @@ impl HorseGenerator {
             phase: Phase::Limp,
             now_s: 0.0,
             walk_for_s,
+            stop_wanted_s: None,
             torque_ramp_s: robot.safety.torque_ramp_s,
             slow_rate_rad_s: robot.safety.slow_rate_rad_s,
             stop_action: robot.stop_action,
@@ -84,12 +91,18 @@ impl HorseGenerator {
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
-        if must_fold && !matches!(self.phase, Phase::Limp | Phase::Fold { .. } | Phase::Done { .. }) {
+        if must_fold
+            && !matches!(
+                self.phase,
+                Phase::Limp | Phase::Fold { .. } | Phase::LetGo { .. } | Phase::Done { .. }
+            )
+        {
             self.phase = self.fold(state);
             return;
         }
         let wants_stop = order != Order::Go;
-        self.phase = match self.phase {
+        let phase = self.phase;
+        self.phase = match phase {
             Phase::Limp if wants_stop || state.permission == Permission::Stop => {
                 Phase::Done { is_limp: true }
             }
@@ -106,27 +119,42 @@ impl HorseGenerator {
             }
             Phase::Gather { from, duration } if now >= from + duration => Phase::Rise { from: now },
             Phase::Rise { from } if now >= from + RISE_S => Phase::Stand { from: now },
-            Phase::Stand { .. } if wants_stop => self.stop_from_stand(),
+            Phase::Stand { .. } if wants_stop => self.stop_from_stand(state),
             Phase::Stand { from } if now >= from + STAND_S => {
                 self.walk = Walk::begin(&self.plan, now, self.start_ramp_s);
                 Phase::Walk { from: now }
             }
-            Phase::Walk { from }
-                if (wants_stop || now >= from + self.walk_for_s) && self.walk.try_stop(&self.plan, now) =>
-            {
+            Phase::Walk { from } if (wants_stop || now >= from + self.walk_for_s) && self.stops_walking() => {
                 Phase::Settle { standing_since: None }
             }
             Phase::Settle { standing_since: None } if self.walk.is_standing(now) => {
                 Phase::Settle { standing_since: Some(now) }
             }
-            Phase::Settle { standing_since: Some(since) } if now >= since + STAND_S => self.stop_from_stand(),
-            Phase::Sink { from } if now >= from + RISE_S => Phase::Done { is_limp: true },
-            Phase::Fold { from, duration } if now >= from + duration => Phase::Done { is_limp: true },
+            Phase::Settle { standing_since: Some(since) } if now >= since + STAND_S => {
+                self.stop_from_stand(state)
+            }
+            Phase::Sink { from } if now >= from + RISE_S => self.let_go(state),
+            Phase::Fold { from, duration } if now >= from + duration => self.let_go(state),
+            Phase::LetGo { from } if now >= from + self.torque_ramp_s => Phase::Done { is_limp: true },
             unchanged => unchanged,
         };
     }
 
-    fn stop_from_stand(&self) -> Phase {
+    /// Begins to stop if that can be done now; in the end it is done anyway.
+    fn stops_walking(&mut self) -> bool {
+        let since_s = *self.stop_wanted_s.get_or_insert(self.now_s);
+        let period_s = self.plan.gait.period_s(self.plan.settings.swing_time_s);
+        let must = self.now_s - since_s >= STRIDES_TO_STOP * period_s;
+        self.walk.try_stop(&self.plan, self.now_s, must)
+    }
+
+    fn let_go(&mut self, state: &State) -> Phase {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        Phase::LetGo { from: self.now_s }
+    }
+
+    fn stop_from_stand(&mut self, state: &State) -> Phase {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
             StopAction::Hold => Phase::Done { is_limp: false },
             StopAction::SitThenLimp => Phase::Sink { from: self.now_s },
@@ -151,13 +179,19 @@ impl HorseGenerator {
 
     fn write_targets(&mut self, targets: &mut Targets) {
         let now = self.now_s;
+        targets.torque_share = match self.phase {
+            Phase::LetGo { from } => 1.0 - smooth_step((now - from) / self.torque_ramp_s),
+            _ => 1.0,
+        };
         let (sit_m, stand_m) = (self.plan.settings.sit_height_m, self.plan.settings.stand_height_m);
         match self.phase {
             Phase::Limp | Phase::Done { is_limp: true } => {
                 targets.aim = Aim::Limp;
                 targets.feet.clear();
             }
-            Phase::TorqueUp { .. } | Phase::Done { is_limp: false } => self.write_pose(0.0, targets),
+            Phase::TorqueUp { .. } | Phase::LetGo { .. } | Phase::Done { is_limp: false } => {
+                self.write_pose(0.0, targets);
+            }
             Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);
             }
@@ -197,7 +231,9 @@ impl HorseGenerator {
             Phase::TorqueUp { .. } | Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
             Phase::Stand { .. } => Activity::Standing,
             Phase::Walk { .. } => Activity::Walking,
-            Phase::Settle { .. } | Phase::Sink { .. } | Phase::Fold { .. } => Activity::Stopping,
+            Phase::Settle { .. } | Phase::Sink { .. } | Phase::Fold { .. } | Phase::LetGo { .. } => {
+                Activity::Stopping
+            }
             Phase::Done { .. } => Activity::Done,
         }
     }

@@ -39,7 +39,7 @@ const CENTRED_M: f64 = 1e-9;
 const RAMP_GROWTH: f64 = 1.1;
 const RAMPS_TRIED: u32 = 40;
 /// How much longer than the acceleration limit asks for a stop may take, tried in this order.
-const STOP_STRETCHES: [f64; 4] = [1.0, 1.3, 1.7, 2.2];
+const STOP_STRETCHES: [f64; 6] = [1.0, 1.3, 1.7, 2.2, 3.5, 6.0];
 
 /// A walk under way.
 #[derive(Debug, Clone)]
@@ -167,15 +167,17 @@ impl Walk {
 
     /// From `s` on, slows down to a stand, if that can be done now without a foot leaving its reach: one that
     /// is in the air while the horse speeds up lands where only a faster trunk will catch up with it.
-    /// Returns whether it does; if not, nothing has changed, and a little later it will.
-    pub fn try_stop(&mut self, plan: &HorsePlan, s: f64) -> bool {
+    /// Returns whether it does; if not, nothing has changed, and in another phase of the stride it will. If it
+    /// `must`, it does in any case, in the gentlest way.
+    pub fn try_stop(&mut self, plan: &HorsePlan, s: f64, must: bool) -> bool {
         let (from_m_s, start_m) = (self.ramp.speed_m_s(s), self.ramp.place_m(s));
         let shortest_s = self.ramp_duration_s(plan, from_m_s);
         for stretch in STOP_STRETCHES {
             let duration_s = stretch * shortest_s;
             let mut stopping = self.clone();
             stopping.ramp = SpeedRamp { start_s: s, duration_s, from_m_s, to_m_s: 0.0, start_m };
-            if stopping.clone().stays_in_reach(plan, s, s + duration_s) {
+            let is_last_resort = must && stretch >= STOP_STRETCHES[STOP_STRETCHES.len() - 1];
+            if is_last_resort || stopping.clone().stays_in_reach(plan, s, s + duration_s) {
                 *self = stopping;
                 return true;
             }

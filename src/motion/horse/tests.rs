@@ -35,14 +35,8 @@ fn plan(gait: Gait, speed_m_s: f64) -> HorsePlan {
     }
 }
 
-fn gaits() -> [Gait; 5] {
-    [
-        Gait::from_thesis("walk", 0.70, 0.20, 0.50),
-        Gait::from_thesis("walk-steady", 0.75, 0.25, 0.50),
-        Gait::from_thesis("trot", 0.50, 0.50, 0.50),
-        Gait::from_thesis("canter", 0.30, 0.20, 0.20),
-        Gait::from_thesis("gallop", 0.25, 0.35, 0.20),
-    ]
+fn gaits() -> Vec<Gait> {
+    Gait::built_in()
 }
 
 struct Walked {
@@ -74,7 +68,7 @@ fn walk(plan: &HorsePlan, stop_s: f64) -> Walked {
         let s = f64::from(step) * DT_S;
         if s >= stop_s && !is_stopping {
             speed_at_stop = walk.speed_m_s(s);
-            is_stopping = walk.try_stop(plan, s);
+            is_stopping = walk.try_stop(plan, s, false);
         }
         walk.advance(s);
         walk.write(plan, s, HEIGHT_M, &mut targets);
