@@ -282,3 +282,60 @@ fn nothing_moves_on_a_device_without_a_calibration() {
         assert!(said.contains("calibrated_on is not set"), "{said}");
     }
 }
+
+/// The same over a pseudo-terminal, in real time: the unit file names the device and the zero counts.
+#[test]
+fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot_file = folder.path().join("horse.toml");
+    std::fs::copy(config_file("horse.toml"), &robot_file).unwrap();
+    let file_robot = robot("horse.toml");
+    let mut built = file_robot.clone();
+    for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
+        // No horn sits where the robot file would have it.
+        servo.zero_count += 50.0;
+    }
+    for bus in &mut built.buses {
+        // The terminal takes the adapter's place.
+        bus.adapter_latency_us = 0;
+    }
+    let pose: Vec<f64> = built.joints.iter().map(hippocamp::model::Joint::middle_rad).collect();
+    let world = simulation::world_from_pose(&built, &pose, 1, &FaultScript::default()).unwrap();
+    let server = hw_sim::pty::PtyServer::start(world, folder.path()).unwrap();
+    let hip = built.joints[HIP].servo.unwrap();
+    let hip_deg = || {
+        let shaft = server.with_world(|world| world.shaft(hip.bus, hip.id.0)).unwrap();
+        hip.angle_of(shaft.position_counts).to_degrees()
+    };
+
+    let mut unit = config::Unit { robot_file: "horse.toml".to_owned(), ..config::Unit::default() };
+    let device = server.paths()[0].display().to_string();
+    unit.buses = vec![config::UnitBus { name: built.buses[0].name.clone(), device }];
+    let entry = |joint: &hippocamp::model::Joint| config::UnitJoint {
+        name: joint.name.clone(),
+        zero_count: joint.servo.unwrap().zero_count,
+        direction_checked: true,
+        serial: None,
+        firmware: None,
+    };
+    unit.joints = built.joints.iter().map(entry).collect();
+    let unit_path = config::default_unit_path(&robot_file);
+    let robot_path = robot_file.to_str().unwrap();
+
+    // Not calibrated yet: nothing happens.
+    config::write_unit(&unit_path, &unit).unwrap();
+    let output = hippocamp(&["jog", robot_path, "left_hind.hip", "-75"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!((hip_deg() + 85.0).abs() < 0.1, "{}", hip_deg());
+
+    unit.seal(&file_robot, toml::value::Date { year: 2026, month: 1, day: 31 });
+    config::write_unit(&unit_path, &unit).unwrap();
+    let output = hippocamp(&["jog", robot_path, "left_hind.hip", "-75"]);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{out}{err}");
+    assert!(
+        out.contains(&format!("left_hind.hip to -75.0 degrees on {}", server.paths()[0].display())),
+        "{out}"
+    );
+    assert!((hip_deg() + 75.0).abs() < 2.0, "{}", hip_deg());
+}

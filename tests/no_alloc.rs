@@ -34,7 +34,7 @@ const FAULTS: &str = "
     [[fault]]
     kind = 'noise'
     at_s = 5.0
-    for_s = 0.1
+    for_s = 0.08
 
     [[fault]]
     kind = 'echo'

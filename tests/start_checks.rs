@@ -109,7 +109,7 @@ fn two_adapters_swapped_are_named_with_their_devices_and_nothing_else_is_said() 
         "the devices of bus left_hind (/dev/one) and bus left_fore (/dev/two) look swapped: the servos of \
          each answer on the other's line; exchange the two devices in the unit file (or in --port), or the two \
          plugs\n\
-         the robot is not as its file says; no servo was written to, none has torque"
+         the robot is not as its file says; no servo was written to"
     );
 }
 

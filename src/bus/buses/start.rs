@@ -304,7 +304,8 @@ fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, 
             Found::AsExpected | Found::OtherSetting { .. } | Found::Unheard(_) => false,
         };
         let is_at_home = |(_, servo, found): &(usize, Servo, Found)| {
-            matches!(found, Found::AsExpected) && !has_twin(servo, b, i64::from(servo.model.model_number))
+            matches!(found, Found::AsExpected | Found::OtherSetting { .. })
+                && !has_twin(servo, b, i64::from(servo.model.model_number))
         };
         on_a().any(is_of_b) && !on_a().any(is_at_home)
     };
