@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
@@ -16,6 +17,9 @@ use hippocamp::motion::horse::{HorsePlan, Walk};
 use hippocamp::motion::posture_pull;
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, JointState, JointTargets, State, Targets};
+use hippocamp::simulation;
+use hippocamp::units::Time;
+use hw_sim::FaultScript;
 
 fn main() {
     divan::main();
@@ -82,6 +86,96 @@ fn four_legs(bencher: Bencher) {
         cycle = (cycle + 1) % targets.len();
         limbs.solve(black_box(&targets[cycle]), &mut joints);
     });
+}
+
+/// Ports that answer each request at once with what was once answered: no wire, no wait.
+struct Canned {
+    replies: Vec<Vec<u8>>,
+    pending: Vec<bool>,
+}
+
+impl Ports for Canned {
+    fn now(&mut self) -> Time {
+        Time(0)
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        self.pending[bus] = false;
+        Ok(())
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        black_box(bytes);
+        self.pending[bus] = true;
+        Ok(())
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        if !std::mem::take(&mut self.pending[bus]) {
+            return Ok(0);
+        }
+        let reply = &self.replies[bus];
+        into[..reply.len()].copy_from_slice(reply);
+        Ok(reply.len())
+    }
+
+    fn wait_for_input(&mut self, _: Time) {}
+
+    fn wait_until(&mut self, _: Time) {}
+}
+
+/// Simulated ports that keep what was received last on each bus.
+struct Tap {
+    inner: SimPorts,
+    received: Vec<Vec<u8>>,
+}
+
+impl Ports for Tap {
+    fn now(&mut self) -> Time {
+        self.inner.now()
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        self.received[bus].clear();
+        self.inner.discard_input(bus)
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.inner.send(bus, bytes)
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        let count = self.inner.receive(bus, into)?;
+        self.received[bus].extend_from_slice(&into[..count]);
+        Ok(count)
+    }
+
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.inner.wait_for_input(deadline);
+    }
+
+    fn wait_until(&mut self, deadline: Time) {
+        self.inner.wait_until(deadline);
+    }
+}
+
+/// Encoding a cycle's requests and decoding all replies of 16 servos.
+#[divan::bench(args = ["horse", "horse-dynamixel"])]
+fn exchange_without_a_wire(bencher: Bencher, name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name).with_extension("toml");
+    let robot = config::load(&path).unwrap().robot;
+    let world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
+    let received = vec![Vec::new(); robot.buses.len()];
+    let goals = Goals::limp(&robot);
+    let mut slots = vec![Slot::Missing; robot.joints.len()];
+    let mut buses = Buses::new(&robot, Tap { inner: SimPorts::of(world, true), received });
+    buses.exchange(&goals, &mut slots);
+    let replies = buses.into_ports().received;
+    let pending = vec![false; robot.buses.len()];
+    let mut buses = Buses::new(&robot, Canned { replies, pending });
+    buses.exchange(&goals, &mut slots);
+    assert!(slots.iter().all(|slot| matches!(slot, Slot::Fresh(_))));
+    bencher.bench_local(|| buses.exchange(&goals, &mut slots));
 }
 
 /// Walk, inverse kinematics, safety and counts of 16 joints: a cycle without its exchange and records.

@@ -176,6 +176,15 @@ fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
     let gait = gait(options.gait.as_deref(), &loaded.horse)?;
     let mut plan = loaded.capability.plan(&loaded.horse, gait);
     let top = top_speed::of_gait(&loaded.file.robot, &plan);
+    if top.m_s() <= 0.0 {
+        let joint = top.joint.map_or("a joint", |joint| loaded.file.robot.joints[joint].name.as_str());
+        return Err(BadInput(format!(
+            "{} cannot {}: even on the spot {joint} would pass its speed or acceleration limit; a longer \
+             swing_time_s or a lower swing_lift_mm asks less of it",
+            loaded.file.robot.name, gait.name
+        ))
+        .into());
+    }
     plan.speed_m_s = match options.speed {
         None => DEFAULT_SPEED_SHARE * top.m_s(),
         Some(speed) if !speed.is_finite() || speed < 0.0 => {
