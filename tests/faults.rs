@@ -169,7 +169,7 @@ fn lasting_faults() -> Vec<Lasting> {
             robot: "horse.toml",
             faults: "[[fault]]\nkind = 'hot'\nat_s = 6.0\nbus = 'main'\nid = 4\ncelsius = 75",
             holds_after_s: fault_delay_s.clone(),
-            says: &["servo 4", "bus main", "left_hind.hock", "75 C", "70 C", "let it cool"],
+            says: &["servo 4", "bus main", "left_hind.hock", "75 C", "65 C", "let it cool"],
             cut_off: NONE,
             // A Feetech servo lets go by itself when hot, so it need not arrive.
             jammed: Some(4),
@@ -178,7 +178,7 @@ fn lasting_faults() -> Vec<Lasting> {
             robot: "horse-dynamixel.toml",
             faults: "[[fault]]\nkind = 'hot'\nat_s = 6.0\nbus = 'left_hind'\nid = 4\ncelsius = 85",
             holds_after_s: fault_delay_s,
-            says: &["servo 4", "bus left_hind", "left_hind.hock", "85 C", "80 C", "let it cool"],
+            says: &["servo 4", "bus left_hind", "left_hind.hock", "85 C", "75 C", "let it cool"],
             cut_off: NONE,
             jammed: Some(4),
         },

@@ -41,7 +41,9 @@ const TOP: &[Bad] = &[
     bad("\"foal\"", "@7", "name", "7", &["text in quotes"]),
     bad("= 120", "= @0", "loop_rate_hz", "0", &["from 10 to 1000"]),
     bad("= 120", "= @-50", "loop_rate_hz", "-50", &["from 10 to 1000"]),
-    bad("= 120", "= @1001", "loop_rate_hz", "1001", &["at most 1000"]),
+    bad("= 120", "= @1001", "loop_rate_hz", "1001", &["from 10 to 1000"]),
+    bad("return_delay_us = 500", "@return_delay_us = 501", "bus[1].return_delay_us", "501", &["even"]),
+    bad("return_delay_us = 500", "@return_delay_us = 510", "bus[1].return_delay_us", "510", &["508"]),
     bad("= 120", "= @nan", "loop_rate_hz", "nan", &["a number from 10", "finite"]),
     bad("= 120", "= @inf", "loop_rate_hz", "inf", &["finite"]),
     bad("= 120", "= @\"120\"", "loop_rate_hz", "\"120\"", &["a number"]),
@@ -183,6 +185,8 @@ const SERVOS: &[Bad] = &[
 ];
 
 const SAFETY: &[Bad] = &[
+    bad("rate_share = 0.5", "@coast_s = 0.01", "safety.coast_s", "0.01", &["2 cycles of the loop", "120 Hz"]),
+    bad("rate_share = 0.5", "@hold_s = 0", "safety.hold_s", "0", &["2 cycles of the loop"]),
     bad("rate_share = 0.5", "@rate_share = 1.5", "safety.rate_share", "1.5", &["above 0 and at most 1"]),
     bad(
         "temperature_max_c = 65",
@@ -247,6 +251,7 @@ const MOTION: &[Bad] = &[
     bad("= 140", "= @0", "motion.stand_height_mm", "0", &["above 0"]),
     bad("= 90\n", "= @141\n", "motion.sit_height_mm", "141", &["at most the standing height, 140"]),
     bad("= 0.4\n", "= @0\n", "motion.swing_time_s", "0", &["above 0"]),
+    bad("= 0.4\n", "= @0.08\n", "motion.swing_time_s", "0.08", &["10 cycles of the loop", "120 Hz"]),
     bad("swing_lift_mm = 12", "@swing_lift_mm = -12", "motion.swing_lift_mm", "-12", &["above 0"]),
     bad("= 0.2\n", "= @0.5\n", "motion.swing_ramp_share", "0.5", &["above 0 and below 0.5"]),
     bad(
