@@ -55,6 +55,36 @@ fn the_stop_action_hold_stands_when_the_operator_stops() {
     }
 }
 
+#[test]
+fn a_walk_that_ends_in_hold_stands_still_where_it_stood() {
+    let mut robot = shipped("horse.toml");
+    robot.stop_action = StopAction::Hold;
+    let watched = Scenario::from_sitting(&robot, "trot", 2.0).watch();
+    assert_eq!(watched.report.outcome, Outcome::Completed, "{}", watched.report.reason);
+    assert_eq!(watched.report.safety_interventions, 0);
+    let last = watched.moments.len() - 1;
+    for servo in 0..robot.joints.len() {
+        let goals: Vec<i32> =
+            watched.moments[last - 20..].iter().map(|moment| moment.servos[servo].goal).collect();
+        let spread = goals.iter().max().unwrap() - goals.iter().min().unwrap();
+        // Joints to spare still settle: a quarter of a degree.
+        assert!(spread <= 3, "{}: {goals:?}", robot.joints[servo].name);
+    }
+}
+
+#[test]
+fn the_torque_falls_before_it_is_off() {
+    for file in ROBOTS {
+        let robot = shipped(file);
+        let watched = Scenario::from_sitting(&robot, "trot", 1.0).watch();
+        let off = watched.moments.iter().rposition(|moment| moment.servos[0].torque_on).unwrap();
+        for (servo, truth) in watched.moments[off].servos.iter().enumerate() {
+            let full = f64::from(robot.joints[servo].servo.unwrap().model.torque_limit_full);
+            assert!(f64::from(truth.torque_limit) < 0.05 * full, "{file}: {truth:?} just before it was off");
+        }
+    }
+}
+
 /// When the servos have been found and the first cycle begins, s since power-up.
 fn first_cycle_s(robot: &Robot) -> f64 {
     let watched = Scenario::from_sitting(robot, "walk", 0.0).watch_until(Activity::Rising);
