@@ -28,6 +28,11 @@ use hw_sim::FaultScript;
 use hw_sim::pty::PtyServer;
 use serialport::{SerialPort, TTYPort};
 
+/// How long each robot walks: the first number given (`cargo bench --bench pty_exchange -- 60`), or ten seconds.
+fn seconds() -> f64 {
+    std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(10.0)
+}
+
 /// Exchanges of the terminal alone.
 const ECHOES: u32 = 1000;
 
@@ -132,7 +137,7 @@ fn walk(robot: &Robot) -> (Report, Quantiles) {
     let capability = HorseCapability::of(robot, horse).unwrap();
     let mut horse = capability.plan(horse, &horse.gaits[0]);
     horse.speed_m_s = 0.05;
-    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 10.0 };
+    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: seconds() };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place.
     let mut without_adapters = robot.clone();
