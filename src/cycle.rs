@@ -61,9 +61,10 @@ impl<'r> Controller<'r> {
     /// from where it is, instead of leaping to where it should have been.
     pub fn decide(&mut self, gap_s: f64, order: Order) -> &Goals {
         let dt_s = self.robot.period_s();
+        let is_new_order = order != self.order;
         self.order = order;
-        if order != Order::Go {
-            // An operator who wants to stop does not wait for a fault to pass.
+        if order == Order::StopAtOnce || (order == Order::Stop && is_new_order) {
+            // An operator who wants to stop does not wait for a fault to pass. One that comes later may pass.
             self.safety.give_up_waiting(&mut self.state);
         }
         self.is_held = self.state.permission == Permission::Hold;

@@ -8,7 +8,7 @@ use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::Robot;
 use crate::motion::{Generator, Jog, Order};
-use crate::run::{Status, find_servos, perform};
+use crate::run::{End, Status, find_servos, perform};
 use crate::telemetry::Outcome;
 
 /// How a jog went.
@@ -22,6 +22,8 @@ pub struct JogReport {
     pub outcome: Outcome,
     /// Why it ended so.
     pub reason: String,
+    /// True if every servo has heard the end.
+    pub is_end_heard: bool,
 }
 
 /// Turns joint number `joint` of `robot` to `goal_rad`, held to its range, holds it for a second and lets it go.
@@ -43,11 +45,12 @@ pub fn jog<P: Ports>(
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
     let start = cycle.buses_mut().ports_mut().now();
-    let (outcome, reason) = perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut order);
+    let End { outcome, reason, is_heard } =
+        perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut order);
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),
         Generator::Horse(_) => None,
     };
-    Ok(JogReport { goal_rad, measured_rad, outcome, reason })
+    Ok(JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard })
 }

@@ -86,7 +86,7 @@ pub fn run_recorded<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let (outcome, reason) =
+    let End { outcome, reason, is_heard } =
         perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
@@ -111,6 +111,7 @@ pub fn run_recorded<P: Ports>(
         late_cycles,
         outcome,
         reason,
+        is_end_heard: is_heard,
         safety_interventions,
         held_cycles: cycle.telemetry().held_cycles(),
         loop_times: cycle.telemetry().loop_report(),
@@ -119,6 +120,14 @@ pub fn run_recorded<P: Ports>(
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     })
+}
+
+/// How the cycle ended.
+pub(crate) struct End {
+    pub(crate) outcome: Outcome,
+    pub(crate) reason: String,
+    /// Every servo has heard the end.
+    pub(crate) is_heard: bool,
 }
 
 /// The buses of `robot` with all its servos found, limp, and watching over the loop to come.
@@ -138,20 +147,22 @@ pub(crate) fn perform<P: Ports>(
     done: &str,
     recorder: &mut Option<Recorder>,
     order: &mut impl FnMut(&Status) -> Order,
-) -> (Outcome, String) {
+) -> End {
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
     match ended {
         Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
-            if is_jog || robot.stop_action == StopAction::SitThenLimp {
-                cycle.buses_mut().limp();
+            let is_to_hold = !is_jog && robot.stop_action == StopAction::Hold;
+            let is_heard = is_to_hold || cycle.buses_mut().limp();
+            let mut reason =
+                "the loop panicked: this is a defect of the program, please report it".to_owned();
+            if !is_heard {
+                reason +=
+                    "; not all servos were heard afterwards, and some may still have torque: cut their power";
             }
-            (
-                Outcome::Failed,
-                "the loop panicked: this is a defect of the program, please report it".to_owned(),
-            )
+            End { outcome: Outcome::Failed, reason, is_heard }
         }
     }
 }
@@ -213,14 +224,10 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     }
 }
 
-fn verdict<P: Ports>(
-    robot: &Robot,
-    cycle: &Cycle<'_, P>,
-    was_ordered_to_stop: bool,
-    done: &str,
-) -> (Outcome, String) {
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool, done: &str) -> End {
     let lost = may_have_torque(robot, cycle);
-    if cycle.state().permission == Permission::Stop {
+    let is_heard = lost.is_empty();
+    let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
         (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
     } else if !lost.is_empty() {
@@ -229,7 +236,8 @@ fn verdict<P: Ports>(
         (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
         (Outcome::Completed, done.to_owned())
-    }
+    };
+    End { outcome, reason, is_heard }
 }
 
 /// The servos that did not hear the end, in words; empty if all did, or if torque was to stay on.

@@ -30,6 +30,10 @@ struct Rig {
 }
 
 fn rig(file: &str) -> Rig {
+    rig_with(file, "")
+}
+
+fn rig_with(file: &str, faults: &str) -> Rig {
     let folder = tempfile::tempdir().unwrap();
     let robot_file = folder.path().join(file);
     // A robot that rises quickly, and whose adapter is a terminal.
@@ -40,7 +44,7 @@ fn rig(file: &str) -> Rig {
     for bus in &mut without_adapters.buses {
         bus.adapter_latency_us = 0;
     }
-    let world = simulation::world(&without_adapters, 1, &FaultScript::default()).unwrap();
+    let world = simulation::world(&without_adapters, 1, &FaultScript::from_toml(faults).unwrap()).unwrap();
     let server = PtyServer::start(world, folder.path()).unwrap();
     let mut unit = Unit {
         robot_file: file.to_owned(),
@@ -143,6 +147,17 @@ fn a_controller_without_its_port_ends_by_itself() {
     rig.wait_for_torque(true);
     rig.server = None;
     assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
+}
+
+#[test]
+fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
+    // Away long enough for the controller to give up.
+    let rig = rig_with("horse.toml", "[[fault]]\nkind = 'unplugged'\nat_s = 6.0\nfor_s = 12.0");
+    let mut child = rig.start();
+    rig.wait_for_torque(true);
+    assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
+    assert_eq!(rig.with_torque(), rig.robot.joints.len(), "nobody can reach them");
+    rig.wait_for_torque(false);
 }
 
 #[test]

@@ -154,6 +154,8 @@ impl Line {
             _ => {}
         }
         let Some(terminal) = &self.terminal else { return };
+        // A real terminal forgets an exclusive open with its last close; this one is never closed here.
+        let _ = rustix::termios::ioctl_tiocnxcl(&terminal.slave);
         let is_understood =
             tcgetattr(&terminal.slave).is_ok_and(|settings| settings.output_speed() == self.baud);
         while let Ok(count @ 1..) = rustix::io::read(&terminal.master, &mut *piece) {

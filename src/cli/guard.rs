@@ -19,17 +19,20 @@ use anyhow::{Context, Result, bail};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::ports::{PortOption, devices};
-use crate::bus::serial::SerialPorts;
-use crate::bus::{Buses, Ports};
+use crate::bus::Buses;
+use crate::bus::serial::{Device, SerialPorts};
 use crate::config;
+use crate::model::Robot;
+use crate::platform::{monotonic, sleep_until};
 
 /// What the controller says at a safe end.
 const SAFE: &[u8] = b"safe\n";
 /// What the guard says when it is ready.
 const READY: &str = "ready";
-/// How often, and how long after one another, the guard tries to open the ports the dead controller left.
-const OPEN_TRIES: u32 = 40;
-const OPEN_PAUSE: Duration = Duration::from_millis(5);
+/// How long after one another the guard tries a bus it could not reach, when it says so, and when it gives up.
+const PAUSE: Duration = Duration::from_millis(10);
+const WORD_AFTER: Duration = Duration::from_millis(500);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The controller's hold on its guard.
 #[derive(Debug)]
@@ -66,12 +69,11 @@ impl Guard {
     }
 }
 
-impl Drop for Guard {
-    /// Tells the guard that the robot is safe, and waits for it to end. A panic is no safe end.
-    fn drop(&mut self) {
-        if let Some(mut pipe) = self.pipe.take()
-            && !std::thread::panicking()
-        {
+impl Guard {
+    /// Tells the guard that all servos are as they shall be, and waits for it to end. Without this word it will
+    /// take the torque off once this process, or its hold on it, is gone.
+    pub(super) fn release(mut self) {
+        if let Some(mut pipe) = self.pipe.take() {
             let _ = pipe.write_all(SAFE);
         }
         let _ = self.child.wait();
@@ -94,27 +96,51 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     if heard == SAFE {
         return Ok(());
     }
-    let mut tries = 0;
-    let opened = loop {
-        tries += 1;
-        match SerialPorts::open(&devices) {
-            Ok(opened) => break opened,
-            Err(error) if tries == OPEN_TRIES => {
-                tell(&format!(
-                    "THE CONTROLLER DIED AND ITS GUARD CANNOT REACH THE SERVOS: CUT THE POWER. {error}"
-                ));
-                return Err(error.into());
-            }
-            Err(_) => crate::platform::sleep_until(crate::platform::monotonic() + OPEN_PAUSE),
+    // Each bus by itself: one whose adapter is gone must not keep the others under torque.
+    let mut pending: Vec<(Robot, Device)> =
+        devices.into_iter().enumerate().map(|(bus, device)| (only_bus(&robot, bus), device)).collect();
+    let start = monotonic();
+    let mut has_said = false;
+    loop {
+        pending.retain(|(robot, device)| !is_limp(robot, device));
+        if pending.is_empty() {
+            tell("the controller did not end safely: its guard took the torque off all servos");
+            return Ok(());
         }
-    };
-    let mut buses = Buses::new(&robot, opened);
-    buses.limp();
-    tell("the controller died without its safe stop: its guard took the torque off all servos");
-    // Bytes still in the adapter leave before the ports close.
-    let drained = buses.ports_mut().now() + OPEN_PAUSE;
-    buses.ports_mut().wait_until(drained);
-    Ok(())
+        let buses: Vec<&str> = pending.iter().map(|(robot, _)| robot.buses[0].name.as_str()).collect();
+        let buses = buses.join(", ");
+        let waited = monotonic().saturating_sub(start);
+        if waited > PATIENCE {
+            bail!("the guard could not reach the servos of bus {buses}: cut their power");
+        }
+        if !has_said && waited > WORD_AFTER {
+            tell(&format!(
+                "THE CONTROLLER DID NOT END SAFELY, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its \
+                 guard goes on trying to take their torque off"
+            ));
+            has_said = true;
+        }
+        sleep_until(monotonic() + PAUSE);
+    }
+}
+
+/// What is left of `robot` on its bus number `bus`.
+fn only_bus(robot: &Robot, bus: usize) -> Robot {
+    let mut left = robot.clone();
+    left.buses = vec![robot.buses[bus].clone()];
+    left.joints.retain(|joint| joint.servo.is_some_and(|servo| servo.bus == bus));
+    for joint in &mut left.joints {
+        if let Some(servo) = &mut joint.servo {
+            servo.bus = 0;
+        }
+    }
+    left
+}
+
+/// Takes the torque off the servos of a robot of one bus; true if all have heard it.
+fn is_limp(robot: &Robot, device: &Device) -> bool {
+    let Ok(ports) = SerialPorts::open(std::slice::from_ref(device)) else { return false };
+    Buses::new(robot, ports).limp()
 }
 
 /// To the terminal, if there still is one.

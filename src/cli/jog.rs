@@ -35,10 +35,14 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
             drive(robot, index, goal_rad, SimPorts::of(world, is_virtual))?
         }
         Choice::Devices(ports) => {
-            let _guard = Guard::start(&options.robot, &ports)?;
+            let guard = Guard::start(&options.robot, &ports)?;
             let ports = ports::open(robot, &ports)?;
             say!("{line}");
-            drive(robot, index, goal_rad, ports)?
+            let report = drive(robot, index, goal_rad, ports);
+            if report.as_ref().map_or(true, |report| report.is_end_heard) {
+                guard.release();
+            }
+            report?
         }
     };
     say!("{}: {}", outcome_words(report.outcome), report.reason);

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
 use super::guard::Guard;
@@ -51,6 +51,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     let horse = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
+    options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
         Choice::Simulated { is_virtual } => {
@@ -81,8 +82,14 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
         AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
-        AnyPorts::Serial(ports, _guard) => {
-            drive(robot, plan, ports, recorder, Some(RealTime { processor: options.processor }))?
+        AnyPorts::Serial(ports, guard) => {
+            let real_time = Some(RealTime { processor: options.processor });
+            let report = drive(robot, plan, ports, recorder, real_time);
+            // A start that failed has put torque on no servo.
+            if report.as_ref().map_or(true, |report| report.is_end_heard) {
+                guard.release();
+            }
+            report?
         }
     };
     if passing_file.is_some() {
@@ -126,13 +133,15 @@ fn drive(
 ) -> Result<Report> {
     let orders = orders_from_signals()?;
     let mut status_line = StatusLine::start();
-    if let Some(RealTime { processor }) = real_time {
-        for note in platform::request_real_time(processor) {
-            say!("  {note}");
-        }
-    }
     let mut order = Order::Go;
+    let mut real_time = real_time;
     let report = run_recorded(robot, plan, ports, recorder, |status| {
+        // In the first cycle, when all memory is taken and all other threads are there.
+        if let Some(RealTime { processor }) = real_time.take() {
+            for note in platform::request_real_time(processor) {
+                say!("  {note}");
+            }
+        }
         status_line.show(status);
         order = orders.try_recv().unwrap_or(order);
         order
@@ -274,11 +283,11 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
     write_whole(path, &(text + "\n"))
 }
 
-/// The first SIGINT or SIGTERM (or a terminal that closes) orders a stop, the second one at once.
+/// The first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the robot) orders a stop, the second one at once.
 pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
     let (sender, receiver) = bounded(8);
     let mut signals =
-        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM]).context("signals could not be caught")?;
+        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP]).context("signals could not be caught")?;
     std::thread::spawn(move || {
         let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
         for (_, order) in signals.forever().zip(orders) {

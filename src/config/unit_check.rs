@@ -20,7 +20,7 @@ const UNSTABLE_DEVICES: [&str; 2] = ["/dev/ttyUSB", "/dev/ttyACM"];
 
 impl Unit {
     /// Hash of the calibration: robot file name, date, every joint's entry, and how the robot file says its
-    /// servo is connected (model, bus, id, reversed). So an edit of either file after the calibration is
+    /// servo is connected (axis, model, bus, id, reversed). So an edit of either file after the calibration is
     /// noticed that makes a checked direction or zero count doubtful. Devices are left out: an adapter may
     /// move to another plug. FNV-1a, 64 bits (crate `fnv`), as 16 hexadecimal digits: it notices slips, not
     /// ill will.
@@ -35,7 +35,11 @@ impl Unit {
             let UnitJoint { name, zero_count, direction_checked, serial, firmware } = joint;
             let bits = zero_count.to_bits();
             let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {serial:?} {firmware:?}");
-            if let Some(servo) = robot.joints.iter().find(|of| of.name == *name).and_then(|of| of.servo) {
+            let described = robot.joints.iter().find(|of| of.name == *name);
+            // An axis turned round reverses the joint as `reversed` does.
+            let axis = described.map(|of| of.axis.to_array().map(f64::to_bits));
+            let _ = write!(text, " {axis:?}");
+            if let Some(servo) = described.and_then(|of| of.servo) {
                 let (model, bus) = (servo.model.name, robot.buses.get(servo.bus).map(|bus| &bus.name));
                 let _ = write!(text, " {model:?} {bus:?} {} {}", servo.id, servo.reversed);
             }

@@ -45,6 +45,11 @@ impl Limiter {
         }
     }
 
+    /// Whether the goal is still on its way to what is wanted, from where the joint was found.
+    pub(super) fn is_catching_up(&self) -> bool {
+        self.is_catching_up
+    }
+
     /// The next goal follows from the last one, at rest.
     pub(super) fn rest_at_goal(&mut self) {
         self.speed_rad_s = 0.0;

@@ -137,6 +137,12 @@ impl Safety {
             let torque_share = self.settings.torque_share * rise.min(targets.torque_share);
             self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
         }
+        let is_catching_up =
+            |joint: &JointSafety| joint.torque_on_s.is_some() && joint.limiter.is_catching_up();
+        if state.permission == Permission::Move && self.joints.iter().any(is_catching_up) {
+            // Nobody walks on while a leg is still on its way back.
+            state.permission = Permission::Hold;
+        }
         &self.command
     }
 

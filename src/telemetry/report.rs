@@ -41,6 +41,8 @@ pub struct Report {
     pub outcome: Outcome,
     /// Why it ended so.
     pub reason: String,
+    /// True if every servo has heard the end: none has torque that it should not have.
+    pub is_end_heard: bool,
     /// Joint goals that safety changed, summed over all cycles.
     pub safety_interventions: u64,
     /// Cycles in which safety held the robot still.

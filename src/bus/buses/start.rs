@@ -7,8 +7,8 @@
 use std::fmt;
 
 use super::Buses;
-use crate::bus::ServoGoal;
 use crate::bus::port::Ports;
+use crate::bus::{ServoGoal, Slot};
 use crate::bus::{ServoPlace, TransactionError};
 use crate::model::servo_model::SERVO_MODELS;
 use crate::model::{Protocol, Robot, Servo};
@@ -146,7 +146,7 @@ const SET_MODE: &str = "set it to position control with the maker's tool";
 const SET_DELAY: &str =
     "it counts 2 microseconds; set it with the maker's tool, or return_delay_us in the robot file";
 /// Limp goals are sent this often, in case one is lost.
-const LIMP_TRIES: u32 = 3;
+const LIMP_TRIES: u32 = 4;
 
 impl<P: Ports> Buses<P> {
     /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
@@ -273,13 +273,19 @@ impl<P: Ports> Buses<P> {
         BusDevice { bus: robot.buses[bus].name.clone(), device: self.ports.device(bus).map(str::to_owned) }
     }
 
-    /// Takes the torque off all servos, outside the pipeline: for ends the motion has no part in.
-    pub fn limp(&mut self) {
+    /// Takes the torque off all servos, outside the pipeline: for ends the motion has no part in. True if every
+    /// servo has answered a request that took its torque off.
+    pub fn limp(&mut self) -> bool {
         let count = self.places.len();
-        let mut slots = vec![crate::bus::Slot::Missing; count];
+        let mut slots = vec![Slot::Missing; count];
+        let mut has_heard: Vec<bool> = self.places.iter().map(Option::is_none).collect();
         for _ in 0..LIMP_TRIES {
             self.exchange_counts(&vec![ServoGoal::Limp; count], &mut slots);
+            for (heard, slot) in has_heard.iter_mut().zip(&slots) {
+                *heard |= matches!(slot, Slot::Fresh(_));
+            }
         }
+        has_heard.into_iter().all(|heard| heard)
     }
 }
 
