@@ -389,3 +389,18 @@ fn a_signal_to_a_moving_robot_makes_it_sit_down() {
     assert_eq!(at(&report, "/joints/range_violations"), 0);
     assert_eq!(at(&report, "/joints/rate_violations"), 0);
 }
+
+#[test]
+fn a_report_to_a_device_or_a_link_goes_through_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (target, link) = (folder.path().join("target.json"), folder.path().join("link.json"));
+    std::fs::write(&target, "old").unwrap();
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    let program = env!("CARGO_BIN_EXE_hippocamp");
+    let report = link.to_str().unwrap();
+    let arguments = ["run", "config/horse.toml", "--virtual", "--for", "0", "--report", report];
+    let output = std::process::Command::new(program).args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink(), "the link is still one");
+    assert!(std::fs::read_to_string(&target).unwrap().starts_with('{'), "and the report is behind it");
+}

@@ -184,11 +184,16 @@ impl From<Ik> for Method {
 
 /// Writes `text` beside the file first, so that the file is never half written.
 fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    std::fs::write(&beside, text)
-        .and_then(|()| std::fs::rename(&beside, path))
-        .with_context(|| format!("{} could not be written", path.display()))
+    // A device, a pipe or a link is written to; a new file must not take its place.
+    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
+    let written = if is_special {
+        std::fs::write(path, text)
+    } else {
+        let mut beside = path.as_os_str().to_owned();
+        beside.push(".part");
+        std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path))
+    };
+    written.with_context(|| format!("{} could not be written", path.display()))
 }
 
 /// Bad input: exit code 2.
