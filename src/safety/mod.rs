@@ -70,6 +70,8 @@ struct JointSafety {
     limiter: Limiter,
     /// Time since its torque came on, s; none while limp.
     torque_on_s: Option<f64>,
+    /// The last goal its servo is known to have heard, rad.
+    heard_goal_rad: f64,
     /// True while its servo has been silent for too long to be where it was told to be.
     is_lost: bool,
 }
@@ -80,6 +82,7 @@ impl Safety {
         let of_joint = |joint| JointSafety {
             limiter: Limiter::new(joint, &robot.safety),
             torque_on_s: None,
+            heard_goal_rad: 0.0,
             is_lost: false,
         };
         Safety {
@@ -185,7 +188,7 @@ const FALLEN_SHARE: f64 = 0.5;
 impl JointSafety {
     /// Whether its servo was silent and has not held its goal meanwhile: it had no power.
     fn has_fallen(&self, settings: &SafetySettings, measured: &JointState) -> bool {
-        let error_rad = measured.position_rad - self.limiter.goal_rad();
+        let error_rad = measured.position_rad - self.heard_goal_rad;
         self.is_lost && error_rad.abs() > FALLEN_SHARE * settings.tracking_error_rad
     }
 
@@ -200,11 +203,14 @@ impl JointSafety {
             self.torque_on_s = None;
             self.is_lost = false;
         } else if self.is_lost {
-            // Only its replies were lost: it has held its goal.
-            self.limiter.rest_at_goal();
+            // It has held the last goal it heard; the goals it did not hear have gone on without it.
+            self.limiter.start_from(measured.position_rad);
             self.is_lost = false;
         } else if stall_s > settings.coast_s {
             self.limiter.rest_at_goal();
+        }
+        if measured.age_s <= 0.0 {
+            self.heard_goal_rad = self.limiter.goal_rad();
         }
     }
 }

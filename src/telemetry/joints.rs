@@ -64,8 +64,8 @@ impl JointObserver {
                     // Rounding to counts may add up to one count.
                     let allowed = rate_rad_s * record.dt_s / servo.count_rad() + 1.0;
                     // A goal that goes back to where the joint is makes no servo turn fast.
-                    let to_measured = (measured.position_rad - before_rad) / (angle_rad - before_rad);
-                    let is_given_up = to_measured >= 1.0 - 1e-9;
+                    let from_measured_counts = (angle_rad - measured.position_rad).abs() / servo.count_rad();
+                    let is_given_up = from_measured_counts <= allowed;
                     if f64::from((goal - before).abs()) > allowed + 1e-9 && !is_given_up {
                         self.report.rate_violations += 1;
                     }
