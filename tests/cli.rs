@@ -404,3 +404,25 @@ fn a_report_to_a_device_or_a_link_goes_through_it() {
     assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink(), "the link is still one");
     assert!(std::fs::read_to_string(&target).unwrap().starts_with('{'), "and the report is behind it");
 }
+
+#[test]
+fn no_output_takes_the_place_of_a_robot_file_or_of_another_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = folder.path().join("mine.toml");
+    std::fs::copy("config/horse.toml", &robot).unwrap();
+    let (before, mine) = (std::fs::read(&robot).unwrap(), robot.to_str().unwrap());
+    let twice = folder.path().join("x");
+    let twice = twice.to_str().unwrap();
+    for arguments in [
+        vec!["run", mine, "--virtual", "--for", "0", "--report", mine],
+        vec!["run", mine, "--virtual", "--for", "0", "--record", mine],
+        vec!["run", mine, "--virtual", "--for", "0", "--html", mine],
+        vec!["run", mine, "--virtual", "--for", "0", "--html", twice, "--report", twice],
+        vec!["check", mine, "--urdf", mine],
+    ] {
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_hippocamp")).args(&arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert_eq!(std::fs::read(&robot).unwrap(), before, "{arguments:?}");
+    }
+}

@@ -184,6 +184,7 @@ impl From<Ik> for Method {
 
 /// Writes `text` beside the file first, so that the file is never half written.
 fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
+    refuse_inputs(path)?;
     // A device, a pipe or a link is written to; a new file must not take its place.
     let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
     let written = if is_special {
@@ -194,6 +195,17 @@ fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
         std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path))
     };
     written.with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// No output of any command takes the place of a robot, unit or fault file.
+fn refuse_inputs(path: &Path) -> Result<(), BadInput> {
+    match path.extension().is_some_and(|extension| extension == "toml") && path.exists() {
+        true => Err(BadInput(format!(
+            "{} is there already, and no command writes over .toml files",
+            path.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Bad input: exit code 2.

@@ -15,7 +15,7 @@ use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, write_whole};
+use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
 use crate::bus::{Ports, SerialPorts, SimPorts};
 use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
@@ -52,6 +52,13 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let horse = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
+    let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
+    if (0..3).any(|a| (0..a).any(|b| outputs[a].is_some() && outputs[a] == outputs[b])) {
+        return Err(BadInput(
+            "--html, --record and --report: expected a file of its own for each".to_owned(),
+        )
+        .into());
+    }
     let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
         Choice::Simulated { is_virtual } => {
@@ -267,6 +274,7 @@ fn recorder(
 
 /// A report that could not be written is better known before the robot has walked.
 fn check_writable<'p>(path: &'p Path, option: &str) -> Result<&'p Path> {
+    refuse_inputs(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
         return Err(BadInput(format!(
