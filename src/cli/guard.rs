@@ -39,6 +39,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub(super) struct Guard {
     child: Child,
     pipe: Option<ChildStdin>,
+    /// True from the first torque until an end that all servos have heard.
+    is_needed: bool,
 }
 
 impl Guard {
@@ -65,14 +67,31 @@ impl Guard {
         if word.trim() != READY {
             bail!("the guard did not get ready");
         }
-        Ok(Guard { child, pipe: Some(pipe) })
+        Ok(Guard { child, pipe: Some(pipe), is_needed: false })
     }
 }
 
 impl Guard {
-    /// Tells the guard that all servos are as they shall be, and waits for it to end. Without this word it will
-    /// take the torque off once this process, or its hold on it, is gone.
-    pub(super) fn release(mut self) {
+    /// Does `work`, which puts torque on. Unless it fails to start, or ends so that every servo has heard it
+    /// (`is_heard`), the guard takes the torque off once this process, or its hold on it, is gone.
+    pub(super) fn over<R>(
+        mut self,
+        work: impl FnOnce() -> Result<R>,
+        is_heard: impl Fn(&R) -> bool,
+    ) -> Result<R> {
+        self.is_needed = true;
+        let done = work();
+        // A start that failed has put torque on no servo.
+        self.is_needed = done.as_ref().is_ok_and(|done| !is_heard(done));
+        done
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        if self.is_needed {
+            return;
+        }
         if let Some(mut pipe) = self.pipe.take() {
             let _ = pipe.write_all(SAFE);
         }

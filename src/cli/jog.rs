@@ -38,11 +38,7 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
             let guard = Guard::start(&options.robot, &ports)?;
             let ports = ports::open(robot, &ports)?;
             say!("{line}");
-            let report = drive(robot, index, goal_rad, ports);
-            if report.as_ref().map_or(true, |report| report.is_end_heard) {
-                guard.release();
-            }
-            report?
+            guard.over(|| drive(robot, index, goal_rad, ports), |report| report.is_end_heard)?
         }
     };
     say!("{}: {}", outcome_words(report.outcome), report.reason);

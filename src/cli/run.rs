@@ -91,12 +91,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
         AnyPorts::Serial(ports, guard) => {
             let real_time = Some(RealTime { processor: options.processor });
-            let report = drive(robot, plan, ports, recorder, real_time);
-            // A start that failed has put torque on no servo.
-            if report.as_ref().map_or(true, |report| report.is_end_heard) {
-                guard.release();
-            }
-            report?
+            guard.over(|| drive(robot, plan, ports, recorder, real_time), |report| report.is_end_heard)?
         }
     };
     if passing_file.is_some() {
