@@ -111,10 +111,11 @@ fn dynamixel_horse_trots_for_a_minute() {
 }
 
 #[test]
-fn both_canter_and_gallop() {
+fn both_canter_and_gallop_on_either_lead() {
     for file in ROBOTS {
-        for gait in ["canter", "gallop"] {
+        for gait in ["canter", "gallop", "rotary-gallop"] {
             walks(file, gait, 10.0);
+            walks(file, &format!("{gait}-left"), 10.0);
         }
     }
 }

@@ -76,7 +76,10 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
         (vec!["run", "nowhere.toml"], vec!["nowhere.toml", "expected a robot file"]),
         (vec!["run", misspelt], vec![misspelt, "stifness", "stiffness", "nothing was started"]),
         (vec!["check", misspelt], vec![misspelt, "stifness", "stiffness"]),
-        (run(&["--gait", "pace"]), vec!["--gait pace", "walk, walk-steady, trot, canter, gallop"]),
+        (
+            run(&["--gait", "pace"]),
+            vec!["--gait pace", "walk, walk-steady, trot, canter, canter-left, gallop"],
+        ),
         (run(&["--speed", "-0.1"]), vec!["--speed -0.1", "0 or more"]),
         (run(&["--speed", "NaN"]), vec!["--speed NaN", "a speed in m/s"]),
         (run(&["--speed", "inf"]), vec!["--speed inf", "a speed in m/s"]),
@@ -157,7 +160,17 @@ fn check_says_what_the_robot_can_do() {
     assert!(number(&hind) > 20.0 && number(&fore) > 20.0, "{hind} {fore}");
     assert!(line("left hind").ends_with(&["up", "-190.0"]), "{stdout}");
     // Gaits: none faster by servos than by reach; what limits it is said.
-    for gait in ["walk ", "walk-steady", "trot", "canter", "gallop"] {
+    for gait in [
+        "walk ",
+        "walk-steady",
+        "trot",
+        "canter ",
+        "canter-left",
+        "gallop ",
+        "gallop-left",
+        "rotary-gallop ",
+        "rotary-gallop-left",
+    ] {
         let words = line(gait);
         let (by_reach, by_servos) = (number(words[1]), number(words[2]));
         assert!(by_servos > 0.0 && by_servos <= by_reach, "{words:?}");
@@ -172,6 +185,22 @@ fn check_says_what_the_robot_can_do() {
     let (stdout, _, code) = texts(&output(&["check", "config/thoroughbred.toml"]));
     assert_eq!(code, Some(0));
     assert!(stdout.contains("No buses"), "{stdout}");
+}
+
+#[test]
+fn check_names_the_gaits_of_the_robot_file() {
+    let own = |name: &str| {
+        format!("\n[[motion.gait]]\nname = \"{name}\"\nduty_factor = 0.6\nlags = [0, 0.25, 0.5, 0.75]\n")
+    };
+    let last_line = "acceleration_max_m_s2 = 0.2   # of the trunk\n";
+    let path =
+        horse_with("own-gaits.toml", &[(last_line, &format!("{last_line}{}{}", own("trot"), own("amble")))]);
+    let (stdout, stderr, code) = texts(&output(&["check", text(&path)]));
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    assert!(stdout.lines().any(|line| line.starts_with("rotary-gallop-left ")), "{stdout}");
+    assert_eq!(stdout.lines().filter(|line| line.starts_with("trot ")).count(), 1, "{stdout}");
+    let says = "from the robot file: trot (in the place of the built-in one), amble";
+    assert!(stdout.lines().any(|line| line == says), "{stdout}");
 }
 
 /// Keys the report of a run has at least.

@@ -1,18 +1,22 @@
-//! `[[motion.gait]]`, and the gaits a horse knows without it.
+//! `[[motion.gait]]`, beside the gaits a horse knows without it.
 
 use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;
 use crate::model::Gait;
 
-/// Reads the gaits of `[motion]`; the built-in table where there are none.
+/// The built-in gaits and those of `[motion]`: one with a built-in gait's name takes its place.
 pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
     let mut names = Unique::default();
-    let gaits = motion.list("gait", "the gaits", |section| read_gait(section, &mut names));
-    if gaits.is_empty() {
-        return Some(Gait::built_in());
+    let own = motion.list("gait", "the gaits", |section| read_gait(section, &mut names));
+    let mut gaits = Gait::built_in();
+    for own in own.into_iter().collect::<Option<Vec<_>>>()? {
+        match gaits.iter_mut().find(|gait| gait.name == own.name) {
+            Some(built_in) => *built_in = own,
+            None => gaits.push(own),
+        }
     }
-    gaits.into_iter().collect()
+    Some(gaits)
 }
 
 fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> {

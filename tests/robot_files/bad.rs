@@ -95,6 +95,13 @@ const CHAINS: &[Bad] = &[
         "chain[3].root_mm",
         &["first joint", "3 numbers"],
     ),
+    bad(
+        "root_mm = [85, -60, 0]",
+        "@root_mm = [85, 60, 0.5]",
+        "chain[3].root_mm",
+        "[85, 60, 0.5]",
+        &["a place of its own", "line 47 another chain"],
+    ),
     bad("= [0, 0, 90]", "= @90", "chain[0].root_rpy_deg", "90", &["roll, pitch and yaw", "3 numbers"]),
     bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 27 has this name"]),
     bad(

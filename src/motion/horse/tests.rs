@@ -157,7 +157,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
     fn a_stop_at_any_moment_keeps_every_foot_in_reach(
-        gait in 0_usize..5, share in 0.05..1.0, stop_s in 0.0..6.0,
+        gait in 0..gaits().len(), share in 0.05..1.0, stop_s in 0.0..6.0,
     ) {
         let mut plan = plan(gaits()[gait].clone(), 0.0);
         plan.speed_m_s = share * plan.top_speed_by_reach_m_s();
