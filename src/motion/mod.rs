@@ -4,6 +4,7 @@
 //! Goes out: [`Targets`]. It knows nothing of servos, and stands still while safety holds the robot.
 
 pub mod curves;
+mod ends;
 pub mod horse;
 mod jog;
 
