@@ -71,7 +71,7 @@ impl Jog {
 
     /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        if state.permission == Permission::Hold && order == Order::Go {
+        if state.permission == Permission::Hold && !order.is_stop() {
             return;
         }
         self.now_s += dt_s;
@@ -81,7 +81,7 @@ impl Jog {
 
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
-        let must_end = order != Order::Go || state.permission == Permission::Stop;
+        let must_end = order.is_stop() || state.permission == Permission::Stop;
         self.phase = match self.phase {
             Phase::Ends(Ends::TorqueUp { from }) if must_end => {
                 self.let_go(((now - from) / self.torque_ramp_s).min(1.0), state)

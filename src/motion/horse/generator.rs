@@ -89,7 +89,7 @@ impl HorseGenerator {
 
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
-        let wants_stop = order != Order::Go;
+        let wants_stop = order.is_stop();
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
         let must_end = wants_stop || must_fold;
         // A fold once begun is not begun again.
