@@ -28,8 +28,8 @@ pub struct JogReport {
 
 /// Turns joint number `joint` of `robot` to `goal_rad`, held to its range, holds it for a second and lets it go.
 ///
-/// `order` is asked, and given the status, once a cycle; it must not block. Any order to stop takes the torque
-/// off at once.
+/// `order` is asked, and given the status, once a cycle; it must not block. Any order to stop lets the joint go
+/// where it is, its torque falling to nothing over the robot's `torque_ramp_s`.
 ///
 /// # Errors
 /// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.

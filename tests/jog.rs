@@ -22,12 +22,15 @@ struct Watched {
     inner: SimPorts,
     seen: Rc<RefCell<Seen>>,
     servos: Vec<(usize, u8)>,
+    limit_address: u16,
 }
 
 #[derive(Default)]
 struct Seen {
     had_torque: Vec<bool>,
     fastest_rad_s: Vec<f64>,
+    /// The hip's torque limit register at each look at which it had torque.
+    hip_limits: Vec<u16>,
     /// At the last look.
     shafts: Vec<Shaft>,
 }
@@ -42,6 +45,12 @@ impl Watched {
         for (index, shaft) in shafts.iter().enumerate() {
             seen.had_torque[index] |= shaft.torque_on;
             seen.fastest_rad_s[index] = seen.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
+        }
+        if shafts[HIP].torque_on {
+            let (bus, id) = self.servos[HIP];
+            let byte = |address| self.inner.world().register(bus, id, address).unwrap();
+            let limit = u16::from_le_bytes([byte(self.limit_address), byte(self.limit_address + 1)]);
+            seen.hip_limits.push(limit);
         }
         seen.shafts = shafts;
     }
@@ -99,6 +108,7 @@ fn jogged(
         inner: SimPorts::on_virtual_clock(world),
         seen: Rc::clone(&seen),
         servos: servos.collect(),
+        limit_address: robot.joints[HIP].servo.unwrap().model.registers.torque_limit.address,
     };
     let report = jog(&robot, HIP, goal_deg.to_radians(), ports, order).unwrap();
     (report, Rc::try_unwrap(seen).ok().unwrap().into_inner())
@@ -109,6 +119,19 @@ fn only_the_hip_had_torque(seen: &Seen) {
         assert_eq!(*had_torque, index == HIP, "joint {index}");
     }
     assert!(seen.shafts.iter().all(|shaft| !shaft.torque_on), "all limp afterwards");
+}
+
+/// From nothing and to nothing over `torque_ramp_s`: no step of the torque limit is larger than the steepest part
+/// of a quintic step allows.
+fn its_torque_rose_and_fell_smoothly(robot: &Robot, seen: &Seen) {
+    let full = f64::from(robot.joints[HIP].servo.unwrap().model.torque_limit_full);
+    let step = 1.875 * full * robot.period_s() / robot.safety.torque_ramp_s + 1.0;
+    let limits: Vec<f64> = seen.hip_limits.iter().map(|limit| f64::from(*limit)).collect();
+    let (first, last) = (limits[0], limits[limits.len() - 1]);
+    assert!(first <= step && last <= step, "from {first} to {last} of {full}");
+    for pair in limits.windows(2) {
+        assert!((pair[1] - pair[0]).abs() <= step, "{} to {} of {full}", pair[0], pair[1]);
+    }
 }
 
 #[test]
@@ -130,7 +153,12 @@ fn it_goes_there_slowly_and_is_let_go() {
         // No faster than slow_rate_deg_s, 30; a servo may overtake its goal for a moment.
         let fastest_deg_s = seen.fastest_rad_s[HIP].to_degrees();
         assert!(fastest_deg_s > 10.0 && fastest_deg_s < 45.0, "{name}: {fastest_deg_s}");
-        assert_eq!(activities, [Activity::Limp, Activity::Jogging, Activity::Done], "{name}");
+        assert_eq!(
+            activities,
+            [Activity::Limp, Activity::Jogging, Activity::Stopping, Activity::Done],
+            "{name}"
+        );
+        its_torque_rose_and_fell_smoothly(&robot(name), &seen);
     }
 }
 
@@ -153,15 +181,19 @@ fn the_goal_is_held_to_the_range_and_a_joint_outside_is_brought_in() {
 }
 
 #[test]
-fn an_order_to_stop_takes_the_torque_off_at_once() {
-    for stop in [Order::Stop, Order::StopAtOnce] {
-        let (report, seen) = jogged("horse-dynamixel.toml", -100.0, 0.0, "", |status| {
-            if status.time_s > 1.3 { stop } else { Order::Go }
-        });
+fn an_order_to_stop_lets_it_go_where_it_is() {
+    // 1.1 s after power-up and later: on the way; before, while the torque still rises.
+    for (stop, at_s) in [(Order::Stop, 1.3), (Order::StopAtOnce, 1.3), (Order::Stop, 0.5)] {
+        let name = "horse-dynamixel.toml";
+        let (report, seen) =
+            jogged(name, -100.0, 0.0, "", |status| if status.time_s > at_s { stop } else { Order::Go });
         assert_eq!((report.outcome, report.reason.as_str()), (Outcome::Completed, "stopped by the operator"));
         let measured_deg = report.measured_rad.unwrap().to_degrees();
-        assert!(measured_deg < -85.0 && measured_deg > -99.0, "on the way: {measured_deg}");
+        let slowed_deg = seen.shafts[HIP].speed_rad_s.abs().to_degrees();
+        assert!(measured_deg < -84.9 && measured_deg > -99.0, "on the way: {measured_deg}");
+        assert!(slowed_deg < 1.0, "at rest: {slowed_deg}");
         only_the_hip_had_torque(&seen);
+        its_torque_rose_and_fell_smoothly(&robot(name), &seen);
     }
     let (report, seen) = jogged("horse.toml", -100.0, 0.0, "", |_| Order::Stop);
     assert_eq!(report.measured_rad, None);

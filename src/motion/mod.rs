@@ -5,6 +5,7 @@
 
 mod command;
 pub mod curves;
+mod ends;
 pub mod horse;
 mod jog;
 

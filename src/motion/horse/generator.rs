@@ -3,6 +3,7 @@
 use super::{HorsePlan, Walk};
 use crate::model::{Robot, StopAction};
 use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
+use crate::motion::ends::Ends;
 use crate::motion::{Activity, Order, posture_pull};
 use crate::signals::{Aim, Permission, State, Targets};
 
@@ -23,12 +24,11 @@ const GATHER_MIN_S: f64 = 0.5;
 ///                    safety takes the robot off its feet (permission Stop), or StopAtOnce
 /// ```
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
-/// `Sink`; in `LetGo` the torque falls to nothing. With the stop action `hold` the robot stays as it is instead
-/// of sinking or folding.
+/// `Sink`. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action
+/// `hold` the robot stays as it is instead of sinking or folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Limp,
-    TorqueUp { from: f64 },
+    Ends(Ends),
     Gather { from: f64, duration: f64 },
     Rise { from: f64 },
     Stand { from: f64 },
@@ -36,8 +36,7 @@ enum Phase {
     Settle { standing_since: Option<f64> },
     Sink { from: f64 },
     Fold { from: f64, duration: f64 },
-    LetGo { from: f64 },
-    Done { is_limp: bool },
+    Held,
 }
 
 /// Makes the targets of a horse that stands up, walks and stops.
@@ -67,7 +66,7 @@ impl HorseGenerator {
             start_ramp_s: Walk::find_start_ramp_s(&plan),
             start_pose_rad: vec![0.0; robot.joints.len()],
             plan,
-            phase: Phase::Limp,
+            phase: Phase::Ends(Ends::Limp),
             now_s: 0.0,
             walk_for_s,
             stop_wanted_s: None,
@@ -90,33 +89,24 @@ impl HorseGenerator {
 
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
+        let wants_stop = order.is_stop();
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
-        if must_fold
-            && !matches!(
-                self.phase,
-                Phase::Limp | Phase::Fold { .. } | Phase::LetGo { .. } | Phase::Done { .. }
-            )
-        {
+        let must_end = wants_stop || must_fold;
+        // A fold once begun is not begun again.
+        if must_fold && !matches!(self.phase, Phase::Ends(_) | Phase::Fold { .. } | Phase::Held) {
             self.phase = self.fold(state);
             return;
         }
-        let wants_stop = order.is_stop();
         let phase = self.phase;
         self.phase = match phase {
-            Phase::Limp if wants_stop || state.permission == Permission::Stop => {
-                Phase::Done { is_limp: true }
-            }
-            // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
-            Phase::Limp if state.is_fresh() => {
-                for (start, joint) in self.start_pose_rad.iter_mut().zip(&state.joints) {
-                    *start = joint.position_rad;
+            Phase::Ends(Ends::TorqueUp { .. }) if must_end => self.fold(state),
+            Phase::Ends(end) => {
+                match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
+                    Some(end) => Phase::Ends(end),
+                    None => Phase::Gather { from: now, duration: self.gather_duration_s() },
                 }
-                Phase::TorqueUp { from: now }
             }
-            Phase::TorqueUp { .. } | Phase::Gather { .. } if wants_stop => self.fold(state),
-            Phase::TorqueUp { from } if now >= from + self.torque_ramp_s => {
-                Phase::Gather { from: now, duration: self.gather_duration_s() }
-            }
+            Phase::Gather { .. } if wants_stop => self.fold(state),
             Phase::Gather { from, duration } if now >= from + duration => Phase::Rise { from: now },
             Phase::Rise { from } if now >= from + RISE_S => Phase::Stand { from: now },
             Phase::Stand { .. } if wants_stop => self.stop_from_stand(state),
@@ -135,7 +125,6 @@ impl HorseGenerator {
             }
             Phase::Sink { from } if now >= from + RISE_S => self.let_go(state),
             Phase::Fold { from, duration } if now >= from + duration => self.let_go(state),
-            Phase::LetGo { from } if now >= from + self.torque_ramp_s => Phase::Done { is_limp: true },
             unchanged => unchanged,
         };
     }
@@ -149,14 +138,13 @@ impl HorseGenerator {
     }
 
     fn let_go(&mut self, state: &State) -> Phase {
-        self.start_pose_rad.copy_from_slice(&state.goal_rad);
-        Phase::LetGo { from: self.now_s }
+        Phase::Ends(Ends::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
     }
 
     fn stop_from_stand(&mut self, state: &State) -> Phase {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
-            StopAction::Hold => Phase::Done { is_limp: false },
+            StopAction::Hold => Phase::Held,
             StopAction::SitThenLimp => Phase::Sink { from: self.now_s },
         }
     }
@@ -165,7 +153,7 @@ impl HorseGenerator {
     fn fold(&mut self, state: &State) -> Phase {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
-            StopAction::Hold => Phase::Done { is_limp: false },
+            StopAction::Hold => Phase::Held,
             StopAction::SitThenLimp => Phase::Fold { from: self.now_s, duration: self.gather_duration_s() },
         }
     }
@@ -180,18 +168,16 @@ impl HorseGenerator {
     fn write_targets(&mut self, targets: &mut Targets) {
         let now = self.now_s;
         targets.torque_share = match self.phase {
-            Phase::LetGo { from } => 1.0 - smooth_step((now - from) / self.torque_ramp_s),
+            Phase::Ends(end) => end.torque_share(now, self.torque_ramp_s),
             _ => 1.0,
         };
         let (sit_m, stand_m) = (self.plan.settings.sit_height_m, self.plan.settings.stand_height_m);
         match self.phase {
-            Phase::Limp | Phase::Done { is_limp: true } => {
+            Phase::Ends(end) if end.is_limp() => {
                 targets.aim = Aim::Limp;
                 targets.feet.clear();
             }
-            Phase::TorqueUp { .. } | Phase::LetGo { .. } | Phase::Done { is_limp: false } => {
-                self.write_pose(0.0, targets);
-            }
+            Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
             Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);
             }
@@ -227,14 +213,12 @@ impl HorseGenerator {
     /// What the robot is doing.
     pub fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Limp => Activity::Limp,
-            Phase::TorqueUp { .. } | Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
+            Phase::Ends(end) => end.activity(Activity::Rising),
+            Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
             Phase::Stand { .. } => Activity::Standing,
             Phase::Walk { .. } => Activity::Walking,
-            Phase::Settle { .. } | Phase::Sink { .. } | Phase::Fold { .. } | Phase::LetGo { .. } => {
-                Activity::Stopping
-            }
-            Phase::Done { .. } => Activity::Done,
+            Phase::Settle { .. } | Phase::Sink { .. } | Phase::Fold { .. } => Activity::Stopping,
+            Phase::Held => Activity::Done,
         }
     }
 
