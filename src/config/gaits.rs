@@ -3,7 +3,7 @@
 use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;
-use crate::model::Gait;
+use crate::model::{Bob, Gait};
 
 /// The built-in gaits and those of `[motion]`: one with a built-in gait's name takes its place.
 pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
@@ -24,7 +24,34 @@ fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> 
     let duty_factor =
         section.number("duty_factor", "the share of the period a foot stands", Limits::Between(0.0, 1.0));
     let lags = read_lags(section);
-    Some(Gait { name: name?.to_owned(), duty_factor: duty_factor?, lags: lags? })
+    let bob = read_bob(section);
+    let auto_froude_max = section.has("auto_froude_max").then(|| {
+        let meaning = "the Froude number above which gait auto takes the next faster gait";
+        section.number("auto_froude_max", meaning, Limits::Positive)
+    });
+    Some(Gait {
+        name: name?.to_owned(),
+        duty_factor: duty_factor?,
+        lags: lags?,
+        bob: bob?,
+        auto_froude_max: match auto_froude_max {
+            Some(number) => Some(number?),
+            None => None,
+        },
+    })
+}
+
+fn read_bob(section: &Section<'_>) -> Option<Bob> {
+    let rise = section.number_or(
+        "bob_mm",
+        "how far the trunk rises and falls, from lowest to highest, in mm",
+        Limits::NotNegative,
+        0.0,
+    );
+    let per_stride = section.integer_or("bobs_per_stride", "how often in a stride", 1..=4, 2);
+    let meaning = "when the trunk is highest, in strides since the left hind's lift-off";
+    let highest_at = section.number_or("bob_highest_at", meaning, Limits::FromToBelow(0.0, 1.0), 0.0);
+    Some(Bob { rise_m: rise? / 1000.0, per_stride: per_stride?, highest_at: highest_at? })
 }
 
 fn read_lags(section: &Section<'_>) -> Option<[f64; 4]> {

@@ -1,6 +1,8 @@
 //! The gait as data: periods, stride lengths, lift-off order (Takizawa 2005, 2.2, 3.1, 3.3, chapter 4).
 
-use super::Gait;
+use std::f64::consts::TAU;
+
+use super::{Bob, Gait};
 
 impl Gait {
     /// The gaits a horse knows by itself: the table of Takizawa 2005, 2.2, with the lags of 3.3, and ours beside it.
@@ -9,16 +11,33 @@ impl Gait {
     /// canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the mirror image.
     /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two lags give it: here it is the gallop with
     /// its fore feet exchanged, so that beats and flight stay as they are; its fore feet lead on the other side.
+    ///
+    /// Chosen by speed are walk, trot, canter and gallop: trot above the Froude number 0.35 (horse-like walkers
+    /// change near it), canter above 2.5 (Alexander and Jayes 1983: trot to gallop at 2 to 3), gallop above 9
+    /// (the fastest canter of the thesis' table, 40 km/h, at 1.4 m).
     pub fn built_in() -> Vec<Gait> {
         let of_thesis = |name: &str, duty_factor, fore_hind_lag, left_right_lag| Gait {
             name: name.to_owned(),
             duty_factor,
             lags: Gait::lags_of_thesis(fore_hind_lag, left_right_lag),
+            bob: Bob::NONE,
+            auto_froude_max: match name {
+                "walk" => Some(0.35),
+                "trot" => Some(2.5),
+                "canter" => Some(9.0),
+                "gallop" => Some(f64::INFINITY),
+                _ => None,
+            },
         };
         let canter = of_thesis("canter", 0.30, 0.20, 0.20);
         let gallop = of_thesis("gallop", 0.25, 0.35, 0.20);
         let [lh, lf, rh, rf] = gallop.lags;
-        let rotary = Gait { name: "rotary-gallop".to_owned(), lags: [lh, rf, rh, lf], ..gallop.clone() };
+        let rotary = Gait {
+            name: "rotary-gallop".to_owned(),
+            lags: [lh, rf, rh, lf],
+            auto_froude_max: None,
+            ..gallop.clone()
+        };
         vec![
             of_thesis("walk", 0.70, 0.20, 0.50),
             of_thesis("walk-steady", 0.75, 0.25, 0.50),
@@ -36,7 +55,7 @@ impl Gait {
     fn mirrored(&self, name: &str) -> Gait {
         let [lh, lf, rh, rf] = self.lags;
         let lags = [rh, rf, lh, lf].map(|lag| share_of_period(lag - rh));
-        Gait { name: name.to_owned(), duty_factor: self.duty_factor, lags }
+        Gait { name: name.to_owned(), lags, auto_froude_max: None, ..self.clone() }
     }
 
     /// Lift-off of each leg as shares of the period, from the thesis' two lags: D1 of the fore foot after the hind
@@ -50,6 +69,11 @@ impl Gait {
         swing_time_s / (1.0 - self.duty_factor)
     }
 
+    /// Time a foot stands in one stride, alpha T, s.
+    pub fn stance_s(&self, swing_time_s: f64) -> f64 {
+        self.duty_factor * self.period_s(swing_time_s)
+    }
+
     /// Stride S = V P / (1 - alpha), m (thesis 3.3).
     pub fn stride_m(&self, speed_m_s: f64, swing_time_s: f64) -> f64 {
         speed_m_s * self.period_s(swing_time_s)
@@ -58,6 +82,16 @@ impl Gait {
     /// True if `leg` is in the air at the clock's `phase` (periods since the left hind's lift-off).
     pub fn is_swing(&self, leg: usize, phase: f64) -> bool {
         (phase - self.lags[leg]).rem_euclid(1.0) < 1.0 - self.duty_factor
+    }
+}
+
+impl Bob {
+    /// A trunk that stays at its height.
+    pub const NONE: Bob = Bob { rise_m: 0.0, per_stride: 0, highest_at: 0.0 };
+
+    /// Height above the mean at the clock's `phase`, m.
+    pub fn height_m(&self, phase: f64) -> f64 {
+        0.5 * self.rise_m * (TAU * f64::from(self.per_stride) * (phase - self.highest_at)).cos()
     }
 }
 

@@ -111,9 +111,13 @@ pub struct JointsReport {
 pub struct FeetReport {
     /// Furthest planned place fore or aft of the neutral foot point.
     pub excursion_max_m: f64,
-    /// Furthest planned place of a standing foot from where it landed, before inverse kinematics.
+    /// Furthest planned place of a standing foot from where it landed, in the plane its leg works in, before inverse
+    /// kinematics.
     pub stance_slip_planned_max_m: f64,
-    /// The same along the ground from measured joints; servo lag at touch-down is part of it.
+    /// How far a standing foot must slide sideways out of that plane: legs without a sideways joint do so in a
+    /// turn, and when the trunk rolls.
+    pub lateral_slip_max_m: f64,
+    /// As planned slip, along the ground from measured joints; servo lag at touch-down is part of it.
     pub stance_slip_measured_max_m: f64,
     /// Change of planned foot velocity in one cycle beyond the swing curve's acceleration times the cycle.
     pub swing_velocity_jump_max_m_s: f64,
