@@ -28,10 +28,13 @@ const FAILED: u8 = 1;
 const BAD_INPUT: u8 = 2;
 /// Safety stopped the robot.
 const STOPPED_BY_SAFETY: u8 = 3;
+/// A replay found nothing wrong, but could not judge all of the run.
+const NOT_ALL_JUDGED: u8 = 4;
 
 /// Drives servo-driven horses (and octopus arms to come) on real or simulated servo buses.
 ///
-/// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 1 anything else.
+/// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
+/// be judged, 1 anything else.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
 struct Arguments {
@@ -56,8 +59,8 @@ enum Command {
     /// Judges a recording again.
     ///
     /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
-    /// the servos answered, which must give the same goals. Exit codes: 0 it agrees, 1 it differs, 2 the file is
-    /// no recording.
+    /// the servos answered, which must give the same goals. Exit codes: 0 all of it agrees, 1 something differs,
+    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short.
     #[command(
         after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
     )]

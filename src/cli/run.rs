@@ -154,14 +154,11 @@ fn drive(
 
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
 fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
-    let faults = fault_script(options.faults.as_deref())?;
-    simulation::world(robot, options.seed, &faults).map_err(|error| {
-        let said = match &options.faults {
-            Some(path) => format!("{}: {error}", path.display()),
-            None => error.to_string(),
-        };
-        BadInput(said).into()
-    })
+    let faults = match &options.faults {
+        Some(path) => fault_script(robot, path)?,
+        None => hw_sim::FaultScript::default(),
+    };
+    Ok(simulation::world(robot, options.seed, &faults)?)
 }
 
 /// Exit code of a run that ended so.
@@ -224,11 +221,14 @@ fn gait<'h>(wanted: Option<&str>, horse: &'h HorseMotion) -> Result<&'h Gait> {
     })
 }
 
-fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
-    let Some(path) = path else { return Ok(hw_sim::FaultScript::default()) };
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
-    hw_sim::FaultScript::from_toml(&text)
-        .map_err(|error| BadInput(format!("{}: {error}", path.display())).into())
+fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
+    let file_name = path.display().to_string();
+    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
+    simulation::fault_script(robot, &text, &file_name).map_err(|error| {
+        let count = error.mistakes.len();
+        let counted = if count == 1 { "1 mistake".to_owned() } else { format!("{count} mistakes") };
+        BadInput(format!("{error}\n{counted}; nothing was started")).into()
+    })
 }
 
 /// A recording that could not be written is better known before the robot has walked.

@@ -42,9 +42,13 @@ impl FootObserver {
         self.report
     }
 
+    pub(super) fn note_gap(&mut self) {
+        self.seen.fill(Seen::default());
+    }
+
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
         if record.targets.feet.is_empty() || record.is_held {
-            self.seen.fill(Seen::default());
+            self.note_gap();
             return;
         }
         let targets = record.targets;
