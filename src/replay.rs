@@ -73,9 +73,6 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// The gait is not in the robot file.
-    #[error("the recorded gait {0} is not in the recorded robot file")]
-    NoSuchGait(String),
 }
 
 /// Judges `recording`.
@@ -121,13 +118,7 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
 
 fn plan(robot: &Robot, header: &RunHeader) -> Result<HorsePlan, ReplayError> {
     let Motion::Horse(horse) = &robot.motion;
-    let gait = horse
-        .gaits
-        .iter()
-        .find(|gait| gait.name == header.gait)
-        .ok_or_else(|| ReplayError::NoSuchGait(header.gait.clone()))?;
-    let plan = HorseCapability::of(robot, horse)?.plan(horse, gait);
-    Ok(HorsePlan { speed_m_s: header.speed_m_s, ..plan })
+    Ok(HorseCapability::of(robot, horse)?.plan(horse, header.command))
 }
 
 /// One cycle of the controller on the recorded replies; what it does otherwise than the recorded one did.

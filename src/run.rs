@@ -82,7 +82,8 @@ pub fn run_recorded<P: Ports>(
     mut order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports)?;
-    let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
+    let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
+    let speed_m_s = plan.horse.command.speed_m_s;
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use super::load::{Loaded, load};
 use super::write_whole;
-use crate::capability::{bus_costs, top_speed};
+use crate::capability::bus_costs;
 use crate::model::{Gait, LEG_NAMES, Robot};
 use crate::urdf;
 
@@ -73,8 +73,7 @@ fn print_legs(loaded: &Loaded) {
 fn print_gaits(loaded: &Loaded) {
     let robot = &loaded.file.robot;
     say!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
-    for gait in &loaded.horse.gaits {
-        let top = top_speed::of_gait(robot, &loaded.capability.plan(&loaded.horse, gait));
+    for (gait, top) in loaded.horse.gaits.iter().zip(&loaded.capability.top_speeds) {
         let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
             format!("the speed or acceleration of {}", robot.joints[joint].name)
         });

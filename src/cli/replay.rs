@@ -35,7 +35,13 @@ pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
 
 fn print_run(recording: &Recording) {
     let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
-    say!("{}: {} at {:.3} m/s for {} s", robot.name, header.gait, header.speed_m_s, header.walk_for_s);
+    say!(
+        "{}: {} at {:.3} m/s for {} s",
+        robot.name,
+        header.gait,
+        header.command.speed_m_s,
+        header.walk_for_s
+    );
     match &recording.ending {
         Ending::Outcome(outcome) => {
             let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);

@@ -17,10 +17,9 @@ use super::status::StatusLine;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
 use crate::bus::{Ports, SerialPorts, SimPorts};
-use crate::capability::top_speed;
-use crate::model::{Gait, HorseMotion, Robot};
-use crate::motion::Order;
+use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
+use crate::motion::{Command, GaitChoice, Order};
 use crate::platform;
 use crate::recording::{Recorder, RunHeader};
 use crate::run::{RunPlan, run_recorded};
@@ -81,8 +80,8 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     say!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
         robot.name,
-        horse.gait.name,
-        horse.speed_m_s,
+        horse.gait_name(horse.command.gait),
+        horse.command.speed_m_s,
         options.walk_for_s
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
@@ -181,43 +180,48 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
 
 /// The gait asked for, at the speed asked for, held to what the robot can do.
 fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
-    let gait = gait(options.gait.as_deref(), &loaded.horse)?;
-    let mut plan = loaded.capability.plan(&loaded.horse, gait);
-    let top = top_speed::of_gait(&loaded.file.robot, &plan);
-    if top.m_s() <= 0.0 {
-        let joint = top.joint.map_or("a joint", |joint| loaded.file.robot.joints[joint].name.as_str());
+    let plan = loaded.capability.plan(&loaded.horse, Command::default());
+    let choice = gait(options.gait.as_deref(), &plan)?;
+    let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
+    let top_m_s = plan.top_speed_m_s(choice);
+    let joint = match choice {
+        GaitChoice::Gait(gait) => loaded.capability.top_speeds[gait].joint,
+        GaitChoice::Stand | GaitChoice::Auto => None,
+    };
+    let joint = joint.map(|joint| loaded.file.robot.joints[joint].name.as_str());
+    let name = plan.gait_name(choice);
+    if top_m_s <= 0.0 && choice != GaitChoice::Stand {
         return Err(BadInput(format!(
-            "{} cannot {}: even on the spot {joint} would pass its speed or acceleration limit; a longer \
+            "{} cannot {name}: even on the spot {} would pass its speed or acceleration limit; a longer \
              swing_time_s or a lower swing_lift_mm asks less of it",
-            loaded.file.robot.name, gait.name
+            loaded.file.robot.name,
+            joint.unwrap_or("a joint")
         ))
         .into());
     }
-    plan.speed_m_s = match options.speed {
-        None => DEFAULT_SPEED_SHARE * top.m_s(),
+    let speed_m_s = match options.speed {
+        None => plan.command.speed_m_s,
         Some(speed) if !speed.is_finite() || speed < 0.0 => {
             return Err(BadInput(format!("--speed {speed}: expected a speed in m/s, 0 or more")).into());
         }
-        Some(speed) if speed > top.m_s() => {
-            let limit = top.joint.map_or("the legs reach no further".to_owned(), |joint| {
-                format!("{} can turn no faster", loaded.file.robot.joints[joint].name)
+        Some(speed) if speed > top_m_s && choice != GaitChoice::Stand => {
+            let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
+                format!("{joint} can turn no faster")
             });
-            say!("{speed} m/s is too fast for {}: held at {:.3} m/s ({limit})", gait.name, top.m_s());
-            top.m_s()
+            say!("{speed} m/s is too fast for {name}: held at {top_m_s:.3} m/s ({limit})");
+            top_m_s
         }
         Some(speed) => speed,
     };
-    Ok(plan)
+    let command = Command { speed_m_s, ..plan.command };
+    Ok(HorsePlan { command, ..plan })
 }
 
-fn gait<'h>(wanted: Option<&str>, horse: &'h HorseMotion) -> Result<&'h Gait> {
-    let names = || horse.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
-    let found = match wanted {
-        None => horse.gaits.first(),
-        Some(name) => horse.gaits.iter().find(|gait| gait.name == name),
-    };
-    found.ok_or_else(|| {
-        BadInput(format!("--gait {}: expected one of {}", wanted.unwrap_or("(none)"), names())).into()
+fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
+    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
+    let Some(wanted) = wanted else { return Ok(GaitChoice::Gait(0)) };
+    plan.gait_choice(wanted).ok_or_else(|| {
+        BadInput(format!("--gait {wanted}: expected auto, stand, or one of {}", names())).into()
     })
 }
 

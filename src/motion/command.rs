@@ -37,6 +37,11 @@ pub struct Command {
 }
 
 impl Command {
+    /// Straight ahead and level at `speed_m_s` in the gait with index `gait`.
+    pub fn ahead(gait: usize, speed_m_s: f64) -> Command {
+        Command { gait: GaitChoice::Gait(gait), speed_m_s, ..Command::default() }
+    }
+
     /// True if every number is one.
     pub fn is_finite(&self) -> bool {
         let Posture { rise_m, pitch_rad, roll_rad, sway_m } = self.posture;

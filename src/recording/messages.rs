@@ -60,6 +60,12 @@ pub struct Quaternion {
     pub w: f64,
 }
 
+impl From<Quaternion> for DQuat {
+    fn from(q: Quaternion) -> DQuat {
+        DQuat::from_xyzw(q.x, q.y, q.z, q.w)
+    }
+}
+
 impl From<DQuat> for Quaternion {
     fn from(q: DQuat) -> Quaternion {
         Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }
@@ -78,7 +84,12 @@ pub struct Pose {
 impl Pose {
     /// At `position`, not turned.
     pub fn at(position: DVec3) -> Pose {
-        Pose { position: position.into(), orientation: DQuat::IDENTITY.into() }
+        Pose::turned(position, DQuat::IDENTITY)
+    }
+
+    /// At `position`, turned by `turn`.
+    pub fn turned(position: DVec3, turn: DQuat) -> Pose {
+        Pose { position: position.into(), orientation: turn.into() }
     }
 }
 
@@ -209,6 +220,8 @@ pub struct FootPlan {
     pub in_world: Vector3,
     /// Ahead of the neutral foot point.
     pub excursion_m: f64,
+    /// Way of its leg's plane since the walk began.
+    pub plane_way_m: f64,
     /// True in the air.
     pub is_swing: bool,
     /// Largest acceleration of the swing.

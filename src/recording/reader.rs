@@ -233,6 +233,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.state.permission = motion.permission;
     sample.targets.aim = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
+    sample.targets.trunk_turn = trunk.pose.orientation.into();
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;
     read_feet(robot, &feet, &mut sample)?;
@@ -305,6 +306,7 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
                 chain: index,
                 in_world: plan.in_world.into(),
                 excursion_m: plan.excursion_m,
+                plane_way_m: plan.plane_way_m,
                 is_swing: plan.is_swing,
                 swing_acceleration_m_s2: plan.swing_acceleration_m_s2,
             });

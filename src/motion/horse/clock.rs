@@ -186,7 +186,11 @@ fn solve(f: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high, mut u) = (0.0, 1.0, 0.5);
     for _ in 0..STEPS {
         let value = f(u);
-        if value > 0.0 { high = u } else { low = u }
+        if value > 0.0 {
+            high = u
+        } else {
+            low = u
+        }
         let newton = u - value / slope(u);
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         if (next - u).abs() < 1e-16 {

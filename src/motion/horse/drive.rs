@@ -1,6 +1,6 @@
 //! A horse on its feet: follows commands, within what it can do, and says where trunk and feet are to be.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::DVec2;
 
 use super::planner::{Planner, Wish};
 use super::posture::{Carriage, Lean};
@@ -10,7 +10,7 @@ use super::{HorsePlan, auto};
 use crate::model::Bob;
 use crate::motion::curves::smooth_step;
 use crate::motion::{Command, GaitChoice, Posture};
-use crate::signals::{FootTarget, Targets};
+use crate::signals::Targets;
 
 /// A horse on its feet.
 #[derive(Debug, Clone)]
@@ -72,8 +72,7 @@ impl Drive {
         // Postures between the one now and the one to come are on the way; their reach is planned with.
         let on_the_way_m = self.reach_m(self.carriage.now()).min(self.reach_m(self.carriage.goal()));
         let reach_m = on_the_way_m.min(self.reach_m(self.granted));
-        let wanted =
-            Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
+        let wanted = Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
         let wish = match command.gait {
             GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
                 Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) }
@@ -81,8 +80,7 @@ impl Drive {
             GaitChoice::Auto => auto::wish(&self.plan, present, now, wanted, reach_m),
             GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
         };
-        let keeps_to_reach =
-            self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, reach_m);
+        let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, reach_m);
         if keeps_to_reach {
             self.carriage.aim_for(self.granted);
         }
@@ -149,23 +147,7 @@ impl Drive {
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        let heading = DQuat::from_rotation_z(self.walk.profile.turn_rad(self.now_s));
-        targets.trunk_in_world = self.trunk_m.extend(lean.height_m);
-        targets.trunk_turn = heading * lean.tilt();
-        targets.feet.clear();
-        for (foot, chain) in self.walk.feet(self.now_s).iter().zip(self.plan.settings.legs) {
-            let tip = lean.tip_of(foot, posture.sway_m);
-            targets.tips_in_body[chain] = tip;
-            let level: DVec3 = lean.tilt() * tip;
-            targets.feet.push(FootTarget {
-                chain,
-                in_world: targets.trunk_in_world + heading * level,
-                excursion_m: foot.excursion_m,
-                plane_way_m: foot.plane_way_m,
-                is_swing: foot.is_swing,
-                swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
-            });
-        }
+        self.walk.write(&self.plan, self.now_s, &lean, posture.sway_m, self.trunk_m, targets);
     }
 }
 

@@ -139,8 +139,11 @@ impl HorseGenerator {
 
     /// Time for every joint to go from the start pose to the sitting pose at the slow rate, s.
     fn gather_duration_s(&self) -> f64 {
-        let turns =
-            self.start_pose_rad.iter().zip(&self.drive.plan().sit_pose_rad).map(|(from, to)| (to - from).abs());
+        let turns = self
+            .start_pose_rad
+            .iter()
+            .zip(&self.drive.plan().sit_pose_rad)
+            .map(|(from, to)| (to - from).abs());
         (SMOOTH_STEP_SLOPE_MAX * turns.fold(0.0, f64::max) / self.slow_rate_rad_s).max(GATHER_MIN_S)
     }
 
@@ -192,7 +195,9 @@ impl HorseGenerator {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
-            Phase::OnFeet { is_ending: true, .. } | Phase::Sink { .. } | Phase::Fold { .. } => Activity::Stopping,
+            Phase::OnFeet { is_ending: true, .. } | Phase::Sink { .. } | Phase::Fold { .. } => {
+                Activity::Stopping
+            }
             Phase::OnFeet { .. } if self.drive.is_walking() => Activity::Walking,
             Phase::OnFeet { .. } => Activity::Standing,
             Phase::Held => Activity::Done,

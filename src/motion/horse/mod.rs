@@ -20,8 +20,8 @@ mod walk;
 use glam::DVec3;
 
 use crate::model::HorseMotion;
-use crate::motion::Command;
 use crate::motion::curves::SwingCurve;
+use crate::motion::{Command, GaitChoice};
 pub use clock::StrideClock;
 pub use drive::Drive;
 pub use generator::HorseGenerator;
@@ -62,6 +62,42 @@ pub struct Pace {
 }
 
 impl HorsePlan {
+    /// Name of a choice of gait, as files and options have it.
+    pub fn gait_name(&self, choice: GaitChoice) -> &str {
+        match choice {
+            GaitChoice::Stand => "stand",
+            GaitChoice::Auto => "auto",
+            GaitChoice::Gait(gait) => self.settings.gaits.get(gait).map_or("stand", |gait| &gait.name),
+        }
+    }
+
+    /// The choice of gait with that name; none if there is no such gait.
+    pub fn gait_choice(&self, name: &str) -> Option<GaitChoice> {
+        match name {
+            "stand" => Some(GaitChoice::Stand),
+            "auto" => Some(GaitChoice::Auto),
+            name => self.settings.gaits.iter().position(|gait| gait.name == name).map(GaitChoice::Gait),
+        }
+    }
+
+    /// The fastest the robot goes forward in a choice of gait, standing level, m/s.
+    pub fn top_speed_m_s(&self, choice: GaitChoice) -> f64 {
+        let of_gait = |gait: usize| self.paces.get(gait).map_or(0.0, |pace| pace.forward_m_s);
+        match choice {
+            GaitChoice::Stand => 0.0,
+            GaitChoice::Auto => self.ladder().map(of_gait).fold(0.0, f64::max),
+            GaitChoice::Gait(gait) => of_gait(gait),
+        }
+    }
+
+    /// The same plan, to go straight ahead in a gait at `share` of its top speed.
+    #[must_use]
+    pub fn at_share(mut self, choice: GaitChoice, share: f64) -> HorsePlan {
+        let speed_m_s = share * self.top_speed_m_s(choice);
+        self.command = Command { gait: choice, speed_m_s, ..Command::default() };
+        self
+    }
+
     /// The swing curve of the robot file.
     pub fn swing(&self) -> SwingCurve {
         SwingCurve {
@@ -139,7 +175,9 @@ impl HorsePlan {
         let yaw_rate_rad_s = wanted.yaw_rate_rad_s.clamp(-turn_max_rad_s, turn_max_rad_s);
         let by_turn_m_s = yaw_rate_rad_s.abs() * half_width_m;
         Rates {
-            speed_m_s: wanted.speed_m_s.clamp(-(backward_m_s - by_turn_m_s).max(0.0), (forward_m_s - by_turn_m_s).max(0.0)),
+            speed_m_s: wanted
+                .speed_m_s
+                .clamp(-(backward_m_s - by_turn_m_s).max(0.0), (forward_m_s - by_turn_m_s).max(0.0)),
             yaw_rate_rad_s,
         }
     }

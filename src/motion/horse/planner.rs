@@ -220,8 +220,7 @@ fn change_gait(
         *profile = profile.until(now_s, start_s);
         let is_whole = profile.ramp_to(change.rates, plan.ramp_s(profile.settled(), change.rates));
         let change_s = profile.settled_s().max(now_s);
-        let clock =
-            clock.change_to(&settings.gaits[gait], settings.swing_time_s, change_s, change.strides);
+        let clock = clock.change_to(&settings.gaits[gait], settings.swing_time_s, change_s, change.strides);
         let is_whole = is_whole
             && profile.wait_until(clock.change_end_s())
             && profile.ramp_to(rates, plan.ramp_s(change.rates, rates));

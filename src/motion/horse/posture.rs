@@ -2,7 +2,6 @@
 
 use glam::{DQuat, DVec3};
 
-use super::walk::FootPlace;
 use crate::motion::Posture;
 
 /// Fastest change of height, shares of the standing height a second.
@@ -94,11 +93,6 @@ impl Lean {
         let along_m = forward_m * pitch_cosine - below_m * pitch_sine;
         let across_m = forward_m * pitch_sine + below_m * pitch_cosine;
         DVec3::new(along_m, side_m, (across_m - side_m * roll_sine) / roll_cosine)
-    }
-
-    /// Body-frame place of the tip of a leg whose foot is at `foot`, the trunk `sway_m` to the left of its feet.
-    pub(super) fn tip_of(&self, foot: &FootPlace, sway_m: f64) -> DVec3 {
-        self.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m)
     }
 }
 

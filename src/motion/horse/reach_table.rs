@@ -62,7 +62,8 @@ impl ReachTable {
         let height_m = (lean.height_m + self.sides_m[leg] * sine / lean.pitch_rad.cos()) / cosine;
         let Some((row, down)) = place(&self.heights_m, height_m) else { return 0.0 };
         let Some((column, right)) = place(&self.pitches_rad, lean.pitch_rad) else { return 0.0 };
-        let at = |row: usize, column: usize| self.half_excursions_m[row * self.pitches_rad.len() + column][leg];
+        let at =
+            |row: usize, column: usize| self.half_excursions_m[row * self.pitches_rad.len() + column][leg];
         let blend = |row: usize| at(row, column) * (1.0 - right) + at(row, column + 1) * right;
         blend(row) * (1.0 - down) + blend(row + 1) * down
     }

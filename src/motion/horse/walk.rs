@@ -5,13 +5,15 @@
 //! touch-down and at the next lift-off. So every stance is centred under the leg, and no foot slips in its
 //! plane, whatever speed, turn and gait do.
 
-use glam::DVec3;
+use glam::{DQuat, DVec2};
 
 use super::clock::StrideClock;
+use super::posture::Lean;
 use super::profile::{Rates, SpeedProfile};
 use super::{HorsePlan, SHORTEST_STANCE};
 use crate::model::Bob;
 use crate::motion::curves::SwingCurve;
+use crate::signals::{FootTarget, Targets};
 
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
@@ -281,19 +283,20 @@ impl Walk {
         let mut all = is_in_reach(from_s) && is_in_reach(to_s);
         match leg.foot {
             Foot::Stance { .. } => {
-                self.profile
-                    .for_turning_points(leg.side_m, from_s, to_s, |s| all = all && is_in_reach(s));
+                self.profile.for_turning_points(leg.side_m, from_s, to_s, |s| all = all && is_in_reach(s));
             }
             Foot::Swing { lifted_s, from_m, to_m } => {
-                let instants = (1..SWING_INSTANTS)
-                    .map(|instant| lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS));
+                let instants = (1..SWING_INSTANTS).map(|instant| {
+                    lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
+                });
                 // Where the foot is as fast as its root: the swing's furthest points.
                 let landed_s = lifted_s + self.swing.time_s;
-                let fast_s =
-                    |s: f64| self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m));
+                let fast_s = |s: f64| {
+                    self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m))
+                };
                 let furthest = [lifted_s + fast_s(lifted_s), landed_s - fast_s(landed_s)];
-                all = all
-                    && instants.chain(furthest).filter(|s| *s > from_s && *s < landed_s).all(is_in_reach);
+                all =
+                    all && instants.chain(furthest).filter(|s| *s > from_s && *s < landed_s).all(is_in_reach);
             }
         }
         all
@@ -331,5 +334,41 @@ impl Walk {
                 swing_acceleration_m_s2,
             }
         })
+    }
+
+    /// Writes the tips and the plan at time `s` for a trunk that leans as `lean` has it, `sway_m` to the left of its
+    /// feet, its middle over `trunk_m` on the ground.
+    pub(super) fn write(
+        &self,
+        plan: &HorsePlan,
+        s: f64,
+        lean: &Lean,
+        sway_m: f64,
+        trunk_m: DVec2,
+        targets: &mut Targets,
+    ) {
+        let heading = DQuat::from_rotation_z(self.profile.turn_rad(s));
+        targets.trunk_in_world = trunk_m.extend(lean.height_m);
+        targets.trunk_turn = heading * lean.tilt();
+        targets.feet.clear();
+        for (foot, chain) in self.feet(s).iter().zip(plan.settings.legs) {
+            let tip = lean.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
+            targets.tips_in_body[chain] = tip;
+            targets.feet.push(FootTarget {
+                chain,
+                in_world: targets.trunk_in_world + targets.trunk_turn * tip,
+                excursion_m: foot.excursion_m,
+                plane_way_m: foot.plane_way_m,
+                is_swing: foot.is_swing,
+                swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
+            });
+        }
+    }
+
+    /// The same for a trunk that stays level and goes straight ahead, bobbing as the gait has it.
+    pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
+        let height_m = plan.settings.stand_height_m + self.bob_m(plan, s);
+        let lean = Lean { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        self.write(plan, s, &lean, 0.0, DVec2::new(self.profile.way_m(s), 0.0), targets);
     }
 }
