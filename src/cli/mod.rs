@@ -132,7 +132,7 @@ struct JogArguments {
 struct RunArguments {
     /// The robot file.
     robot: PathBuf,
-    /// Gait: one of the robot file's [default: the file's first].
+    /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
     /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
