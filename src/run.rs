@@ -18,8 +18,8 @@ use crate::signals::{JointState, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
-/// A cycle that begins this share of a period after its deadline counts as late.
-const LATE_SHARE: f64 = 0.1;
+/// A cycle that begins more than this share of a period after its deadline counts as late.
+pub const LATE_SHARE: f64 = 0.1;
 /// Goals of the end are sent for this many cycles at least, in case one is lost.
 const LAST_CYCLES: u32 = 5;
 /// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.

@@ -142,7 +142,7 @@ pub enum ServoGoal {
 }
 
 /// A servo's reply, in its own counts and register units; [`crate::counts`] turns it into SI units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Feedback {
     /// Present position, counts; already sign-decoded.
     pub position: i32,

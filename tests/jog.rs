@@ -1,12 +1,12 @@
 //! One joint, through safety: on simulated buses, and as the command.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
-use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::rc::Rc;
+mod common;
 
-use hippocamp::bus::{PortError, Ports, SimPorts};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::{Spy, config_file, shipped};
 use hippocamp::config;
 use hippocamp::jog::{JogReport, jog};
 use hippocamp::model::Robot;
@@ -14,17 +14,9 @@ use hippocamp::motion::{Activity, Order};
 use hippocamp::run::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
-use hippocamp::units::Time;
-use hw_sim::{FaultScript, Shaft};
+use hw_sim::{FaultScript, Shaft, World};
 
-/// Simulated ports that are looked at while they are used: which shafts had torque, how fast they turned.
-struct Watched {
-    inner: SimPorts,
-    seen: Rc<RefCell<Seen>>,
-    servos: Vec<(usize, u8)>,
-    limit_address: u16,
-}
-
+/// What a look at the shafts after each wait shows: which had torque, how fast they turned.
 #[derive(Default)]
 struct Seen {
     had_torque: Vec<bool>,
@@ -35,55 +27,23 @@ struct Seen {
     shafts: Vec<Shaft>,
 }
 
-impl Watched {
-    fn look(&self) {
-        let mut seen = self.seen.borrow_mut();
-        let shaft = |&(bus, id): &(usize, u8)| self.inner.world().shaft(bus, id).unwrap();
-        let shafts: Vec<Shaft> = self.servos.iter().map(shaft).collect();
-        seen.had_torque.resize(shafts.len(), false);
-        seen.fastest_rad_s.resize(shafts.len(), 0.0);
+impl Seen {
+    /// Looks at the shafts of `servos`, by bus and id, and at the hip's torque limit.
+    fn look(&mut self, world: &World, servos: &[(usize, u8)], limit_address: u16) {
+        let shafts: Vec<Shaft> = servos.iter().map(|&(bus, id)| world.shaft(bus, id).unwrap()).collect();
+        self.had_torque.resize(shafts.len(), false);
+        self.fastest_rad_s.resize(shafts.len(), 0.0);
         for (index, shaft) in shafts.iter().enumerate() {
-            seen.had_torque[index] |= shaft.torque_on;
-            seen.fastest_rad_s[index] = seen.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
+            self.had_torque[index] |= shaft.torque_on;
+            self.fastest_rad_s[index] = self.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
         }
         if shafts[HIP].torque_on {
-            let (bus, id) = self.servos[HIP];
-            let byte = |address| self.inner.world().register(bus, id, address).unwrap();
-            let limit = u16::from_le_bytes([byte(self.limit_address), byte(self.limit_address + 1)]);
-            seen.hip_limits.push(limit);
+            let (bus, id) = servos[HIP];
+            let byte = |address| world.register(bus, id, address).unwrap();
+            self.hip_limits.push(u16::from_le_bytes([byte(limit_address), byte(limit_address + 1)]));
         }
-        seen.shafts = shafts;
+        self.shafts = shafts;
     }
-}
-
-impl Ports for Watched {
-    fn now(&mut self) -> Time {
-        self.inner.now()
-    }
-    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
-        self.inner.discard_input(bus)
-    }
-    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
-        self.inner.send(bus, bytes)
-    }
-    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
-        self.inner.receive(bus, into)
-    }
-    fn wait_for_input(&mut self, deadline: Time) {
-        self.inner.wait_for_input(deadline);
-    }
-    fn wait_until(&mut self, deadline: Time) {
-        self.inner.wait_until(deadline);
-        self.look();
-    }
-}
-
-fn robot(name: &str) -> Robot {
-    config::load(&config_file(name)).unwrap().robot
-}
-
-fn config_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
 }
 
 const HIP: usize = 1;
@@ -97,21 +57,18 @@ fn jogged(
     faults: &str,
     order: impl FnMut(&Status) -> Order,
 ) -> (JogReport, Seen) {
-    let robot = robot(name);
+    let robot = shipped(name);
     let pose: Vec<f64> =
         robot.joints.iter().map(|joint| joint.middle_rad() + start_deg.to_radians()).collect();
     let faults = FaultScript::from_toml(faults).unwrap();
     let world = simulation::world_from_pose(&robot, &pose, 1, &faults).unwrap();
-    let seen = Rc::new(RefCell::new(Seen::default()));
-    let servos = robot.joints.iter().map(|joint| joint.servo.map(|servo| (servo.bus, servo.id.0)).unwrap());
-    let ports = Watched {
-        inner: SimPorts::on_virtual_clock(world),
-        seen: Rc::clone(&seen),
-        servos: servos.collect(),
-        limit_address: robot.joints[HIP].servo.unwrap().model.registers.torque_limit.address,
-    };
+    let servos: Vec<_> =
+        robot.joints.iter().map(|joint| joint.servo.map(|servo| (servo.bus, servo.id.0)).unwrap()).collect();
+    let limit_address = robot.joints[HIP].servo.unwrap().model.registers.torque_limit.address;
+    let mut seen = Seen::default();
+    let ports = Spy::new(world, |ports| seen.look(ports.world(), &servos, limit_address));
     let report = jog(&robot, HIP, goal_deg.to_radians(), ports, order).unwrap();
-    (report, Rc::try_unwrap(seen).ok().unwrap().into_inner())
+    (report, seen)
 }
 
 fn only_the_hip_had_torque(seen: &Seen) {
@@ -158,7 +115,7 @@ fn it_goes_there_slowly_and_is_let_go() {
             [Activity::Limp, Activity::Jogging, Activity::Stopping, Activity::Done],
             "{name}"
         );
-        its_torque_rose_and_fell_smoothly(&robot(name), &seen);
+        its_torque_rose_and_fell_smoothly(&shipped(name), &seen);
     }
 }
 
@@ -193,7 +150,7 @@ fn an_order_to_stop_lets_it_go_where_it_is() {
         assert!(measured_deg < -84.9 && measured_deg > -99.0, "on the way: {measured_deg}");
         assert!(slowed_deg < 1.0, "at rest: {slowed_deg}");
         only_the_hip_had_torque(&seen);
-        its_torque_rose_and_fell_smoothly(&robot(name), &seen);
+        its_torque_rose_and_fell_smoothly(&shipped(name), &seen);
     }
     let (report, seen) = jogged("horse.toml", -100.0, 0.0, "", |_| Order::Stop);
     assert_eq!(report.measured_rad, None);
@@ -321,7 +278,7 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
     let folder = tempfile::tempdir().unwrap();
     let robot_file = folder.path().join("horse.toml");
     std::fs::copy(config_file("horse.toml"), &robot_file).unwrap();
-    let file_robot = robot("horse.toml");
+    let file_robot = shipped("horse.toml");
     let mut built = file_robot.clone();
     for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
         // No horn sits where the robot file would have it.

@@ -99,12 +99,16 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
 #[test]
 fn solved_legs_step_in_the_order_and_beats_of_each_gait() {
     let (robot, horse) = thoroughbred();
-    // Lags after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3).
+    // Lags after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3; ours: rotary, left).
     let expected = [
         ("walk", [0.0, 0.2, 0.5, 0.7]),
         ("trot", [0.0, 0.5, 0.5, 0.0]),
         ("canter", [0.0, 0.2, 0.2, 0.4]),
+        ("canter-left", [0.0, 0.2, 0.8, 0.0]),
         ("gallop", [0.0, 0.35, 0.2, 0.55]),
+        ("gallop-left", [0.0, 0.35, 0.8, 0.15]),
+        ("rotary-gallop", [0.0, 0.55, 0.2, 0.35]),
+        ("rotary-gallop-left", [0.0, 0.15, 0.8, 0.35]),
     ];
     for (name, lags) in expected {
         let gait = horse.gaits.iter().find(|gait| gait.name == name).unwrap();

@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, reason = "a word to the controller")]
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, IsTerminal, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -18,6 +18,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::BadInput;
 use super::ports::{PortOption, devices};
 use crate::bus::Buses;
 use crate::bus::serial::{Device, SerialPorts};
@@ -101,6 +102,14 @@ impl Drop for Guard {
 
 /// `hippocamp guard`: waits for the end of the controller.
 pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
+    if std::io::stdin().is_terminal() {
+        return Err(BadInput(
+            "'guard' is for the program's own use: 'run' and 'jog' start it beside themselves on real servos, and it \
+             takes their torque off if the controller dies; nothing was touched"
+                .to_owned(),
+        )
+        .into());
+    }
     // Whatever ends the controller's terminal or session must not end the guard before its work.
     let ignored = Arc::new(AtomicBool::new(false));
     for signal in [SIGHUP, SIGINT, SIGTERM] {

@@ -132,7 +132,7 @@ struct JogArguments {
 struct RunArguments {
     /// The robot file.
     robot: PathBuf,
-    /// Gait: one of the robot file's [default: the file's first].
+    /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
     /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
@@ -144,12 +144,14 @@ struct RunArguments {
     #[command(flatten)]
     unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports")]
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
+          allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     faults: Option<PathBuf>,
-    /// Write the report of the run to this file (JSON).
+    /// Write the report of the run to this file (JSON). A cycle counts as late when it begins more than a tenth of
+    /// a period after its time; the robot then goes on from where it is.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
@@ -164,6 +166,10 @@ struct RunArguments {
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number, 0 or more, at most {}", u64::MAX))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

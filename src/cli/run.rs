@@ -22,7 +22,7 @@ use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Order};
 use crate::platform;
 use crate::recording::{Recorder, RunHeader};
-use crate::run::{RunPlan, run_recorded};
+use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
 
@@ -306,13 +306,15 @@ pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
 
 fn print_summary(robot: &Robot, report: &Report) {
     say!("{}: {}", outcome_words(report.outcome), report.reason);
+    let computing = report.loop_times.work_us.map_or_else(String::new, |work_us| {
+        format!("; computing a cycle {} us at most, {} us half of the time", work_us.max, work_us.p50)
+    });
     say!(
-        "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
+        "  {:.1} s, {} cycles, {} late by more than {} ms{computing}",
         report.duration_s,
         report.cycles,
         report.late_cycles,
-        report.loop_times.work_us.max,
-        report.loop_times.work_us.p50
+        LATE_SHARE * robot.period_s() * 1e3
     );
     say!(
         "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",

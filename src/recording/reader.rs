@@ -279,7 +279,7 @@ fn read_servos(robot: &Robot, servos: &messages::Servos<'_>, sample: &mut Sample
                 ServoGoal::Move { position: goal.position, torque_limit: goal.torque_limit };
         }
         sample.slots[index] = match (servo.result, servo.reply) {
-            (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply.into()),
+            (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply),
             (SlotResult::Fresh, None) => {
                 return Err(format!("a fresh reply of {} holds nothing", servo.joint));
             }

@@ -195,7 +195,7 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     let all = robot.joints.iter().zip(&sample.goals).zip(&sample.slots);
     let servos = all.filter(|((joint, _), _)| joint.servo.is_some()).map(|((joint, goal), slot)| {
         let (result, reply) = match slot {
-            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some((*reply).into())),
+            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some(*reply)),
             Slot::Missing => (messages::SlotResult::Missing, None),
             Slot::Corrupt => (messages::SlotResult::Corrupt, None),
         };

@@ -74,8 +74,8 @@ impl Outcome {
 /// Times of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct LoopReport {
-    /// Computing a cycle, the exchange left aside; 0 on a virtual clock.
-    pub work_us: Quantiles,
+    /// Computing a cycle, the exchange left aside; none on a virtual clock, which stands still meanwhile.
+    pub work_us: Option<Quantiles>,
     /// From a cycle's deadline to its beginning.
     pub late_us: Quantiles,
 }
@@ -173,7 +173,12 @@ impl Telemetry {
 
     /// Times of the loop so far.
     pub fn loop_report(&self) -> LoopReport {
-        LoopReport { work_us: Quantiles::of(&self.work_us), late_us: Quantiles::of(&self.late_us) }
+        // No real cycle computes for less than a microsecond.
+        let is_measured = self.work_us.max() > 0;
+        LoopReport {
+            work_us: is_measured.then(|| Quantiles::of(&self.work_us)),
+            late_us: Quantiles::of(&self.late_us),
+        }
     }
 
     /// Buses so far, in a run of this `duration`.

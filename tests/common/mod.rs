@@ -1,6 +1,8 @@
 //! What the tests of whole runs share: the shipped robots, runs on simulated buses, and an eye on every cycle.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
+mod spy;
+
 use std::cell::{Ref, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -18,6 +20,8 @@ use hippocamp::telemetry::Report;
 use hippocamp::units::Time;
 use hippocamp::{config, simulation};
 use hw_sim::{FaultScript, World};
+#[allow(unused_imports, reason = "each test binary uses a part of it")]
+pub(crate) use spy::Spy;
 
 /// The robots that can run, by the names of their files.
 pub(crate) const ROBOTS: [&str; 2] = ["horse.toml", "horse-dynamixel.toml"];
