@@ -260,7 +260,10 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &st
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
-        (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
+        let mut reasons = vec![why];
+        reasons.extend(cycle.buses().strangers());
+        reasons.extend((!lost.is_empty()).then_some(lost));
+        (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
     } else {

@@ -253,7 +253,24 @@ mod tests {
     #[test]
     fn real_time_is_asked_for_and_the_answer_said() {
         // In a thread of its own, which takes its priority with it.
-        let said = std::thread::spawn(|| request_real_time(Some(usize::MAX))).join().unwrap();
+        let asked = std::thread::spawn(|| {
+            let said = request_real_time(Some(usize::MAX));
+            // SAFETY: 0 is the calling thread.
+            let policies = [unsafe { libc::sched_getscheduler(0) }, {
+                end_real_time();
+                // SAFETY: as above.
+                unsafe { libc::sched_getscheduler(0) }
+            }];
+            (said, policies)
+        });
+        let (said, policies) = asked.join().unwrap();
+        let is_permitted = said[0].starts_with("real-time priority");
+        let wanted = if is_permitted { libc::SCHED_FIFO } else { libc::SCHED_OTHER };
+        assert_eq!(
+            policies.map(|policy| policy & !libc::SCHED_RESET_ON_FORK),
+            [wanted, libc::SCHED_OTHER],
+            "{said:?}"
+        );
         assert!(said.len() >= 3, "{said:?}");
         assert!(said[0].contains("real-time priority"), "{said:?}");
         assert!(said[1].contains("RAM"), "{said:?}");

@@ -30,10 +30,15 @@ pub(crate) struct Rig {
 impl Rig {
     /// The robot of `file`, which rises quickly, its servos as the file has them, with these `faults`.
     pub(crate) fn new(file: &str, faults: &str) -> Rig {
+        Rig::edited(file, faults, |text| text)
+    }
+
+    /// The same with an edited file.
+    pub(crate) fn edited(file: &str, faults: &str, edit: impl Fn(String) -> String) -> Rig {
         let folder = tempfile::tempdir().unwrap();
         let robot_file = folder.path().join(file);
         let text = fs::read_to_string(Path::new("config").join(file)).unwrap();
-        fs::write(&robot_file, text.replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 ")).unwrap();
+        fs::write(&robot_file, edit(text.replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 "))).unwrap();
         let robot = config::load(&robot_file).unwrap().robot;
         let mut without_adapters = robot.clone();
         for bus in &mut without_adapters.buses {
