@@ -1,7 +1,7 @@
 //! A whole run: find the servos, repeat the cycle at its rate, end in the robot's safe stop, report.
 //!
 //! The clock and the waiting are the ports'; orders come in and status goes out through the caller's
-//! functions, which must not block. Whatever ends the loop, a panic included, the servos end in the stop
+//! [`Operator`], which must not block. Whatever ends the loop, a panic included, the servos end in the stop
 //! action.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -55,6 +55,26 @@ pub struct Status {
     pub lowest_v: f64,
 }
 
+/// Who gives the orders and looks on. Asked once a cycle, so nothing here may block or allocate.
+pub trait Operator {
+    /// What is wanted now.
+    fn order(&mut self, status: &Status) -> Order;
+
+    /// Why it ordered the robot to stop, in words, where that was not a person's wish.
+    fn why_stopped(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The loop is over, and the servos have been told its last goals.
+    fn loop_ended(&mut self) {}
+}
+
+impl<F: FnMut(&Status) -> Order> Operator for F {
+    fn order(&mut self, status: &Status) -> Order {
+        self(status)
+    }
+}
+
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
 ///
 /// `order` is asked, and given the status, once a cycle; it must not block.
@@ -70,7 +90,7 @@ pub fn run<P: Ports>(
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped.
 ///
 /// # Errors
 /// As [`run`].
@@ -79,7 +99,7 @@ pub fn run_recorded<P: Ports>(
     plan: RunPlan,
     ports: P,
     mut recorder: Option<Recorder>,
-    mut order: impl FnMut(&Status) -> Order,
+    mut operator: impl Operator,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports)?;
     let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
@@ -88,7 +108,7 @@ pub fn run_recorded<P: Ports>(
     let start = cycle.buses_mut().ports_mut().now();
 
     let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
+        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
     cycle.buses_mut().disarm_watchdogs();
@@ -140,18 +160,26 @@ pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>,
 }
 
 /// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
-/// for the end that was planned.
+/// for the end that was planned. The operator hears of the end when all servos have been told it.
 pub(crate) fn perform<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     done: &str,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
+    operator: &mut impl Operator,
 ) -> End {
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
-    match ended {
-        Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, operator)));
+    let end = match ended {
+        Ok(false) => verdict(robot, cycle, (Outcome::Completed, done)),
+        Ok(true) => verdict(
+            robot,
+            cycle,
+            match operator.why_stopped() {
+                Some(why) => (Outcome::StoppedBySafety, why),
+                None => (Outcome::Completed, "stopped by the operator"),
+            },
+        ),
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -165,16 +193,18 @@ pub(crate) fn perform<P: Ports>(
             }
             End { outcome: Outcome::Failed, reason, is_heard }
         }
-    }
+    };
+    operator.loop_ended();
+    end
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
+/// Repeats the cycle on absolute deadlines until the stop action is complete; true if the operator wanted that.
 fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
+    operator: &mut impl Operator,
 ) -> bool {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
@@ -187,7 +217,7 @@ fn repeat<P: Ports>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let wanted = order(&status(cycle, start));
+        let wanted = operator.order(&status(cycle, start));
         was_ordered_to_stop |= wanted.is_stop();
         cycle.step(wanted);
         if let Some(recorder) = recorder {
@@ -225,18 +255,20 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     }
 }
 
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool, done: &str) -> End {
+/// How a loop ended that would have ended as `planned`, had safety and the servos had nothing to say.
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &str)) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
-        (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
+        let mut reasons = vec![why];
+        reasons.extend(cycle.buses().strangers());
+        reasons.extend((!lost.is_empty()).then_some(lost));
+        (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
-    } else if was_ordered_to_stop {
-        (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
-        (Outcome::Completed, done.to_owned())
+        (planned.0, planned.1.to_owned())
     };
     End { outcome, reason, is_heard }
 }

@@ -6,6 +6,7 @@ mod check;
 mod guard;
 mod jog;
 mod load;
+mod operator;
 mod ports;
 mod replay;
 mod run;
@@ -111,6 +112,9 @@ struct UnitArguments {
     /// Run on simulated buses and a virtual clock, as fast as it can.
     #[arg(long = "virtual", conflicts_with = "ports")]
     is_virtual: bool,
+    /// On hardware: keep the loop to this processor, counted from 0.
+    #[arg(long, value_name = "N")]
+    processor: Option<usize>,
 }
 
 /// Options of `jog`.
@@ -160,9 +164,6 @@ struct RunArguments {
     /// Write a page that plays the run to this file; opens in any browser, without a network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// On hardware: keep the loop to this processor, counted from 0.
-    #[arg(long, value_name = "N")]
-    processor: Option<usize>,
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,

@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-use crossbeam_channel::{Receiver, bounded};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
-use signal_hook::iterator::Signals;
 
 use super::guard::Guard;
 use super::load::{Loaded, load};
+use super::operator::{OnHardware, Terminal};
 use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
@@ -19,8 +17,7 @@ use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse
 use crate::bus::{Ports, SerialPorts, SimPorts};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
-use crate::motion::{Command, GaitChoice, Order};
-use crate::platform;
+use crate::motion::{Command, GaitChoice};
 use crate::recording::{Recorder, RunHeader};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
@@ -89,8 +86,9 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let mut report = match ports {
         AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
         AnyPorts::Serial(ports, guard) => {
-            let real_time = Some(RealTime { processor: options.processor });
-            guard.over(|| drive(robot, plan, ports, recorder, real_time), |report| report.is_end_heard)?
+            let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
+            guard
+                .over(|| drive(robot, plan, ports, recorder, Some(hardware)), |report| report.is_end_heard)?
         }
     };
     if passing_file.is_some() {
@@ -118,37 +116,16 @@ enum AnyPorts {
     Serial(SerialPorts, Guard),
 }
 
-/// The loop is to ask for real time, on a processor of its own if one is named.
-struct RealTime {
-    processor: Option<usize>,
-}
-
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-/// Where hardware waits, it asks for real time once all other threads are there.
 fn drive(
     robot: &Robot,
     plan: RunPlan,
     ports: impl Ports,
     recorder: Option<Recorder>,
-    real_time: Option<RealTime>,
+    hardware: Option<OnHardware>,
 ) -> Result<Report> {
-    let orders = orders_from_signals()?;
-    let mut status_line = StatusLine::start();
-    let mut order = Order::Go;
-    let mut real_time = real_time;
-    let report = run_recorded(robot, plan, ports, recorder, |status| {
-        // In the first cycle, when all memory is taken and all other threads are there.
-        if let Some(RealTime { processor }) = real_time.take() {
-            for note in platform::request_real_time(processor) {
-                say!("  {note}");
-            }
-        }
-        status_line.show(status);
-        order = orders.try_recv().unwrap_or(order);
-        order
-    });
-    drop(status_line);
-    Ok(report?)
+    let terminal = Terminal::new(Some(StatusLine::start()), hardware)?;
+    Ok(run_recorded(robot, plan, ports, recorder, terminal)?)
 }
 
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
@@ -288,20 +265,6 @@ fn check_writable<'p>(path: &'p Path, option: &str) -> Result<&'p Path> {
 fn write_report(path: &Path, report: &Report) -> Result<()> {
     let text = serde_json::to_string_pretty(report).context("the report could not be put into JSON")?;
     write_whole(path, &(text + "\n"))
-}
-
-/// The first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the robot) orders a stop, the second one at once.
-pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
-    let (sender, receiver) = bounded(8);
-    let mut signals =
-        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP]).context("signals could not be caught")?;
-    std::thread::spawn(move || {
-        let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
-        for (_, order) in signals.forever().zip(orders) {
-            let _ = sender.try_send(order);
-        }
-    });
-    Ok(receiver)
 }
 
 fn print_summary(robot: &Robot, report: &Report) {

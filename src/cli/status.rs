@@ -13,9 +13,16 @@ use crate::signals::Permission;
 const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 5.0;
 
+/// What is printed.
+enum Line {
+    Status(Status),
+    /// A line of its own.
+    Note(&'static str),
+}
+
 /// A status line on standard error.
 pub(super) struct StatusLine {
-    sender: Option<Sender<Status>>,
+    sender: Option<Sender<Line>>,
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
@@ -38,9 +45,14 @@ impl StatusLine {
         if status.time_s >= self.next_s {
             self.next_s = status.time_s + self.every_s;
             if let Some(sender) = &self.sender {
-                let _ = sender.try_send(*status);
+                let _ = sender.try_send(Line::Status(*status));
             }
         }
+    }
+
+    /// Shows `words` that stay. Never waits: false if there is no room for them now.
+    pub(super) fn note(&mut self, words: &'static str) -> bool {
+        self.sender.as_ref().is_none_or(|sender| sender.try_send(Line::Note(words)).is_ok())
     }
 }
 
@@ -54,16 +66,20 @@ impl Drop for StatusLine {
     }
 }
 
-fn print_all(statuses: &Receiver<Status>, is_terminal: bool) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool) {
     let mut out = std::io::stderr().lock();
-    for status in statuses {
-        let line = line_of(&status);
+    for line in lines {
+        let (line, is_passing) = match line {
+            Line::Status(status) => (line_of(&status), is_terminal),
+            Line::Note(words) => (words.to_owned(), false),
+        };
+        let clear = if is_terminal { "\r\x1b[2K" } else { "" };
         // A closed terminal is no reason to stop a walking robot.
-        let _ = if is_terminal {
+        let _ = if is_passing {
             // A line that wraps would be left behind by the next. The width may change at any time.
-            write!(out, "\r\x1b[2K{}", cut(&line, terminal_columns()))
+            write!(out, "{clear}{}", cut(&line, terminal_columns()))
         } else {
-            writeln!(out, "{line}")
+            writeln!(out, "{clear}{line}")
         };
         let _ = out.flush();
     }

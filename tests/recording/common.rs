@@ -11,7 +11,7 @@ use hippocamp::ik::Method;
 use hippocamp::model::{Motion, Robot};
 use hippocamp::motion::{Command, Order};
 use hippocamp::recording::{Recorder, RunHeader};
-use hippocamp::run::{RunPlan, run_recorded};
+use hippocamp::run::{RunPlan, Status, run_recorded};
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
 
@@ -42,7 +42,7 @@ pub(crate) fn run(faults: &str, sink: impl Write + Send + 'static) -> Report {
     let faults = hw_sim::FaultScript::from_toml(faults).unwrap();
     let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &faults).unwrap());
     let recorder = recorder(&robot, sink, true);
-    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_| Order::Go).unwrap()
+    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
 }
 
 /// The same into memory.
