@@ -12,21 +12,20 @@ impl<G: Geometry> ChainSolver<G> {
     /// at the target. Joints nearer the root see the reduced turn.
     pub(super) fn sweep(&mut self, target: G::Vector) {
         // What lies between a turned joint and the tip is not looked at again in this sweep.
-        let mut tip = self.pose.tip;
-        for (joint, hinge) in self.pose.joints.iter_mut().zip(&self.hinges).rev() {
+        let mut tip = self.tip;
+        for joint in self.joints.iter_mut().rev() {
             let to_tip = tip - joint.place;
             let (sine, cosine) = G::angle_between(joint.axis, to_tip, target - joint.place);
             if sine.abs() + cosine.abs() < LEVER_MIN_M * LEVER_MIN_M {
                 continue;
             }
-            let wanted = joint.angle_rad + hinge.stiffness * sine.atan2(cosine);
-            let allowed = wanted.clamp(hinge.range_rad.0, hinge.range_rad.1);
-            let turn_rad = allowed - joint.angle_rad;
+            let wanted = joint.held(joint.angle.rad + joint.stiffness * sine.atan2(cosine));
+            let turn_rad = wanted - joint.angle.rad;
             let (sine, cosine) =
                 if turn_rad.abs() <= SMALL_TURN_RAD { small_turn(turn_rad) } else { turn_rad.sin_cos() };
             tip = joint.place + G::turn_lever(joint.axis, to_tip, sine, cosine);
-            joint.turn(allowed, sine, cosine);
+            joint.angle.turn_to(wanted, sine, cosine);
         }
-        self.pose.place(&self.geometry, &self.hinges);
+        self.place();
     }
 }

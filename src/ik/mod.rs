@@ -99,7 +99,7 @@ fn solve<G: Geometry>(
     pull: f64,
     angles: &mut [f64],
 ) -> Solution {
-    debug_assert_eq!(angles.len(), solver.hinges.len());
+    debug_assert_eq!(angles.len(), solver.joints.len());
     if !target_in_body.is_finite() || angles.iter().any(|angle| !angle.is_finite()) {
         return Solution { residual_m: f64::INFINITY, ..Solution::default() };
     }

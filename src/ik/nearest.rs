@@ -5,7 +5,7 @@
 //! step minimises half the squared distance to second order, on the joints that no limit holds back
 //! (Bertsekas 1982), damped as in the finish.
 
-use super::chain::{ChainSolver, TOLERANCE_SHARE};
+use super::chain::ChainSolver;
 use super::finish::TURN_MAX_RAD;
 use super::geometry::{Geometry, Vector};
 
@@ -19,32 +19,32 @@ const DAMPING_GIVE_UP: f64 = 1e6;
 const GAIN_SHARE: f64 = 1e-9;
 
 impl<G: Geometry> ChainSolver<G> {
-    /// Takes `pose` to the nearest pose downhill.
+    /// Takes the pose downhill to the nearest.
     pub(super) fn descend(&mut self, target: G::Vector) {
-        let tolerance_m = TOLERANCE_SHARE * self.length_m;
-        let mut distance_m = self.pose.distance_m(target);
+        let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
         for _ in 0..STEPS_MAX {
-            if distance_m <= tolerance_m {
+            if distance_m <= self.tolerance_m() {
                 return;
             }
-            while !self.newton_step(target, damping) {
+            self.differentiate();
+            while !self.choose_newton_step(target, damping) {
                 damping *= 10.0;
                 if damping > DAMPING_GIVE_UP {
                     return;
                 }
             }
-            self.try_step();
-            let new_distance_m = self.trial.distance_m(target);
+            self.take_step();
+            let new_distance_m = self.distance_m(target);
             if new_distance_m < distance_m {
                 let gain_m = distance_m - new_distance_m;
-                std::mem::swap(&mut self.pose, &mut self.trial);
                 distance_m = new_distance_m;
                 if gain_m < GAIN_SHARE * self.length_m {
                     return;
                 }
                 damping *= 0.1;
             } else {
+                self.take_step_back();
                 damping *= 10.0;
                 if damping > DAMPING_GIVE_UP {
                     return;
@@ -53,53 +53,46 @@ impl<G: Geometry> ChainSolver<G> {
         }
     }
 
-    /// Writes into `steps` the step from `pose` towards `target`, if with this damping there is one downhill.
-    fn newton_step(&mut self, target: G::Vector, damping: f64) -> bool {
-        let count = self.hinges.len();
-        let miss = self.pose.miss(target);
+    /// Chooses the step towards `target`, if with this damping there is one downhill.
+    fn choose_newton_step(&mut self, target: G::Vector, damping: f64) -> bool {
+        let count = self.joints.len();
+        let miss = target - self.tip;
         let mut square = 0.0;
-        for ((step, joint), hinge) in self.steps.iter_mut().zip(&self.pose.joints).zip(&self.hinges) {
-            step.column = G::motion(joint.axis, self.pose.tip - joint.place);
-            square += step.column.dot(step.column);
-            let downhill = step.column.dot(miss);
-            let limit_rad = if downhill > 0.0 { hinge.range_rad.1 } else { hinge.range_rad.0 };
-            step.is_free = downhill * (limit_rad - joint.angle_rad) > 0.0;
-            step.turn_rad = if step.is_free { downhill } else { 0.0 };
+        for joint in &mut self.joints {
+            square += joint.column.dot(joint.column);
+            let downhill = joint.column.dot(miss);
+            let limit_rad = if downhill > 0.0 { joint.range_rad.1 } else { joint.range_rad.0 };
+            joint.is_free = downhill * (limit_rad - joint.angle.rad) > 0.0;
+            joint.turn_rad = if joint.is_free { downhill } else { 0.0 };
         }
         // The Hessian's lower half, root first; of joints held back, a row of the identity.
         let damping = damping * square / count as f64 + f64::MIN_POSITIVE;
-        for row in 0..count {
-            let of = self.steps[row];
-            for column in 0..row {
-                let (before, axis) = (self.steps[column], self.pose.joints[column].axis);
-                self.hessian[row * count + column] = if of.is_free && before.is_free {
-                    of.column.dot(before.column) - miss.dot(G::motion(axis, of.column))
+        for (row, joint) in self.joints.iter().enumerate() {
+            let entries = &mut self.hessian[row * count..=row * count + row];
+            for (entry, before) in entries.iter_mut().zip(&self.joints) {
+                *entry = if joint.is_free && before.is_free {
+                    joint.column.dot(before.column) - miss.dot(G::motion(before.axis, joint.column))
                 } else {
                     0.0
                 };
             }
-            self.hessian[row * count + row] = if of.is_free {
-                of.column.dot(of.column) - miss.dot(G::motion(self.pose.joints[row].axis, of.column))
-                    + damping
-            } else {
-                1.0
-            };
+            entries[row] += if joint.is_free { damping } else { 1.0 };
         }
         if !self.solve_hessian() {
             return false;
         }
-        let largest = self.steps.iter().fold(0.0_f64, |largest, step| largest.max(step.turn_rad.abs()));
-        let scale = if largest > TURN_MAX_RAD { TURN_MAX_RAD / largest } else { 1.0 };
-        for ((step, joint), hinge) in self.steps.iter_mut().zip(&self.pose.joints).zip(&self.hinges) {
-            let wanted = joint.angle_rad + scale * step.turn_rad;
-            step.turn_rad = wanted.clamp(hinge.range_rad.0, hinge.range_rad.1) - joint.angle_rad;
+        let largest_rad =
+            self.joints.iter().fold(0.0_f64, |largest, joint| largest.max(joint.turn_rad.abs()));
+        let scale = if largest_rad > TURN_MAX_RAD { TURN_MAX_RAD / largest_rad } else { 1.0 };
+        for joint in &mut self.joints {
+            joint.turn_rad = joint.held(joint.angle.rad + scale * joint.turn_rad) - joint.angle.rad;
         }
         true
     }
 
     /// Solves for the turns in place, by Cholesky's decomposition; false if the Hessian is not positive.
     fn solve_hessian(&mut self) -> bool {
-        let count = self.hinges.len();
+        let count = self.joints.len();
         for row in 0..count {
             for column in 0..=row {
                 let mut sum = self.hessian[row * count + column];
@@ -117,18 +110,18 @@ impl<G: Geometry> ChainSolver<G> {
             }
         }
         for row in 0..count {
-            let mut sum = self.steps[row].turn_rad;
+            let mut sum = self.joints[row].turn_rad;
             for before in 0..row {
-                sum -= self.hessian[row * count + before] * self.steps[before].turn_rad;
+                sum -= self.hessian[row * count + before] * self.joints[before].turn_rad;
             }
-            self.steps[row].turn_rad = sum * self.hessian[row * count + row];
+            self.joints[row].turn_rad = sum * self.hessian[row * count + row];
         }
         for row in (0..count).rev() {
-            let mut sum = self.steps[row].turn_rad;
+            let mut sum = self.joints[row].turn_rad;
             for after in row + 1..count {
-                sum -= self.hessian[after * count + row] * self.steps[after].turn_rad;
+                sum -= self.hessian[after * count + row] * self.joints[after].turn_rad;
             }
-            self.steps[row].turn_rad = sum * self.hessian[row * count + row];
+            self.joints[row].turn_rad = sum * self.hessian[row * count + row];
         }
         true
     }

@@ -7,9 +7,8 @@
 //! same for the same chain; the work is bounded.
 
 use super::REACHED_M;
-use super::chain::{ChainSolver, Hinge};
+use super::chain::ChainSolver;
 use super::geometry::{Geometry, Vector};
-use super::pose::Pose;
 
 /// Cells of the box.
 const CELLS: usize = 16;
@@ -24,12 +23,12 @@ const JOINTS_MAX: usize = 64;
 const SAME_SHARE: f64 = 1e-6;
 
 /// Sample poses of a chain, cell by cell.
-#[derive(Debug, Clone)]
-pub(super) struct Search<G: Geometry> {
+#[derive(Debug, Clone, Default)]
+pub(super) struct Search<V> {
     /// Joint angles of all samples, rad, a pose after the other.
     angles: Vec<f64>,
     /// Tip of each sample.
-    tips: Vec<G::Vector>,
+    tips: Vec<V>,
     /// Where each cell's samples end.
     ends: Vec<usize>,
     /// The best start of each cell: squared distance, and which sample.
@@ -38,38 +37,9 @@ pub(super) struct Search<G: Geometry> {
     best: Vec<f64>,
 }
 
-impl<G: Geometry> Search<G> {
-    pub(super) fn new(geometry: &G, hinges: &[Hinge<G>]) -> Search<G> {
-        let count = hinges.len();
-        let samples = samples_of(count);
-        let cells = cells_of(&samples);
-        let mut pose = Pose::new(count);
-        let mut search = Search {
-            angles: Vec::new(),
-            tips: Vec::new(),
-            ends: Vec::new(),
-            starts: Vec::new(),
-            best: vec![0.0; count],
-        };
-        for cell in 0..CELLS {
-            for (sample, _) in samples.iter().zip(&cells).filter(|(_, of)| **of == cell) {
-                let angles: Vec<f64> = sample
-                    .iter()
-                    .zip(hinges)
-                    .map(|(share, hinge)| (1.0 - share) * hinge.range_rad.0 + share * hinge.range_rad.1)
-                    .collect();
-                pose.set(geometry, hinges, &angles);
-                search.angles.extend_from_slice(&angles);
-                search.tips.push(pose.tip);
-            }
-            search.ends.push(search.tips.len());
-        }
-        search.starts = vec![(0.0, 0); CELLS];
-        search
-    }
-
+impl<V: Vector> Search<V> {
     /// Each cell's sample with the nearest tip, nearest first.
-    fn choose_starts(&mut self, target: G::Vector) {
+    fn choose_starts(&mut self, target: V) {
         let mut begin = 0;
         for (start, &end) in self.starts.iter_mut().zip(&self.ends) {
             *start = (f64::INFINITY, begin);
@@ -87,44 +57,67 @@ impl<G: Geometry> Search<G> {
 }
 
 impl<G: Geometry> ChainSolver<G> {
-    /// Leaves in `pose` the nearest pose found, if it is nearer to `target` than `pose` was by more than a
-    /// reached target may miss; says whether it is. Of those equally near, the one with the least way from
-    /// `from`.
-    pub(super) fn search(&mut self, target: G::Vector, from: &[f64]) -> bool {
-        let count = self.hinges.len();
-        let followed_m = self.pose.distance_m(target);
-        let same_m = SAME_SHARE * self.length_m;
-        let mut is_new_branch = false;
-        let mut nearest_m = followed_m - REACHED_M;
-        let mut least_way_rad = f64::INFINITY;
-        self.keep();
-        self.search.choose_starts(target);
-        for index in 0..CELLS.min(JOINTS_MAX.div_ceil(count)) {
-            let (square, sample) = self.search.starts[index];
-            if square.is_infinite() {
-                break;
+    /// Chooses the sample poses.
+    pub(super) fn prepare_search(&mut self) {
+        let samples = samples_of(self.joints.len());
+        let cells = cells_of(&samples);
+        let mut search = Search { starts: vec![(0.0, 0); CELLS], ..Search::default() };
+        for cell in 0..CELLS {
+            for (sample, _) in samples.iter().zip(&cells).filter(|(_, of)| **of == cell) {
+                let ranges = self.joints.iter().map(|joint| joint.range_rad);
+                let angles: Vec<f64> = sample
+                    .iter()
+                    .zip(ranges)
+                    .map(|(share, (low, high))| low + share * (high - low))
+                    .collect();
+                self.set_pose(&angles);
+                search.angles.extend(self.joints.iter().map(|joint| joint.angle.rad));
+                search.tips.push(self.tip);
             }
-            let angles = &self.search.angles[sample * count..(sample + 1) * count];
-            self.pose.set(&self.geometry, &self.hinges, angles);
+            search.ends.push(search.tips.len());
+        }
+        search.best = vec![0.0; self.joints.len()];
+        self.search = search;
+    }
+
+    /// Goes to the nearest pose found, if it is nearer to `target` than the present one by more than a reached
+    /// target may miss; says whether it is. Of those equally near, it is the one with the least way from the
+    /// angles `from`.
+    pub(super) fn search(&mut self, target: G::Vector, from: &[f64]) -> bool {
+        let mut search = std::mem::take(&mut self.search);
+        let is_found = self.search_among(&mut search, target, from);
+        self.set_pose(&search.best);
+        self.search = search;
+        is_found
+    }
+
+    fn search_among(&mut self, search: &mut Search<G::Vector>, target: G::Vector, from: &[f64]) -> bool {
+        let count = self.joints.len();
+        let same_m = SAME_SHARE * self.length_m;
+        let mut is_found = false;
+        let mut nearest_m = self.distance_m(target) - REACHED_M;
+        let mut least_way_rad = f64::INFINITY;
+        self.copy_pose(&mut search.best);
+        search.choose_starts(target);
+        for &(_, sample) in search.starts.iter().take(JOINTS_MAX.div_ceil(count)) {
+            self.set_pose(&search.angles[sample * count..(sample + 1) * count]);
             self.descend(target);
-            let distance_m = self.pose.distance_m(target);
-            let way_rad = self.pose.way_rad(from);
-            let is_as_near = is_new_branch && distance_m <= nearest_m + same_m;
+            let distance_m = self.distance_m(target);
+            let way_rad = self.way_rad(from);
+            let is_as_near = is_found && distance_m <= nearest_m + same_m;
             if distance_m < nearest_m - same_m || (is_as_near && way_rad < least_way_rad) {
-                is_new_branch = true;
+                is_found = true;
                 least_way_rad = way_rad;
-                self.keep();
+                self.copy_pose(&mut search.best);
             }
             nearest_m = nearest_m.min(distance_m);
         }
-        self.pose.set(&self.geometry, &self.hinges, &self.search.best);
-        is_new_branch
+        is_found
     }
 
-    /// Notes the pose as the best so far.
-    fn keep(&mut self) {
-        for (kept, joint) in self.search.best.iter_mut().zip(&self.pose.joints) {
-            *kept = joint.angle_rad;
+    fn copy_pose(&self, angles: &mut [f64]) {
+        for (angle, joint) in angles.iter_mut().zip(&self.joints) {
+            *angle = joint.angle.rad;
         }
     }
 }
