@@ -7,13 +7,11 @@
 
 use glam::DVec3;
 
-use crate::ik::{Method, Solver};
+use crate::ik::{Method, REACHED_M, Solution, Solver};
 use crate::model::{HorseMotion, Joint, LEG_NAMES, Robot};
 use crate::motion::curves::SwingCurve;
 use crate::motion::horse::{Lean, ReachTable};
 
-/// A place counts as reached when the tip comes this close, m.
-const REACHED_M: f64 = 5e-5;
 /// How the pose is pulled to neutral while following a stride, as a walk does.
 const PULL: f64 = 0.1;
 /// Steps a leg's length is scanned in.
@@ -217,6 +215,7 @@ struct Follower {
 }
 
 impl Follower {
+<<<<<<< HEAD
     /// Leg `leg` with its foot on its neutral point, the trunk standing level.
     fn at_neutral(robot: &Robot, horse: &HorseMotion, leg: usize, reach: &Reach) -> Follower {
         let chain = &robot.chains[horse.legs[leg]];
@@ -282,6 +281,17 @@ impl Follower {
     fn reaches(&mut self, x_m: f64, height_m: f64) -> bool {
         let target = self.lean.tip_in_body(x_m, height_m, self.side_m);
         self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles).residual_m <= REACHED_M
+=======
+    fn solve(&mut self, x_m: f64, height_m: f64) -> Solution {
+        let target = DVec3::new(x_m, self.side_m, self.ground_m + height_m);
+        self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles)
+    }
+
+    /// Whether the pose goes on to this place; where it would have to leap, the reach ends.
+    fn follows(&mut self, x_m: f64, height_m: f64) -> bool {
+        let solution = self.solve(x_m, height_m);
+        solution.residual_m <= REACHED_M && !solution.is_new_branch
+>>>>>>> ik
     }
 
     /// The reachable place on the ground nearest to `x_m`; leaves the pose there.
@@ -291,7 +301,7 @@ impl Follower {
         while offset_m <= self.length_m {
             for place_m in [x_m + offset_m, x_m - offset_m] {
                 self.angles.copy_from_slice(&middle);
-                if self.reaches(place_m, 0.0) {
+                if self.solve(place_m, 0.0).residual_m <= REACHED_M {
                     return Some(place_m);
                 }
             }
@@ -307,7 +317,7 @@ impl Follower {
         let finest_m = 1e-3 * step_m.abs();
         let mut good = self.angles.clone();
         while step_m.abs() > finest_m {
-            if self.reaches(place_m + step_m, 0.0) {
+            if self.follows(place_m + step_m, 0.0) {
                 place_m += step_m;
                 good.copy_from_slice(&self.angles);
             } else {
@@ -322,7 +332,7 @@ impl Follower {
     fn go_to(&mut self, start_m: f64, start: &[f64], neutral_m: f64) {
         self.angles.copy_from_slice(start);
         for step in 1..=STEPS_A_STRIDE {
-            self.reaches(start_m + (neutral_m - start_m) * f64::from(step) / f64::from(STEPS_A_STRIDE), 0.0);
+            self.solve(start_m + (neutral_m - start_m) * f64::from(step) / f64::from(STEPS_A_STRIDE), 0.0);
         }
     }
 
@@ -334,7 +344,7 @@ impl Follower {
                 self.angles.copy_from_slice(&start);
                 stride
                     .iter()
-                    .all(|(forward, height_m)| self.reaches(neutral_m + excursion_m * forward, *height_m))
+                    .all(|(forward, height_m)| self.follows(neutral_m + excursion_m * forward, *height_m))
             })
         };
         if follows(limit_m) {
