@@ -215,7 +215,6 @@ struct Follower {
 }
 
 impl Follower {
-<<<<<<< HEAD
     /// Leg `leg` with its foot on its neutral point, the trunk standing level.
     fn at_neutral(robot: &Robot, horse: &HorseMotion, leg: usize, reach: &Reach) -> Follower {
         let chain = &robot.chains[horse.legs[leg]];
@@ -228,7 +227,7 @@ impl Follower {
             length_m: chain.length_m(joints),
         };
         for _ in 0..STEPS_A_STRIDE {
-            follower.reaches(reach.neutral_in_body.x, 0.0);
+            follower.solve(reach.neutral_in_body.x, 0.0);
         }
         follower
     }
@@ -243,7 +242,7 @@ impl Follower {
                 pitch_rad: from.pitch_rad + (lean.pitch_rad - from.pitch_rad) * share,
                 roll_rad: from.roll_rad + (lean.roll_rad - from.roll_rad) * share,
             };
-            self.reaches(reach.neutral_in_body.x, 0.0);
+            self.solve(reach.neutral_in_body.x, 0.0);
         }
         let found_m = self.half_excursion(reach.neutral_in_body.x, limit_m, strides, POSTURE_HALVINGS);
         (self.lean, self.angles) = (from, angles);
@@ -259,7 +258,7 @@ impl Follower {
                 self.side_m = side_m + direction * sway_m;
                 self.angles.copy_from_slice(&angles);
                 for _ in 0..STEPS_A_POSTURE {
-                    self.reaches(reach.neutral_in_body.x, 0.0);
+                    self.solve(reach.neutral_in_body.x, 0.0);
                 }
                 self.half_excursion(reach.neutral_in_body.x, SWAYING_SHARE * level_m, strides, 0) > 0.0
             });
@@ -278,12 +277,8 @@ impl Follower {
         good_m
     }
 
-    fn reaches(&mut self, x_m: f64, height_m: f64) -> bool {
-        let target = self.lean.tip_in_body(x_m, height_m, self.side_m);
-        self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles).residual_m <= REACHED_M
-=======
     fn solve(&mut self, x_m: f64, height_m: f64) -> Solution {
-        let target = DVec3::new(x_m, self.side_m, self.ground_m + height_m);
+        let target = self.lean.tip_in_body(x_m, height_m, self.side_m);
         self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles)
     }
 
@@ -291,7 +286,6 @@ impl Follower {
     fn follows(&mut self, x_m: f64, height_m: f64) -> bool {
         let solution = self.solve(x_m, height_m);
         solution.residual_m <= REACHED_M && !solution.is_new_branch
->>>>>>> ik
     }
 
     /// The reachable place on the ground nearest to `x_m`; leaves the pose there.
