@@ -38,7 +38,8 @@ pub(crate) fn shipped(name: &str) -> Robot {
     config::load(&config_file(name)).unwrap_or_else(|error| panic!("{error}")).robot
 }
 
-fn horse_of(robot: &Robot) -> HorseMotion {
+/// Its motion.
+pub(crate) fn horse_of(robot: &Robot) -> HorseMotion {
     let Motion::Horse(horse) = &robot.motion;
     horse.clone()
 }

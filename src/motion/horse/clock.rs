@@ -59,6 +59,11 @@ impl StrideClock {
         if s >= self.change_s { *self } else { StrideClock { to: self.from, strides: 0.0, ..*self } }
     }
 
+    /// How long the change takes, strides.
+    pub fn change_strides(&self) -> f64 {
+        self.strides
+    }
+
     /// When the change begins, s.
     pub fn change_start_s(&self) -> f64 {
         self.change_s

@@ -118,6 +118,17 @@ impl Drive {
         !self.walk.is_standing()
     }
 
+    /// True once it goes in the gait, and at the speed and turn, that `command` names, or as near to it as it can.
+    pub fn does(&self, command: Command) -> bool {
+        let is_changing = self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s));
+        let is_asked_gait = match command.gait {
+            GaitChoice::Stand => self.walk.is_standing(),
+            GaitChoice::Gait(gait) => self.gait() == Some(gait),
+            GaitChoice::Auto => true,
+        };
+        is_asked_gait && !is_changing && self.planner.has_settled() && self.now_s >= self.walk.profile.settled_s()
+    }
+
     /// Speed and turn of the trunk.
     pub fn rates(&self) -> Rates {
         self.walk.rates(self.now_s)

@@ -72,6 +72,11 @@ impl Planner {
         walk.stays_in_reach(now_s, reach_m)
     }
 
+    /// True if what is wished is being done.
+    pub(super) fn has_settled(&self) -> bool {
+        self.followed.is_some_and(|(wish, _)| self.wished.is_none_or(|wished| wished == wish))
+    }
+
     fn try_to_follow(
         &mut self,
         plan: &HorsePlan,

@@ -162,6 +162,11 @@ impl Walk {
         self.strides.map_or(0.0, |strides| strides.clock.phase(s))
     }
 
+    /// How long the last change of gait was, or is, strides; 0 if there was none.
+    pub fn last_change_strides(&self) -> f64 {
+        self.strides.map_or(0.0, |strides| strides.clock.change_strides())
+    }
+
     /// Speed and turn of the trunk at time `s`.
     pub fn rates(&self, s: f64) -> Rates {
         self.profile.rates_at(s)
