@@ -21,8 +21,8 @@ const PHASES: u32 = 50;
 fn thoroughbred() -> (Robot, HorsePlan) {
     let robot = shipped("thoroughbred.toml");
     let mut plan = capability(&robot).plan(&horse_of(&robot), Command::default());
-    assert!(plan.reach.level_m >= THESIS_REACH_M);
-    plan.reach.level_m = THESIS_REACH_M;
+    assert!(plan.reach.level.half_excursion_m >= THESIS_REACH_M);
+    plan.reach.level.half_excursion_m = THESIS_REACH_M;
     (robot, plan)
 }
 

@@ -3,6 +3,8 @@
 //! Stands beside the pipeline: `check` prints it, and a run is planned within it.
 
 pub mod bus_costs;
+mod follower;
+mod postures;
 pub mod reach;
 pub mod top_speed;
 
@@ -33,7 +35,7 @@ impl HorseCapability {
     pub fn of(robot: &Robot, horse: &HorseMotion) -> Result<HorseCapability, ReachError> {
         let reaches = reach::of_legs(robot, horse)?;
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
-        let table = reach::table(robot, horse, &reaches);
+        let table = postures::table(robot, horse, &reaches);
         let mut capability = HorseCapability { reaches, table, sit_pose_rad, top_speeds: Vec::new() };
         capability.top_speeds = top_speed::of_gaits(robot, &capability.plan(horse, Command::default()));
         Ok(capability)
@@ -41,7 +43,7 @@ impl HorseCapability {
 
     /// The half-excursion every leg has, m.
     pub fn half_excursion_m(&self) -> f64 {
-        self.table.level_m
+        self.table.level.half_excursion_m
     }
 
     /// A plan to do as `command` says.

@@ -51,7 +51,7 @@ pub fn of_gaits(robot: &Robot, plan: &HorsePlan) -> Vec<TopSpeed> {
 }
 
 fn of_gait(robot: &Robot, plan: &HorsePlan, gait: usize) -> TopSpeed {
-    let by_reach_m_s = plan.top_speed_by_reach_m_s(gait, plan.reach.level_m);
+    let by_reach_m_s = plan.top_speed_by_reach_m_s(gait, plan.reach.level.half_excursion_m);
     let (by_servos_m_s, joint) = by_servos(robot, plan, gait, by_reach_m_s);
     let (backward_m_s, _) = by_servos(robot, plan, gait, -by_reach_m_s);
     TopSpeed { by_reach_m_s, by_servos_m_s, joint, backward_m_s: backward_m_s.abs() }

@@ -116,7 +116,7 @@ impl<'r> OnFeet<'r> {
             let (low, high) = joint.range_rad;
             assert!((low..=high).contains(angle), "{} at {angle}: {}", joint.name, what());
         }
-        let reach_m = self.drive.plan().reach.level_m;
+        let reach_m = self.drive.plan().reach.level.half_excursion_m;
         for (leg, foot) in self.targets.feet.iter().enumerate() {
             let residual_m = self.joints.residual_m[foot.chain];
             assert!(residual_m <= RESIDUAL_MAX_M, "leg {leg} misses by {residual_m} m: {}", what());

@@ -7,7 +7,6 @@ use super::posture::{Carriage, Lean};
 use super::profile::Rates;
 use super::walk::Walk;
 use super::{HorsePlan, auto};
-use crate::model::Bob;
 use crate::motion::curves::smooth_step;
 use crate::motion::{Command, GaitChoice, Posture};
 use crate::signals::Targets;
@@ -69,9 +68,10 @@ impl Drive {
         }
         let present = self.walk.gait(self.now_s);
         let now = self.walk.rates(self.now_s);
-        // Postures between the one now and the one to come are on the way; their reach is planned with.
-        let on_the_way_m = self.reach_m(self.carriage.now()).min(self.reach_m(self.carriage.goal()));
-        let reach_m = on_the_way_m.min(self.reach_m(self.granted));
+        // Postures between two are counted on to reach as far as those two.
+        let on_the_way = self.carriage.way().map(|posture| self.plan.reach.at(posture));
+        let reach = self.plan.reach.at(self.granted).and(&on_the_way[0]).and(&on_the_way[1]);
+        let reach_m = reach.half_excursion_m;
         let wanted = Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
         let wish = match command.gait {
             GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
@@ -80,14 +80,10 @@ impl Drive {
             GaitChoice::Auto => auto::wish(&self.plan, present, now, wanted, reach_m),
             GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
         };
-        let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, reach_m);
+        let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach);
         if keeps_to_reach {
             self.carriage.aim_for(self.granted);
         }
-    }
-
-    fn reach_m(&self, posture: Posture) -> f64 {
-        self.plan.reach.half_excursion_m(posture, self.plan.largest_bob())
     }
 
     /// The trunk's middle goes along its heading.
@@ -159,13 +155,5 @@ impl Drive {
             roll_rad: posture.roll_rad,
         };
         self.walk.write(&self.plan, self.now_s, &lean, posture.sway_m, self.trunk_m, targets);
-    }
-}
-
-impl HorsePlan {
-    /// The bob of the robot's gaits that moves the trunk most.
-    fn largest_bob(&self) -> Bob {
-        let bobs = self.settings.gaits.iter().map(|gait| gait.bob);
-        bobs.fold(Bob::NONE, |largest, bob| if bob.rise_m > largest.rise_m { bob } else { largest })
     }
 }

@@ -27,7 +27,7 @@ pub use drive::Drive;
 pub use generator::HorseGenerator;
 pub use posture::Lean;
 pub use profile::{Rates, SpeedProfile};
-pub use reach_table::ReachTable;
+pub use reach_table::{LEVELS, LegReach, ReachTable, Reachable, StridePoint};
 pub use walk::{FootPlace, Walk};
 
 /// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.

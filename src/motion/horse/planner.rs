@@ -11,6 +11,7 @@
 use super::HorsePlan;
 use super::clock::{largest_shift, longest_interval_s};
 use super::profile::Rates;
+use super::reach_table::Reachable;
 use super::walk::{Strides, Walk};
 use crate::motion::curves::SMOOTH_STEP_SLOPE_MAX;
 
@@ -35,8 +36,8 @@ pub(super) struct Wish {
 /// Follows wishes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Planner {
-    /// The wish the walk's plan leads to, and the reach it was looked through with, m.
-    followed: Option<(Wish, f64)>,
+    /// The wish the walk's plan leads to, and the reach it was looked through with.
+    followed: Option<(Wish, Reachable)>,
     /// Changes of gait tried in vain for this wish.
     tries: u32,
     wished: Option<Wish>,
@@ -47,7 +48,7 @@ impl Planner {
         Planner { followed: None, tries: 0, wished: None }
     }
 
-    /// Makes `walk` follow `wish` from time `now_s` on, every foot within `reach_m`, if it can be begun now.
+    /// Makes `walk` follow `wish` from time `now_s` on, every foot within `reach`, if it can be begun now.
     /// True if what the walk does now keeps to that reach.
     pub(super) fn follow(
         &mut self,
@@ -55,21 +56,29 @@ impl Planner {
         walk: &mut Walk,
         now_s: f64,
         wish: Wish,
-        reach_m: f64,
+        reach: &Reachable,
     ) -> bool {
-        if self.followed == Some((wish, reach_m)) {
-            return true;
+        if let Some((followed, with)) = &mut self.followed
+            && *followed == wish
+        {
+            if with == reach {
+                return true;
+            }
+            if walk.stays_in_reach(now_s, reach) {
+                *with = *reach;
+                return true;
+            }
         }
         if self.wished != Some(wish) {
             (self.wished, self.tries) = (Some(wish), 0);
         }
-        if self.try_to_follow(plan, walk, now_s, wish, reach_m) {
-            self.followed = Some((wish, reach_m));
+        if self.try_to_follow(plan, walk, now_s, wish, reach) {
+            self.followed = Some((wish, *reach));
             return true;
         }
         // The plan does not lead where it should; it may have been a compromise.
         self.followed = None;
-        walk.stays_in_reach(now_s, reach_m)
+        walk.stays_in_reach(now_s, reach)
     }
 
     /// True if what is wished is being done.
@@ -83,14 +92,14 @@ impl Planner {
         walk: &mut Walk,
         now_s: f64,
         wish: Wish,
-        reach_m: f64,
+        reach: &Reachable,
     ) -> bool {
         match (wish.gait, walk.strides) {
             (None, None) => true,
             (Some(gait), None) => {
                 let mut begun = walk.clone();
                 begun.begin(plan, gait, now_s);
-                take(walk, change_speed(plan, &begun, now_s, wish.rates, reach_m))
+                take(walk, change_speed(plan, &begun, now_s, wish.rates, reach))
             }
             (gait, Some(strides)) => {
                 let present = strides.gait_at(now_s);
@@ -105,15 +114,15 @@ impl Planner {
                 steady.recount_lift_offs(now_s);
                 match gait {
                     Some(gait) if gait != present && !strides.is_changing(now_s) => {
-                        self.try_to_change_gait(plan, walk, &steady, now_s, wish, reach_m)
+                        self.try_to_change_gait(plan, walk, &steady, now_s, wish, reach)
                     }
                     Some(gait) if gait != present => {
                         // Another gait is just being taken: the speed can follow, within what that one can do.
-                        let rates = plan.limited(present, wish.rates, reach_m);
-                        take(walk, change_speed(plan, &steady, now_s, rates, reach_m));
+                        let rates = plan.limited(present, wish.rates, reach.half_excursion_m);
+                        take(walk, change_speed(plan, &steady, now_s, rates, reach));
                         false
                     }
-                    _ => take(walk, change_speed(plan, &steady, now_s, wish.rates, reach_m)),
+                    _ => take(walk, change_speed(plan, &steady, now_s, wish.rates, reach)),
                 }
             }
         }
@@ -126,13 +135,13 @@ impl Planner {
         steady: &Walk,
         now_s: f64,
         wish: Wish,
-        reach_m: f64,
+        reach: &Reachable,
     ) -> bool {
         let (Some(gait), Some(from)) = (wish.gait, steady.gait(now_s)) else { return false };
         for _ in 0..TRIES {
-            let candidate = change_of_gait(plan, steady.rates(now_s), from, wish, gait, reach_m, self.tries);
+            let candidate = change_of_gait(plan, steady.rates(now_s), from, wish, gait, reach, self.tries);
             self.tries = self.tries.saturating_add(1);
-            if take(walk, change_gait(plan, steady, now_s, &candidate, gait, wish.rates, reach_m)) {
+            if take(walk, change_gait(plan, steady, now_s, &candidate, gait, wish.rates, reach)) {
                 return true;
             }
         }
@@ -164,10 +173,10 @@ fn change_of_gait(
     from: usize,
     wish: Wish,
     gait: usize,
-    reach_m: f64,
+    reach: &Reachable,
     number: u32,
 ) -> Change {
-    let settings = &plan.settings;
+    let (settings, reach_m) = (&plan.settings, reach.half_excursion_m);
     let (a, b) = (&settings.gaits[from], &settings.gaits[gait]);
     let shift = largest_shift(a, b);
     let period_s = a.period_s(settings.swing_time_s).max(b.period_s(settings.swing_time_s));
@@ -175,7 +184,7 @@ fn change_of_gait(
     let slower = SLOWER.powi(i32::try_from(number / STRIDES_TRIED).unwrap_or(i32::MAX));
     let mut options = STRIDES.map(|strides| {
         let stance_s = longest_interval_s(period_s, shift, strides) - settings.swing_time_s;
-        let by_reach_m_s = CHANGE_SPEED_SHARE * plan.speed_by_reach_m_s(stance_s, period_s, reach_m);
+        let by_reach_m_s = CHANGE_SPEED_SHARE * plan.speed_by_reach_m_s(stance_s, period_s, reach.half_excursion_m);
         let rates = plan.slowed_to(slowest, by_reach_m_s * slower);
         let rates = plan.limited(gait, plan.limited(from, rates, reach_m), reach_m);
         let duration_s = plan.ramp_s(now, rates) + strides * period_s + plan.ramp_s(rates, wish.rates);
@@ -198,12 +207,12 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
 }
 
 /// `walk` with its speed changed to `rates`, as soon as that can be done.
-fn change_speed(plan: &HorsePlan, walk: &Walk, now_s: f64, rates: Rates, reach_m: f64) -> Option<Walk> {
+fn change_speed(plan: &HorsePlan, walk: &Walk, now_s: f64, rates: Rates, reach: &Reachable) -> Option<Walk> {
     starts(plan, walk, now_s).into_iter().find_map(|start_s| {
         let mut changed = walk.clone();
         changed.profile = walk.profile.until(now_s, start_s);
         let ramp_s = plan.ramp_s(changed.profile.settled(), rates);
-        (changed.profile.ramp_to(rates, ramp_s) && changed.stays_in_reach(now_s, reach_m)).then_some(changed)
+        (changed.profile.ramp_to(rates, ramp_s) && changed.stays_in_reach(now_s, reach)).then_some(changed)
     })
 }
 
@@ -215,7 +224,7 @@ fn change_gait(
     change: &Change,
     gait: usize,
     rates: Rates,
-    reach_m: f64,
+    reach: &Reachable,
 ) -> Option<Walk> {
     let Strides { clock, to: from, .. } = walk.strides?;
     let settings = &plan.settings;
@@ -230,6 +239,6 @@ fn change_gait(
             && profile.wait_until(clock.change_end_s())
             && profile.ramp_to(rates, plan.ramp_s(change.rates, rates));
         changed.strides = Some(Strides { clock, from, to: gait, is_ending: false });
-        (is_whole && changed.stays_in_reach(now_s, reach_m)).then_some(changed)
+        (is_whole && changed.stays_in_reach(now_s, reach)).then_some(changed)
     })
 }

@@ -17,6 +17,8 @@ const THERE_S: f64 = 1e-7;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Carriage {
     stand_height_m: f64,
+    /// Where the present change began.
+    from: Posture,
     goal: Posture,
     /// Moves to the goal at constant rates.
     lead: Posture,
@@ -27,19 +29,22 @@ pub(super) struct Carriage {
 impl Carriage {
     pub(super) fn level(stand_height_m: f64) -> Carriage {
         let level = Posture::default();
-        Carriage { stand_height_m, goal: level, lead: level, now: level }
+        Carriage { stand_height_m, from: level, goal: level, lead: level, now: level }
     }
 
     pub(super) fn now(&self) -> Posture {
         self.now
     }
 
-    pub(super) fn goal(&self) -> Posture {
-        self.goal
+    /// The ends of the way it is on.
+    pub(super) fn way(&self) -> [Posture; 2] {
+        [self.from, self.goal]
     }
 
     pub(super) fn aim_for(&mut self, goal: Posture) {
-        self.goal = goal;
+        if goal != self.goal {
+            (self.from, self.goal) = (self.now, goal);
+        }
     }
 
     /// True once the trunk is level at its standing height, to stay.
@@ -63,6 +68,9 @@ impl Carriage {
         step(&mut now.sway_m, &mut lead.sway_m, goal.sway_m, length_rate);
         step(&mut now.pitch_rad, &mut lead.pitch_rad, goal.pitch_rad, TILT_RATE_RAD_S);
         step(&mut now.roll_rad, &mut lead.roll_rad, goal.roll_rad, TILT_RATE_RAD_S);
+        if self.now == self.goal {
+            self.from = self.goal;
+        }
     }
 }
 

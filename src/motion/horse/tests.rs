@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::{Drive, HorsePlan, Pace, ReachTable};
+use super::{Drive, HorsePlan, LegReach, Pace, ReachTable, Reachable};
 use crate::model::{Gait, HorseMotion};
 use crate::motion::{Command, GaitChoice, Posture};
 use crate::signals::{Aim, Targets};
@@ -35,11 +35,17 @@ fn plan() -> HorsePlan {
             DVec3::new(if leg % 2 == 0 { -0.74 } else { 0.62 }, sides_m[leg], -HEIGHT_M)
         }),
         reach: ReachTable {
-            level_m: REACH_M,
+            level: Reachable {
+                half_excursion_m: REACH_M,
+                legs: [LegReach::UNLIMITED; 4],
+                levels_m: (0.0, LIFT_M),
+                half_bob_m: 0.0,
+            },
             stand_height_m: HEIGHT_M,
             heights_m: vec![],
             pitches_rad: vec![],
-            half_excursions_m: vec![],
+            cells: vec![],
+            strides: vec![],
             sides_m,
             roll_max_rad: 0.0,
             sway_max_m: 0.0,

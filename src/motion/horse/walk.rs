@@ -10,6 +10,7 @@ use glam::{DQuat, DVec2};
 use super::clock::StrideClock;
 use super::posture::Lean;
 use super::profile::{Rates, SpeedProfile};
+use super::reach_table::Reachable;
 use super::{HorsePlan, SHORTEST_STANCE};
 use crate::model::Bob;
 use crate::motion::curves::SwingCurve;
@@ -18,7 +19,7 @@ use crate::signals::{FootTarget, Targets};
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 /// Instants at which a swing is looked at, beside its turning points.
-const SWING_INSTANTS: u32 = 12;
+const SWING_INSTANTS: u32 = 16;
 /// Steps of one leg after which a plan counts as too long to look through.
 const EVENTS: u32 = 400;
 
@@ -242,15 +243,15 @@ impl Walk {
         }
     }
 
-    /// True if from `from_s` on, as planned, no foot goes further than `reach_m` from its neutral point, and
-    /// every foot that lands stands for the shortest stance at least.
-    pub(super) fn stays_in_reach(&self, from_s: f64, reach_m: f64) -> bool {
+    /// True if from `from_s` on, as planned, every foot stays where `reach` says it can be, and every foot that lands
+    /// stands for the shortest stance at least.
+    pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable) -> bool {
         let Some(strides) = self.strides else { return true };
         let clock = &strides.clock;
         let settled_s = self.profile.settled_s().max(clock.change_end_s());
         // A foot that lifts when all is settled lands in a steady stride; it has landed and lifts once more.
         let until_s = settled_s.max(from_s) + 2.0 * clock.longest_period_s(from_s);
-        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, from_s, until_s, reach_m))
+        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, from_s, until_s, reach))
     }
 
     fn leg_stays_in_reach(
@@ -259,14 +260,14 @@ impl Walk {
         index: usize,
         from_s: f64,
         until_s: f64,
-        reach_m: f64,
+        reach: &Reachable,
     ) -> bool {
         let mut leg = self.legs[index];
         let mut now_s = from_s;
         for _ in 0..EVENTS {
             let event = self.next_event(strides, index, &leg);
             let end_s = event.map_or(until_s, |(at_s, _)| at_s);
-            if !self.part_stays_in_reach(&leg, now_s, end_s, reach_m) {
+            if !self.part_stays_in_reach(&leg, index, now_s, end_s, reach) {
                 return false;
             }
             if let (Foot::Stance { since_s, .. }, Some((lifted_s, _))) = (leg.foot, event)
@@ -282,9 +283,9 @@ impl Walk {
         false
     }
 
-    /// True if the foot keeps to its reach from `from_s` to `to_s`, between two events.
-    fn part_stays_in_reach(&self, leg: &Leg, from_s: f64, to_s: f64, reach_m: f64) -> bool {
-        let is_in_reach = |s: f64| self.excursion_m(leg, s).abs() <= reach_m;
+    /// True if the foot of `leg`, number `index`, keeps to its reach from `from_s` to `to_s`, between two events.
+    fn part_stays_in_reach(&self, leg: &Leg, index: usize, from_s: f64, to_s: f64, reach: &Reachable) -> bool {
+        let is_in_reach = |s: f64| reach.holds(index, self.excursion_m(leg, s), self.up_m(leg, s));
         let mut all = is_in_reach(from_s) && is_in_reach(to_s);
         match leg.foot {
             Foot::Stance { .. } => {
@@ -307,6 +308,14 @@ impl Walk {
         all
     }
 
+    /// How far the foot of `leg` is above the ground at time `s`, m.
+    fn up_m(&self, leg: &Leg, s: f64) -> f64 {
+        match leg.foot {
+            Foot::Stance { .. } => 0.0,
+            Foot::Swing { lifted_s, .. } => self.swing.height_m((s - lifted_s) / self.swing.time_s),
+        }
+    }
+
     /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
     fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
         let at_m = match leg.foot {
@@ -322,17 +331,14 @@ impl Walk {
     pub fn feet(&self, s: f64) -> [FootPlace; 4] {
         self.legs.map(|leg| {
             let excursion_m = self.excursion_m(&leg, s);
-            let (up_m, is_swing, swing_acceleration_m_s2) = match leg.foot {
-                Foot::Stance { .. } => (0.0, false, 0.0),
-                Foot::Swing { lifted_s, from_m, to_m } => {
-                    let u = (s - lifted_s) / self.swing.time_s;
-                    (self.swing.height_m(u), true, self.swing.acceleration_max_m_s2(to_m - from_m))
-                }
+            let (is_swing, swing_acceleration_m_s2) = match leg.foot {
+                Foot::Stance { .. } => (false, 0.0),
+                Foot::Swing { from_m, to_m, .. } => (true, self.swing.acceleration_max_m_s2(to_m - from_m)),
             };
             FootPlace {
                 excursion_m,
                 forward_m: excursion_m + leg.neutral_m,
-                up_m,
+                up_m: self.up_m(&leg, s),
                 side_m: leg.side_m,
                 plane_way_m: self.way_m(&leg, s),
                 is_swing,
