@@ -7,7 +7,7 @@ use crate::motion::Posture;
 pub const LEVELS: usize = 9;
 
 /// Share of the reach that is counted on between the postures it was worked out for.
-const INTERPOLATED_SHARE: f64 = 0.97;
+const INTERPOLATED_SHARE: f64 = 0.94;
 /// Share of the standing posture's half-excursion that every posture must leave.
 const LEAST_SHARE: f64 = 0.25;
 /// Halvings of the way to a posture that leaves too little.
