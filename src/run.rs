@@ -187,7 +187,7 @@ fn repeat<P: Ports>(
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
         let wanted = order(&status(cycle, start));
-        was_ordered_to_stop |= wanted != Order::Go;
+        was_ordered_to_stop |= wanted.is_stop();
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
