@@ -10,6 +10,8 @@ pub const LEVELS: usize = 9;
 const INTERPOLATED_SHARE: f64 = 0.94;
 /// Share of the standing posture's half-excursion that every posture must leave.
 const LEAST_SHARE: f64 = 0.25;
+/// Postures looked at on the way to another.
+const WAY_STEPS: u32 = 5;
 /// Halvings of the way to a posture that leaves too little.
 const HALVINGS: u32 = 8;
 /// Share of the reach that is left when the trunk sways.
@@ -155,6 +157,18 @@ impl ReachTable {
             .with_half_excursion_of(&self.strides, self.level.half_excursion_m)
     }
 
+    /// Where the feet can be in every posture on the straight way between two.
+    pub(super) fn between(&self, from: Posture, to: Posture) -> Reachable {
+        (0..WAY_STEPS)
+            .map(|step| self.at(from.towards(to, f64::from(step) / f64::from(WAY_STEPS))))
+            .fold(self.at(to), |all, posture| all.and(&posture))
+    }
+
+    /// True if the feet keep enough of their reach.
+    pub(super) fn is_enough(&self, reach: &Reachable) -> bool {
+        reach.half_excursion_m >= LEAST_SHARE * self.level.half_excursion_m
+    }
+
     /// A roll lifts a leg's plane on one side and lowers it on the other, like another height of the trunk.
     fn of_leg(&self, leg: usize, lean: &Lean, share: f64) -> LegReach {
         let (sine, cosine) = lean.roll_rad.sin_cos();
@@ -181,14 +195,9 @@ impl ReachTable {
             roll_rad: wanted.roll_rad.clamp(-self.roll_max_rad, self.roll_max_rad),
             sway_m: wanted.sway_m.clamp(-self.sway_max_m, self.sway_max_m),
         };
-        let share_of = |share: f64| Posture {
-            rise_m: inside.rise_m * share,
-            pitch_rad: inside.pitch_rad * share,
-            roll_rad: inside.roll_rad * share,
-            sway_m: inside.sway_m * share,
-        };
-        let least_m = LEAST_SHARE * self.level.half_excursion_m;
-        let is_enough = |posture| self.at(posture).half_excursion_m >= least_m;
+        let level = Posture::default();
+        let share_of = |share: f64| level.towards(inside, share);
+        let is_enough = |posture| self.is_enough(&self.between(level, posture));
         if is_enough(inside) {
             return inside;
         }
