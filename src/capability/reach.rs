@@ -72,7 +72,8 @@ fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Result<Reach, Reach
     let (aft_m, fore_m) = follower.ends_on_ground(start_m);
     let middle_m = 0.5 * (aft_m + fore_m);
     follower.go_along(start_m, middle_m);
-    let ends = follower.ends_by_height(middle_m, f64::INFINITY).ok_or(ReachError::CannotSwing { leg: name })?;
+    let ends =
+        follower.ends_by_height(middle_m, f64::INFINITY).ok_or(ReachError::CannotSwing { leg: name })?;
     let strides = strides_of(horse);
     let around = |neutral_m: f64| {
         let leg = LegReach {

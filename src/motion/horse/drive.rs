@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::planner::{Planner, Wish};
 use super::posture::{Carriage, Lean};
-use super::reach_table::Reachable;
 use super::profile::Rates;
+use super::reach_table::Reachable;
 use super::walk::Walk;
 use super::{HorsePlan, auto};
 use crate::motion::curves::smooth_step;
@@ -147,7 +147,10 @@ impl Drive {
             GaitChoice::Gait(gait) => self.gait() == Some(gait),
             GaitChoice::Auto => true,
         };
-        is_asked_gait && !is_changing && self.planner.has_settled() && self.now_s >= self.walk.profile.settled_s()
+        is_asked_gait
+            && !is_changing
+            && self.planner.has_settled()
+            && self.now_s >= self.walk.profile.settled_s()
     }
 
     /// Speed and turn of the trunk.

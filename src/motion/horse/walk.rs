@@ -289,7 +289,14 @@ impl Walk {
     }
 
     /// True if the foot of `leg`, number `index`, keeps to its reach from `from_s` to `to_s`, between two events.
-    fn part_stays_in_reach(&self, leg: &Leg, index: usize, from_s: f64, to_s: f64, reach: &Reachable) -> bool {
+    fn part_stays_in_reach(
+        &self,
+        leg: &Leg,
+        index: usize,
+        from_s: f64,
+        to_s: f64,
+        reach: &Reachable,
+    ) -> bool {
         let is_in_reach = |s: f64| reach.holds(index, self.excursion_m(leg, s), self.up_m(leg, s));
         let mut all = is_in_reach(from_s) && is_in_reach(to_s);
         match leg.foot {
@@ -304,7 +311,8 @@ impl Walk {
                 let trunk_m_s = self.profile.rates_at(middle_s).at_side_m_s(leg.side_m);
                 let fastest_m_s = self.swing.fastest_m_s(to_m - from_m);
                 // One that is in the air already cannot be helped.
-                all = all && (from_s > lifted_s || (fastest_m_s - trunk_m_s).abs() <= self.swing_speed_max_m_s);
+                all =
+                    all && (from_s > lifted_s || (fastest_m_s - trunk_m_s).abs() <= self.swing_speed_max_m_s);
                 // Where the foot is as fast as its root: the swing's furthest points.
                 let landed_s = lifted_s + self.swing.time_s;
                 let fast_s = |s: f64| {
