@@ -65,6 +65,8 @@ pub struct Buses<P> {
     places: Vec<Option<Place>>,
     /// How often a single servo is asked before it is given up.
     tries: u32,
+    /// What was noticed at the start.
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -102,7 +104,13 @@ impl<P: Ports> Buses<P> {
                 ServoPlace { bus: bus.name.clone(), baud: bus.baud, id: servo.id, joint: joint.name.clone() };
             Some(Place { line: servo.bus, servo: place })
         });
-        Buses { ports, lines: lines.collect(), places: places.collect(), tries: transaction::TRIES }
+        Buses {
+            ports,
+            lines: lines.collect(),
+            places: places.collect(),
+            tries: transaction::TRIES,
+            notes: Vec::new(),
+        }
     }
 
     /// Sends every joint its goal and fetches what every servo reports.

@@ -11,10 +11,10 @@ use crate::bus::port::Ports;
 use crate::bus::{ServoGoal, Slot};
 use crate::bus::{ServoPlace, TransactionError};
 use crate::model::servo_model::SERVO_MODELS;
-use crate::model::{Protocol, Robot, Servo};
+use crate::model::{Firmware, Protocol, Robot, Servo};
 
 /// Why a run cannot start. It has put torque on no servo.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum StartError {
     /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
     Disagrees(Vec<Disagreement>),
@@ -45,7 +45,7 @@ impl From<TransactionError> for StartError {
 }
 
 /// One thing in which the robot is not as its file says.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Disagreement {
     /// A servo cannot be asked.
     #[error(transparent)]
@@ -81,6 +81,33 @@ pub enum Disagreement {
         expected: i64,
         /// What to do.
         cure: &'static str,
+    },
+    /// A servo is too hot to be given torque.
+    #[error(
+        "{place} is at {found_c} C, and {limit_c:.0} C is the most (temperature_max_c): let it cool first"
+    )]
+    Hot {
+        /// Where.
+        place: ServoPlace,
+        /// Temperature it reports, degrees Celsius.
+        found_c: i64,
+        /// The robot file's limit, degrees Celsius.
+        limit_c: f64,
+    },
+    /// A servo's supply is not what it needs.
+    #[error(
+        "{place} sees {found_v:.1} V, and needs {lowest_v:.1} to {highest_v:.1} V: charge the battery, or check the \
+         supply, its wires, and that the servo is the right model"
+    )]
+    Supply {
+        /// Where.
+        place: ServoPlace,
+        /// Voltage it reports, V.
+        found_v: f64,
+        /// The robot file's limit, V.
+        lowest_v: f64,
+        /// The most the model takes, V.
+        highest_v: f64,
     },
     /// A servo answers on another bus than the robot file says.
     #[error(
@@ -138,6 +165,10 @@ enum Found {
         cure: &'static str,
     },
     Unheard(TransactionError),
+    /// Temperature, degrees Celsius.
+    Hot(i64),
+    /// Supply, V.
+    Supply(f64),
     /// It answers on this other line.
     Elsewhere(usize),
 }
@@ -150,7 +181,8 @@ const LIMP_TRIES: u32 = 4;
 
 impl<P: Ports> Buses<P> {
     /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
-    /// clears what another program may have left in it, a bus watchdog that has tripped included.
+    /// clears what another program may have left in it, a bus watchdog that has tripped included. What is only
+    /// worth a word is in [`Buses::notes`] then.
     ///
     /// # Errors
     /// All servos that are not ([`StartError::Disagrees`]; nothing was written to any servo then), or the
@@ -215,7 +247,46 @@ impl<P: Ports> Buses<P> {
                 Err(error) => return Found::Unheard(error),
             }
         }
-        Found::AsExpected
+        match self.ask_state(robot, joint, servo) {
+            Ok(found) => found,
+            Err(error) => Found::Unheard(error),
+        }
+    }
+
+    /// Whether the right servo is fit to be given torque; notes another firmware.
+    fn ask_state(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Result<Found, TransactionError> {
+        let registers = servo.model.registers;
+        let celsius = self.read(joint, registers.present_temperature)?;
+        let decivolts = self.read(joint, registers.present_voltage)?;
+        if let Some(expected) = servo.firmware {
+            let (major, minor) = registers.firmware;
+            // One byte each.
+            let mut byte =
+                |register| self.read(joint, register).map(|value| u8::try_from(value).unwrap_or(u8::MAX));
+            let found = Firmware { major: byte(major)?, minor: minor.map(byte).transpose()? };
+            if found != expected {
+                let place = &self.place(joint)?.servo;
+                self.notes.push(format!(
+                    "{place} has firmware {found}, the unit file says {expected}: an update can reset what a servo was \
+                     set to; calibrate the robot again"
+                ));
+            }
+        }
+        // No register of these holds a number that f64 does not.
+        #[allow(clippy::cast_precision_loss, reason = "two bytes at most")]
+        let (measured_c, volts) = (celsius as f64, decivolts as f64 / 10.0);
+        Ok(if measured_c > robot.safety.temperature_c {
+            Found::Hot(celsius)
+        } else if volts < robot.safety.voltage_v || servo.model.is_too_much(volts) {
+            Found::Supply(volts)
+        } else {
+            Found::AsExpected
+        })
+    }
+
+    /// What was noticed at the start that is no reason not to: a sentence each, for a person to read.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The other bus on which a servo of this id and model answers, if there is one. Where the robot file has
@@ -262,6 +333,15 @@ impl<P: Ports> Buses<P> {
                     Disagreement::OtherSetting { place, register, found, expected, cure }
                 }
                 Found::Unheard(error) => Disagreement::Unheard(error.clone()),
+                Found::Hot(found_c) => {
+                    Disagreement::Hot { place, found_c: *found_c, limit_c: robot.safety.temperature_c }
+                }
+                Found::Supply(found_v) => Disagreement::Supply {
+                    place,
+                    found_v: *found_v,
+                    lowest_v: robot.safety.voltage_v,
+                    highest_v: servo.model.voltage_max_v,
+                },
                 Found::Elsewhere(line) => {
                     Disagreement::OtherBus { place, found: self.bus_device(robot, *line) }
                 }
@@ -308,10 +388,14 @@ fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, 
         let is_of_b = |(_, servo, found): &(usize, Servo, Found)| match found {
             Found::Elsewhere(line) => *line == b,
             Found::OtherModel(number) => has_twin(servo, b, *number),
-            Found::AsExpected | Found::OtherSetting { .. } | Found::Unheard(_) => false,
+            Found::AsExpected
+            | Found::OtherSetting { .. }
+            | Found::Hot(_)
+            | Found::Supply(_)
+            | Found::Unheard(_) => false,
         };
         let is_at_home = |(_, servo, found): &(usize, Servo, Found)| {
-            matches!(found, Found::AsExpected | Found::OtherSetting { .. })
+            matches!(found, Found::AsExpected | Found::OtherSetting { .. } | Found::Hot(_) | Found::Supply(_))
                 && !has_twin(servo, b, i64::from(servo.model.model_number))
         };
         on_a().any(is_of_b) && !on_a().any(is_at_home)
