@@ -5,6 +5,7 @@
 //! short for the others. An exchange allocates nothing and never panics.
 
 mod company;
+mod disagreement;
 mod line;
 mod start;
 mod transaction;
@@ -22,8 +23,8 @@ use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
 pub(in crate::bus) use company::Company;
+pub use disagreement::{BusDevice, Disagreement, StartError};
 use line::Line;
-pub use start::{BusDevice, Disagreement, StartError};
 pub use watchdog::watchdog_time;
 
 /// How long exchanges took, from sending to the last reply or the deadline.
