@@ -40,7 +40,7 @@ pub fn jog<P: Ports>(
     ports: P,
     mut operator: impl Operator,
 ) -> Result<JogReport, StartError> {
-    let buses = find_servos(robot, ports)?;
+    let buses = find_servos(robot, ports, &mut operator)?;
     let jog = Jog::new(robot, joint, goal_rad);
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);

@@ -55,9 +55,12 @@ pub struct Status {
     pub lowest_v: f64,
 }
 
-/// Who gives the orders and looks on. Asked once a cycle, so nothing here may block or allocate.
+/// Who gives the orders and looks on.
 pub trait Operator {
-    /// What is wanted now.
+    /// Hears, before the loop, what was noticed of the servos that is no reason not to start.
+    fn hear(&mut self, _note: &str) {}
+
+    /// What is wanted now. Asked once a cycle, so it must not block nor allocate.
     fn order(&mut self, status: &Status) -> Order;
 
     /// Why it ordered the robot to stop, in words, where that was not a person's wish.
@@ -101,7 +104,7 @@ pub fn run_recorded<P: Ports>(
     mut recorder: Option<Recorder>,
     mut operator: impl Operator,
 ) -> Result<Report, StartError> {
-    let buses = find_servos(robot, ports)?;
+    let buses = find_servos(robot, ports, &mut operator)?;
     let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
     let speed_m_s = plan.horse.command.speed_m_s;
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
@@ -152,9 +155,14 @@ pub(crate) struct End {
 }
 
 /// The buses of `robot` with all its servos found, limp, and watching over the loop to come.
-pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>, StartError> {
+pub(crate) fn find_servos<P: Ports>(
+    robot: &Robot,
+    ports: P,
+    operator: &mut impl Operator,
+) -> Result<Buses<P>, StartError> {
     let mut buses = Buses::new(robot, ports);
     buses.prepare(robot)?;
+    buses.notes().iter().for_each(|note| operator.hear(note));
     buses.arm_watchdogs(robot)?;
     Ok(buses)
 }

@@ -112,6 +112,8 @@ pub struct JointState {
     pub is_known: bool,
     /// Time since it was last heard, s.
     pub age_s: f64,
+    /// True if it has sent damaged replies since.
+    pub is_damaged: bool,
     /// Joint angle, rad.
     pub position_rad: f64,
     /// Joint speed, rad/s.

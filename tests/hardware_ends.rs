@@ -61,7 +61,6 @@ fn rig_with(file: &str, faults: &str) -> Rig {
                 name: joint.name.clone(),
                 zero_count: joint.servo.unwrap().zero_count,
                 direction_checked: true,
-                serial: None,
                 firmware: None,
             })
             .collect(),

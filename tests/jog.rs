@@ -304,7 +304,6 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
         direction_checked: true,
-        serial: None,
         firmware: None,
     };
     unit.joints = built.joints.iter().map(entry).collect();

@@ -43,7 +43,7 @@ const BEAT: u8 = b'.';
 const REST: u8 = b'-';
 /// How long the loop may be silent. Servos hold their last goal meanwhile, which is harmless for a moment; to fall
 /// because the machine was busy for a moment is not.
-pub(super) const SILENCE: Duration = Duration::from_secs(1);
+const SILENCE: Duration = Duration::from_secs(1);
 /// The guard looks this often. A guard that was itself held up, with the whole machine perhaps, counts one look.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Beats a guard that hangs may leave unread, some ten seconds of them: the smallest pipe there is, bytes.
@@ -207,13 +207,14 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     println!("{READY}");
 
     let what = match listen(pipe.as_fd())? {
-        Found::Gone => "the controller did not end safely",
+        Found::Gone => "the controller did not end safely".to_owned(),
         Found::Silent => {
             let _ = pidfd_send_signal(&controller, Signal::KILL);
-            "the controller's loop gave no sign of life for a second, and was killed"
+            let silence_s = SILENCE.as_secs_f64();
+            format!("the controller's loop gave no sign of life for {silence_s} s, and was killed")
         }
     };
-    take_torque_off(&robot, devices, what)
+    take_torque_off(&robot, devices, &what)
 }
 
 /// Takes the torque off all servos, and says `what` happened.

@@ -6,6 +6,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
 use super::guard::Heart;
+use super::ports::warn;
 use super::status::StatusLine;
 use crate::motion::Order;
 use crate::platform;
@@ -50,6 +51,10 @@ impl Terminal {
 }
 
 impl run::Operator for Terminal {
+    fn hear(&mut self, note: &str) {
+        warn(note);
+    }
+
     fn order(&mut self, status: &Status) -> Order {
         if let Some(OnHardware { processor, heart }) = &self.hardware {
             if self.is_first {

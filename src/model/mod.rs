@@ -3,6 +3,7 @@
 //! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
 //! tentacles and figures.
 
+mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
@@ -12,6 +13,7 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
+pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
 
 /// A whole robot.
@@ -87,6 +89,8 @@ pub struct Servo {
     /// Count at joint angle zero; may lie outside the servo's own range. Without a unit file the horn
     /// counts as mounted so that the middle of the joint's range is the middle of the servo's range.
     pub zero_count: f64,
+    /// Firmware it was calibrated with, where the unit file says so.
+    pub firmware: Option<Firmware>,
 }
 
 /// A serial bus.

@@ -61,7 +61,6 @@ impl Rig {
                     name: joint.name.clone(),
                     zero_count: joint.servo.unwrap().zero_count,
                     direction_checked: true,
-                    serial: None,
                     firmware: None,
                 })
                 .collect(),

@@ -519,3 +519,14 @@ fn files_that_cannot_be_read() {
     let latin = said(&latin);
     assert!(latin.contains("latin1.toml:2: expected text in UTF-8"), "{latin}");
 }
+
+#[test]
+fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
+    let text = include_str!("../../config/horse.toml").replace("STS3215-12V", "XM430-W210");
+    let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
+    assert_eq!(
+        said,
+        "horse.toml:49: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
+         bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
+    );
+}

@@ -5,6 +5,7 @@
 //! short for the others. An exchange allocates nothing and never panics.
 
 mod company;
+mod disagreement;
 mod line;
 mod start;
 mod transaction;
@@ -22,8 +23,8 @@ use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
 pub(in crate::bus) use company::Company;
+pub use disagreement::{BusDevice, Disagreement, StartError};
 use line::Line;
-pub use start::{BusDevice, Disagreement, StartError};
 pub use watchdog::watchdog_time;
 
 /// How long exchanges took, from sending to the last reply or the deadline.
@@ -65,6 +66,8 @@ pub struct Buses<P> {
     places: Vec<Option<Place>>,
     /// How often a single servo is asked before it is given up.
     tries: u32,
+    /// What was noticed at the start.
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -102,7 +105,13 @@ impl<P: Ports> Buses<P> {
                 ServoPlace { bus: bus.name.clone(), baud: bus.baud, id: servo.id, joint: joint.name.clone() };
             Some(Place { line: servo.bus, servo: place })
         });
-        Buses { ports, lines: lines.collect(), places: places.collect(), tries: transaction::TRIES }
+        Buses {
+            ports,
+            lines: lines.collect(),
+            places: places.collect(),
+            tries: transaction::TRIES,
+            notes: Vec::new(),
+        }
     }
 
     /// Sends every joint its goal and fetches what every servo reports.

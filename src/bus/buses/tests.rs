@@ -127,6 +127,7 @@ fn robot() -> Robot {
             id: ServoId(10 + index),
             reversed: false,
             zero_count: 2048.0,
+            firmware: None,
         }),
     };
     Robot {

@@ -17,7 +17,6 @@ fn unit(robot: &Robot, buses: &[&str]) -> Unit {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
         direction_checked: true,
-        serial: None,
         firmware: None,
     };
     let bus = |name: &&str| UnitBus { name: (*name).to_owned(), device: device(name) };
