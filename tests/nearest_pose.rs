@@ -7,12 +7,12 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glam::DVec3;
-use hippocamp::capability::{HorseCapability, top_speed};
+use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Method, Solver};
 use hippocamp::model::{Chain, Motion, Robot};
-use hippocamp::motion::horse::Walk;
-use hippocamp::motion::posture_pull;
+use hippocamp::motion::horse::{Rates, Walk};
+use hippocamp::motion::{Command, posture_pull};
 use hippocamp::signals::Targets;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -206,10 +206,10 @@ fn no_joint_leaps_in_a_stride_of_any_gait() {
         let robot = robot(file);
         let Motion::Horse(horse) = robot.motion.clone();
         let capability = HorseCapability::of(&robot, &horse).unwrap();
-        for gait in &horse.gaits {
-            let mut plan = capability.plan(&horse, gait);
-            plan.speed_m_s = top_speed::of_gait(&robot, &plan).by_reach_m_s;
-            let mut walk = Walk::cruising(&plan, plan.speed_m_s);
+        let plan = capability.plan(&horse, Command::default());
+        for (index, gait) in horse.gaits.iter().enumerate() {
+            let speed_m_s = capability.top_speeds[index].by_reach_m_s;
+            let mut walk = Walk::cruising(&plan, index, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
             let mut targets = Targets::new(&robot);
             // In this time the fastest foot goes some 15 mm of a leg of two metres.
             let dt_s = 5e-4;
@@ -227,7 +227,7 @@ fn no_joint_leaps_in_a_stride_of_any_gait() {
             // One stride to settle, then two to look at.
             while s < 3.0 * period_s {
                 walk.advance(s);
-                walk.write(&plan, s, horse.stand_height_m, &mut targets);
+                walk.write_level(&plan, s, &mut targets);
                 for (leg, solver, angles) in &mut legs {
                     let before = angles.clone();
                     let target = targets.tips_in_body[*leg];
