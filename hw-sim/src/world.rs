@@ -131,11 +131,22 @@ impl World {
         self.advance_to(self.now_ns);
     }
 
-    /// From now on keeps every request that crosses a line whole, for [`World::requests`].
-    pub fn keep_requests(&mut self) {
-        for bus in &mut self.buses {
-            bus.requests.get_or_insert_default();
+    /// Puts the adapter of a bus back, whoever has pulled it out.
+    pub fn plug_in(&mut self, bus: usize) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.faults.plug_in(self.now_ns);
         }
+    }
+
+    /// From now on keeps every request that crosses a line whole, for [`World::requests`]; what was kept before is
+    /// forgotten.
+    pub fn keep_requests(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.requests = Some(Vec::new()));
+    }
+
+    /// Forgets all requests, and keeps no more.
+    pub fn forget_requests(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.requests = None);
     }
 
     /// The requests that were kept of a bus, in the order in which they crossed its line.

@@ -109,6 +109,9 @@ fn an_adapter_pulled_out_by_hand_is_as_one_a_script_pulls_out() {
     assert_eq!((world.register(0, 1, 41), world.is_unplugged(0)), (Some(0), true));
     world.advance_to(S + 50_000);
     assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    world.unplug(0, u64::MAX);
+    world.plug_in(0);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
 }
 
 #[test]

@@ -102,6 +102,11 @@ impl BusFaults {
         self.unplugs_ns.push(now_ns);
     }
 
+    /// Has the adapter back at `now_ns`.
+    pub(crate) fn plug_in(&mut self, now_ns: u64) {
+        self.faults.retain(|fault| fault.kind != FaultKind::Unplugged || !fault.is_on(now_ns));
+    }
+
     /// When the adapter is next pulled out.
     pub(crate) fn next_unplug_ns(&self) -> Option<u64> {
         self.unplugs_ns.last().copied()
