@@ -53,6 +53,8 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
+    /// The recording has broken off, which stops the robot.
+    pub is_recording_lost: bool,
 }
 
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
@@ -70,7 +72,9 @@ pub fn run<P: Ports>(
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped. A recording that
+/// breaks off stops the robot as an operator would: a run that was to be recorded has lost its purpose. One whose
+/// disk is only slow misses cycles, and the robot goes on.
 ///
 /// # Errors
 /// As [`run`].
@@ -86,7 +90,7 @@ pub fn run_recorded<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let End { outcome, reason, is_heard } =
+    let End { outcome, mut reason, is_heard } =
         perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
@@ -102,6 +106,11 @@ pub fn run_recorded<P: Ports>(
         ];
         recorder.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
     });
+    if let Some(error) = recording.as_ref().and_then(|recording| recording.error.as_ref())
+        && reason == RECORDING_LOST
+    {
+        reason = format!("{reason}: {error}");
+    }
     Ok(Report {
         robot: robot.name.clone(),
         gait,
@@ -120,6 +129,18 @@ pub fn run_recorded<P: Ports>(
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     })
+}
+
+/// Why a run without its recording ends; what it broke off for is known when it is finished.
+const RECORDING_LOST: &str = "stopped because the recording broke off";
+
+/// Who wanted a stop before the plan was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stopper {
+    Nobody,
+    Operator,
+    /// The recording, by breaking off.
+    Recording,
 }
 
 /// How the cycle ended.
@@ -150,7 +171,7 @@ pub(crate) fn perform<P: Ports>(
 ) -> End {
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
     match ended {
-        Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
+        Ok(stopper) => verdict(robot, cycle, stopper, done),
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -167,18 +188,18 @@ pub(crate) fn perform<P: Ports>(
     }
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
+/// Repeats the cycle on absolute deadlines until the stop action is complete; who wanted that.
 fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
     order: &mut impl FnMut(&Status) -> Order,
-) -> bool {
+) -> Stopper {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
-    let mut was_ordered_to_stop = false;
+    let mut stopper = Stopper::Nobody;
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
@@ -186,8 +207,17 @@ fn repeat<P: Ports>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let wanted = order(&status(cycle, start));
-        was_ordered_to_stop |= wanted != Order::Go;
+        let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
+        let mut wanted = order(&status(cycle, start, is_recording_lost));
+        if wanted != Order::Go && stopper == Stopper::Nobody {
+            stopper = Stopper::Operator;
+        } else if wanted == Order::Go && is_recording_lost {
+            wanted = Order::Stop;
+            // The end that was planned has nothing to do with it.
+            if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {
+                stopper = Stopper::Recording;
+            }
+        }
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
@@ -198,7 +228,7 @@ fn repeat<P: Ports>(
             // Every servo has answered an exchange that told it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return was_ordered_to_stop;
+                return stopper;
             }
         }
         // Deadlines that have passed already are skipped, not made up for.
@@ -210,7 +240,7 @@ fn repeat<P: Ports>(
     }
 }
 
-fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
+fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
     Status {
@@ -221,10 +251,11 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+        is_recording_lost,
     }
 }
 
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool, done: &str) -> End {
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, stopper: Stopper, done: &str) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
@@ -232,10 +263,12 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: b
         (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
-    } else if was_ordered_to_stop {
-        (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
-        (Outcome::Completed, done.to_owned())
+        match stopper {
+            Stopper::Nobody => (Outcome::Completed, done.to_owned()),
+            Stopper::Operator => (Outcome::Completed, "stopped by the operator".to_owned()),
+            Stopper::Recording => (Outcome::Failed, RECORDING_LOST.to_owned()),
+        }
     };
     End { outcome, reason, is_heard }
 }

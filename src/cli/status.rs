@@ -19,6 +19,8 @@ pub(super) struct StatusLine {
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
+    /// What cannot wait for the next line was said.
+    has_said_loss: bool,
 }
 
 impl StatusLine {
@@ -30,12 +32,14 @@ impl StatusLine {
             printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
+            has_said_loss: false,
         }
     }
 
     /// Shows `status` if it is time for another line. Never waits: a line the printer has no room for is lost.
     pub(super) fn show(&mut self, status: &Status) {
-        if status.time_s >= self.next_s {
+        if status.time_s >= self.next_s || (status.is_recording_lost && !self.has_said_loss) {
+            self.has_said_loss = status.is_recording_lost;
             self.next_s = status.time_s + self.every_s;
             if let Some(sender) = &self.sender {
                 let _ = sender.try_send(*status);
@@ -84,8 +88,9 @@ fn line_of(status: &Status) -> String {
     } else {
         String::new()
     };
+    let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
     format!(
-        "{:6.1} s  {activity}, {:.3} m/s{servos}, {} late cycles",
+        "{:6.1} s  {activity}, {:.3} m/s{servos}, {} late cycles{loss}",
         status.time_s, status.speed_m_s, status.late_cycles
     )
 }

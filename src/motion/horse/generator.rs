@@ -20,7 +20,7 @@ const GATHER_MIN_S: f64 = 0.5;
 /// Limp -> TorqueUp -> Gather -> Rise -> Stand -> Walk -> Settle -> Sink -> LetGo -> Done
 ///            |           |        |       |       |         |        |       |
 ///            +-----------+--------+-------+-------+---------+--------+--> Fold
-///                    safety takes the robot off its feet (permission Stop), or StopAtOnce
+///                    safety takes the robot off its feet (permission Stop), or StopAtOnce; before Stand, any stop
 /// ```
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
 /// `Sink`; in `LetGo` the torque falls to nothing. With the stop action `hold` the robot stays as it is instead
@@ -113,7 +113,9 @@ impl HorseGenerator {
                 }
                 Phase::TorqueUp { from: now }
             }
-            Phase::TorqueUp { .. } | Phase::Gather { .. } if wants_stop => self.fold(state),
+            Phase::TorqueUp { .. } | Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => {
+                self.fold(state)
+            }
             Phase::TorqueUp { from } if now >= from + self.torque_ramp_s => {
                 Phase::Gather { from: now, duration: self.gather_duration_s() }
             }
