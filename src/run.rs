@@ -209,9 +209,11 @@ fn repeat<P: Ports>(
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
         let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
         let mut wanted = order(&status(cycle, start, is_recording_lost));
-        if wanted != Order::Go && stopper == Stopper::Nobody {
-            stopper = Stopper::Operator;
-        } else if wanted == Order::Go && is_recording_lost {
+        if wanted.is_stop() {
+            if stopper == Stopper::Nobody {
+                stopper = Stopper::Operator;
+            }
+        } else if is_recording_lost {
             wanted = Order::Stop;
             // The end that was planned has nothing to do with it.
             if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {

@@ -8,6 +8,7 @@ mod common;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use hippocamp::bus::timing::wire_time;
 use hippocamp::ik::Method;
 use hippocamp::platform::{monotonic, request_real_time};
 use hippocamp::run::RunPlan;
@@ -16,6 +17,7 @@ use serde_json::Value;
 
 use common::bare::{self, Bare, wire_cost};
 use common::built::Built;
+use common::frames::frames;
 use common::{ROBOTS, plan};
 
 /// How long each robot walks, s.
@@ -27,23 +29,22 @@ const SHARE: f64 = 0.05;
 const BUSY_SHARE: f64 = 0.25;
 /// The machine is that busy if the terminal loses more of the replies than this, by handing them over too late.
 const LOST_SHARE: f64 = 0.005;
-/// Requests looked at to find out when cycles begin.
-const REQUESTS: usize = 200;
+/// Exchanges looked at to find out when they begin.
+const CYCLES: usize = 51;
 
 #[test]
 fn an_exchange_takes_as_long_as_its_wire_and_the_terminal() {
     for file in ROBOTS {
         let first = walk(file);
-        if let Some(why) = first.fault(SHARE) {
-            println!("{file}: once more, because {why}");
-            let second = walk(file);
-            let is_busy = first.lost_share.min(second.lost_share) > LOST_SHARE;
-            if is_busy {
-                println!("{file}: the machine is too busy to tell to {SHARE}; {BUSY_SHARE} must do");
-            }
-            let why = second.fault(if is_busy { BUSY_SHARE } else { SHARE });
-            assert!(why.is_none(), "{file}: {why:?}, after {:?}", first.fault(SHARE));
-        }
+        let Some(why) = first.fault(SHARE) else { continue };
+        println!("{file}: once more, because {why}");
+        let second = walk(file);
+        let Some(again) = second.fault(SHARE) else { continue };
+        let is_busy = first.lost_share.min(second.lost_share) > LOST_SHARE;
+        assert!(is_busy, "{file}: {again}, after {why}");
+        println!("{file}: {again}; the machine is too busy to tell to {SHARE}, {BUSY_SHARE} must do");
+        let fault = second.fault(BUSY_SHARE);
+        assert!(fault.is_none(), "{file}: {again}, after {why}");
     }
 }
 
@@ -107,21 +108,20 @@ fn walk(file: &str) -> Walked {
     }
 }
 
-/// A moment half a period after a cycle begins, once the robot has torque: the two exchanges do not meet.
+/// A moment half a period after an exchange begins, once the robot has torque: the two exchanges do not meet.
 fn half_a_period_after_the_loop(built: &Built) -> Duration {
     built.wait_for("torque", || built.with_torque() == built.robot.joints.len());
     built.with_world(World::keep_requests);
-    let ends_ns =
-        || built.with_world(|world| world.requests(0).iter().map(|heard| heard.at_ns).collect::<Vec<u64>>());
-    built.wait_for("cycles", || ends_ns().len() >= REQUESTS);
-    let ends_ns = ends_ns();
+    let frames = || built.with_world(|world| frames(&built.robot, world, 0));
+    built.wait_for("cycles", || frames().len() >= CYCLES);
+    let frames = frames();
     built.with_world(World::forget_requests);
-    // Requests come in bunches, one a cycle; the first of a bunch follows the longest pause.
-    let pauses = ends_ns.windows(2).map(|pair| (pair[1] - pair[0], pair[1]));
-    let period = Duration::from_secs_f64(built.robot.period_s());
-    let period_ns = u64::try_from(period.as_nanos()).unwrap();
-    let mut phases_ns: Vec<u64> =
-        pauses.filter(|(pause, _)| *pause > period_ns / 4).map(|(_, end)| end % period_ns).collect();
+    // An exchange begins with its first byte; a frame tells when its last had crossed.
+    let out = wire_time(wire_cost(&built.robot, 0).bytes_out, built.robot.buses[0].baud);
+    let out_ns = u64::try_from(out.as_nanos()).unwrap();
+    let period_ns = u64::try_from(built.period().as_nanos()).unwrap();
+    let period = built.period();
+    let mut phases_ns: Vec<u64> = frames.iter().map(|frame| (frame.at_ns - out_ns) % period_ns).collect();
     phases_ns.sort_unstable();
     let phase = Duration::from_nanos(phases_ns[phases_ns.len() / 2]);
     // The world's clock is not the system's; asked several times, for once without an interruption.

@@ -3,6 +3,7 @@
 //! Comes in: how long the last cycle was, what flows back ([`State`]), and the operator's order.
 //! Goes out: [`Targets`]. It knows nothing of servos, and stands still while safety holds the robot.
 
+mod command;
 pub mod curves;
 pub mod horse;
 mod jog;
@@ -11,20 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
 use crate::signals::{State, Targets};
+pub use command::{Command, GaitChoice, Order, Posture};
 use horse::{HorseGenerator, HorsePlan};
 pub use jog::Jog;
-
-/// What the operator wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Order {
-    /// Stand up and walk.
-    Go,
-    /// Slow down, stop, and take the stop action.
-    Stop,
-    /// Take the stop action from here, without slowing down first.
-    StopAtOnce,
-}
 
 /// Time constant with which joints to spare go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;

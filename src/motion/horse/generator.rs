@@ -100,7 +100,7 @@ impl HorseGenerator {
             self.phase = self.fold(state);
             return;
         }
-        let wants_stop = order != Order::Go;
+        let wants_stop = order.is_stop();
         let phase = self.phase;
         self.phase = match phase {
             Phase::Limp if wants_stop || state.permission == Permission::Stop => {
