@@ -53,6 +53,8 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
+    /// The recording has broken off, which stops the robot.
+    pub is_recording_lost: bool,
 }
 
 /// Who gives the orders and looks on.
@@ -93,7 +95,9 @@ pub fn run<P: Ports>(
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped. A
+/// recording that breaks off stops the robot as an operator would: a run that was to be recorded has lost its
+/// purpose. One whose disk is only slow misses cycles, and the robot goes on.
 ///
 /// # Errors
 /// As [`run`].
@@ -110,7 +114,7 @@ pub fn run_recorded<P: Ports>(
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let End { outcome, reason, is_heard } =
+    let End { outcome, mut reason, is_heard } =
         perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
@@ -126,6 +130,11 @@ pub fn run_recorded<P: Ports>(
         ];
         recorder.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
     });
+    if let Some(error) = recording.as_ref().and_then(|recording| recording.error.as_ref())
+        && reason == RECORDING_LOST
+    {
+        reason = format!("{reason}: {error}");
+    }
     Ok(Report {
         robot: robot.name.clone(),
         gait,
@@ -144,6 +153,18 @@ pub fn run_recorded<P: Ports>(
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     })
+}
+
+/// Why a run without its recording ends; what it broke off for is known when it is finished.
+const RECORDING_LOST: &str = "stopped because the recording broke off";
+
+/// Who wanted a stop before the plan was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stopper {
+    Nobody,
+    Operator,
+    /// The recording, by breaking off.
+    Recording,
 }
 
 /// How the cycle ended.
@@ -179,15 +200,17 @@ pub(crate) fn perform<P: Ports>(
 ) -> End {
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, operator)));
     let end = match ended {
-        Ok(false) => verdict(robot, cycle, (Outcome::Completed, done)),
-        Ok(true) => verdict(
-            robot,
-            cycle,
-            match operator.why_stopped() {
-                Some(why) => (Outcome::StoppedBySafety, why),
-                None => (Outcome::Completed, "stopped by the operator"),
-            },
-        ),
+        Ok(stopper) => {
+            let planned = match stopper {
+                Stopper::Nobody => (Outcome::Completed, done),
+                Stopper::Operator => match operator.why_stopped() {
+                    Some(why) => (Outcome::StoppedBySafety, why),
+                    None => (Outcome::Completed, "stopped by the operator"),
+                },
+                Stopper::Recording => (Outcome::Failed, RECORDING_LOST),
+            };
+            verdict(robot, cycle, planned)
+        }
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -206,18 +229,18 @@ pub(crate) fn perform<P: Ports>(
     end
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; true if the operator wanted that.
+/// Repeats the cycle on absolute deadlines until the stop action is complete; who wanted that.
 fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
     operator: &mut impl Operator,
-) -> bool {
+) -> Stopper {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
-    let mut was_ordered_to_stop = false;
+    let mut stopper = Stopper::Nobody;
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
@@ -225,8 +248,19 @@ fn repeat<P: Ports>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let wanted = operator.order(&status(cycle, start));
-        was_ordered_to_stop |= wanted.is_stop();
+        let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
+        let mut wanted = operator.order(&status(cycle, start, is_recording_lost));
+        if wanted.is_stop() {
+            if stopper == Stopper::Nobody {
+                stopper = Stopper::Operator;
+            }
+        } else if is_recording_lost {
+            wanted = Order::Stop;
+            // The end that was planned has nothing to do with it.
+            if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {
+                stopper = Stopper::Recording;
+            }
+        }
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
@@ -237,7 +271,7 @@ fn repeat<P: Ports>(
             // Every servo has answered an exchange that told it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return was_ordered_to_stop;
+                return stopper;
             }
         }
         // Deadlines that have passed already are skipped, not made up for.
@@ -249,7 +283,7 @@ fn repeat<P: Ports>(
     }
 }
 
-fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
+fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
     Status {
@@ -260,6 +294,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+        is_recording_lost,
     }
 }
 

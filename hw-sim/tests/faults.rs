@@ -99,6 +99,22 @@ fn unplugging_cuts_a_request_off_so_that_nobody_acts_on_it() {
 }
 
 #[test]
+fn an_adapter_pulled_out_by_hand_is_as_one_a_script_pulls_out() {
+    let mut world = one("");
+    world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
+    world.advance_to(50_000);
+    world.unplug(0, S);
+    assert_eq!(world.host_send(0, &[1]), Err(Unplugged));
+    world.advance_to(S);
+    assert_eq!((world.register(0, 1, 41), world.is_unplugged(0)), (Some(0), true));
+    world.advance_to(S + 50_000);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    world.unplug(0, u64::MAX);
+    world.plug_in(0);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+}
+
+#[test]
 fn late_host_is_given_once_when_due() {
     let mut world = one("[[fault]]\nat_s = 1\nkind = 'late-host'\ndelay_ms = 30");
     assert_eq!(world.host_stall_ns(), 0);

@@ -7,12 +7,17 @@ mod guard;
 mod jog;
 mod load;
 mod operator;
+mod panics;
 mod ports;
+#[cfg(debug_assertions)]
+mod provoke;
+mod record;
 mod replay;
 mod run;
 mod status;
 mod unit;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -195,16 +200,20 @@ impl From<Ik> for Method {
 /// Writes `text` beside the file first, so that the file is never half written.
 fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
     refuse_inputs(path)?;
-    // A device, a pipe or a link is written to; a new file must not take its place.
-    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
-    let written = if is_special {
-        std::fs::write(path, text)
-    } else {
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".part");
-        std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path))
+    let written = match part_of(path) {
+        None => std::fs::write(path, text),
+        Some(part) => std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)),
     };
     written.with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// Where what is to be at `path` is written until it is whole; none for a device, a pipe or a link, which is written
+/// to: a new file must not take its place.
+fn part_of(path: &Path) -> Option<PathBuf> {
+    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
+    let mut part = OsString::from(path);
+    part.push(".part");
+    (!is_special).then_some(part.into())
 }
 
 /// No output of any command takes the place of a robot, unit or fault file.

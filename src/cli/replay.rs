@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::{COMPLETED, FAILED, NOT_ALL_JUDGED, write_whole};
+use super::{BadInput, COMPLETED, FAILED, NOT_ALL_JUDGED, part_of, write_whole};
 use crate::bus::ServoGoal;
 use crate::html;
 use crate::model::Robot;
@@ -13,6 +13,14 @@ use crate::replay::{Replay, replay as run_again};
 
 /// Judges the recording at `path`; returns the exit code.
 pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
+    let part = part_of(path).filter(|part| !path.exists() && part.exists());
+    if let Some(part) = part.as_deref().map(Path::display) {
+        return Err(BadInput(format!(
+            "{} is not there, but {part} is: a recording that was cut short. Try 'hippocamp replay {part}'",
+            path.display()
+        ))
+        .into());
+    }
     let recording = Recording::read(path)?;
     print_run(&recording);
     let replay = run_again(&recording)?;
@@ -48,7 +56,9 @@ fn print_run(recording: &Recording) {
             say!("{}: {}", entry("outcome"), entry("reason"));
             say!("  {} cycles in {} s, {} late", entry("cycles"), entry("duration_s"), entry("late_cycles"));
         }
-        Ending::CutShort { reason } => say!("CUT SHORT: {reason}"),
+        Ending::CutShort { reason } => {
+            say!("CUT SHORT: the recording ends before the run, or the program did ({reason})");
+        }
     }
     let end = samples.last().map_or(0.0, |sample| sample.times.began.as_secs_f64());
     let recorded = u64::try_from(samples.len()).unwrap_or(u64::MAX);

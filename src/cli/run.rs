@@ -1,15 +1,20 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 
-use std::fs::{self, File};
+use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-
 use super::guard::Guard;
 use super::load::{Loaded, load};
 use super::operator::{OnHardware, Terminal};
+use super::panics::said_afterwards;
 use super::ports::{self, Choice};
+#[cfg(debug_assertions)]
+use super::provoke;
+use super::record::RecordingFile;
 use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
@@ -71,8 +76,8 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     };
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
-    let recording_file = options.record.as_deref().or(passing_file.as_deref());
-    let created = recording_file.map(create_recording).transpose()?;
+    let recording_place = options.record.as_deref().or(passing_file.as_deref());
+    let (recording, file) = recording_place.map(RecordingFile::create).transpose()?.unzip();
 
     say!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
@@ -82,15 +87,23 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         options.walk_for_s
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
-    let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
-    let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
+    #[cfg(debug_assertions)]
+    let file = file.map(provoke::Sink::new);
+    let recorder = recording.as_ref().zip(file);
+    let recorder =
+        recorder.map(|(of, file)| recorder_into(file, of.written(), robot, &plan, options)).transpose()?;
+    let ended = said_afterwards(|| match ports {
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None),
         AnyPorts::Serial(ports, guard) => {
             let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
-            guard
-                .over(|| drive(robot, plan, ports, recorder, Some(hardware)), |report| report.is_end_heard)?
+            guard.over(|| drive(robot, plan, ports, recorder, Some(hardware)), |report| report.is_end_heard)
         }
-    };
+    });
+    if ended.is_err() {
+        recording.iter().for_each(RecordingFile::discard);
+    }
+    let mut report = ended?;
+    let recorded = recording.map(|recording| keep(&recording, &mut report));
     if passing_file.is_some() {
         // The recording behind a page is no result of its own, unless it is not whole.
         report.recording =
@@ -99,10 +112,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let written = report_file.map_or(Ok(()), |path| write_report(path, &report));
     print_summary(robot, &report);
     written?;
-    if let (Some(page), Some(recording)) = (page_file, recording_file) {
-        let written = write_page(recording, page);
-        if let Some(passing) = &passing_file {
-            let _ = fs::remove_file(passing);
+    if let (Some(page), Some(recorded)) = (page_file, recorded) {
+        let written = write_page(&recorded, page);
+        if passing_file.is_some() {
+            let _ = fs::remove_file(recorded);
         }
         written?;
     }
@@ -125,6 +138,8 @@ fn drive(
     hardware: Option<OnHardware>,
 ) -> Result<Report> {
     let terminal = Terminal::new(Some(StatusLine::start()), hardware)?;
+    #[cfg(debug_assertions)]
+    let terminal = provoke::Loop::new(terminal);
     Ok(run_recorded(robot, plan, ports, recorder, terminal)?)
 }
 
@@ -212,11 +227,20 @@ fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
     })
 }
 
-/// A recording that could not be written is better known before the robot has walked.
-fn create_recording(path: &Path) -> Result<(&Path, File)> {
-    let file =
-        File::create(path).map_err(|error| BadInput(format!("the recording {}: {error}", path.display())))?;
-    Ok((path, file))
+/// Puts a recording that is whole in its place, and says in the report where it is; returns that.
+fn keep(recording: &RecordingFile, report: &mut Report) -> PathBuf {
+    if let Some(of) = &mut report.recording
+        && of.error.is_none()
+    {
+        match recording.keep() {
+            Ok(place) => {
+                of.file = place.display().to_string();
+                return place.to_owned();
+            }
+            Err(error) => of.error = Some(format!("it could not be put in its place: {error}")),
+        }
+    }
+    recording.written().to_owned()
 }
 
 /// Where a recording is kept until the page is made of it.
@@ -226,13 +250,17 @@ fn beside_page(page: &Path) -> PathBuf {
     beside.into()
 }
 
-fn recorder(
+/// Records into `sink`, which is the file at `path`.
+fn recorder_into(
+    sink: impl Write + Send + 'static,
+    path: &Path,
     robot: &Robot,
     plan: &RunPlan,
     options: &RunArguments,
-    path: &Path,
-    file: File,
 ) -> Result<Recorder> {
+    // A recording that outgrows a limit of the system's breaks off; it must not kill the controller.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("signals could not be caught")?;
     let robot_text = fs::read_to_string(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
@@ -244,7 +272,7 @@ fn recorder(
         &options.robot.display().to_string(),
         u64::try_from(started_ns).unwrap_or_default(),
     );
-    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.unit.is_virtual)
+    Recorder::start(robot, header, robot_text, path.display().to_string(), sink, options.unit.is_virtual)
         .context("the recording could not be started")
 }
 

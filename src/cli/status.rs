@@ -26,6 +26,8 @@ pub(super) struct StatusLine {
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
+    /// What cannot wait for the next line was said.
+    has_said_loss: bool,
 }
 
 impl StatusLine {
@@ -37,12 +39,14 @@ impl StatusLine {
             printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
+            has_said_loss: false,
         }
     }
 
     /// Shows `status` if it is time for another line. Never waits: a line the printer has no room for is lost.
     pub(super) fn show(&mut self, status: &Status) {
-        if status.time_s >= self.next_s {
+        if status.time_s >= self.next_s || (status.is_recording_lost && !self.has_said_loss) {
+            self.has_said_loss = status.is_recording_lost;
             self.next_s = status.time_s + self.every_s;
             if let Some(sender) = &self.sender {
                 let _ = sender.try_send(Line::Status(*status));
@@ -122,7 +126,8 @@ fn line_of(status: &Status) -> String {
         1 => ", 1 late cycle".to_owned(),
         count => format!(", {count} late cycles"),
     };
-    format!("{:6.1} s {activity}{servos}{late}", status.time_s)
+    let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
+    format!("{:6.1} s {activity}{servos}{loss}{late}", status.time_s)
 }
 
 #[cfg(test)]
@@ -137,6 +142,7 @@ mod tests {
         late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
+        is_recording_lost: false,
     };
 
     #[test]

@@ -1,5 +1,11 @@
 //! What the tests of whole runs share: the shipped robots, runs on simulated buses, and an eye on every cycle.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+pub(crate) mod bare;
+pub(crate) mod built;
+pub(crate) mod frames;
+pub(crate) mod reference;
 
 mod spy;
 

@@ -1,4 +1,4 @@
-//! Disks that are slow, full, or gone: the recording suffers, the robot does not.
+//! Disks that are slow, full, or gone: the recording suffers, and the loop never waits.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -71,9 +71,11 @@ fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
 }
 
 #[test]
-fn a_full_disk_ends_the_recording_and_not_the_run() {
+fn a_disk_that_is_full_from_the_beginning_keeps_the_robot_down() {
     let report = run("", File::options().write(true).open("/dev/full").unwrap());
-    assert_eq!(report.outcome, Outcome::Completed);
+    assert_eq!(report.outcome, Outcome::Failed);
+    assert!(report.reason.starts_with("stopped because the recording broke off: "), "{}", report.reason);
+    assert!(report.reason.ends_with("(os error 28)"), "{}", report.reason);
     let recording = report.recording.unwrap();
     assert_eq!(recording.records + recording.dropped, report.cycles);
     let error = recording.error.unwrap();
@@ -101,10 +103,13 @@ impl Write for Small {
 }
 
 #[test]
-fn a_disk_that_fills_leaves_what_was_written_readable() {
+fn a_disk_that_fills_stops_the_robot_and_leaves_what_was_written_readable() {
     let memory = Memory::default();
+    let whole = run("", Memory::default());
     let report = run("", Small { left: 1_000_000, memory: memory.clone() });
-    assert_eq!(report.outcome, Outcome::Completed);
+    assert_eq!((whole.outcome, report.outcome), (Outcome::Completed, Outcome::Failed));
+    // It took its stop action: every servo has heard it.
+    assert!(report.is_end_heard && report.cycles < whole.cycles, "{} cycles", report.cycles);
     let report = report.recording.unwrap();
     assert!(report.error.is_some() && report.dropped > 0);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();

@@ -96,6 +96,19 @@ impl BusFaults {
         forced.max_by(f64::total_cmp)
     }
 
+    /// Has the adapter pulled out at `now_ns`, for `for_ns`.
+    pub(crate) fn unplug(&mut self, now_ns: u64, for_ns: u64) {
+        let until_ns = now_ns.saturating_add(for_ns);
+        self.faults.push(Fault { kind: FaultKind::Unplugged, from_ns: now_ns, until_ns, id: None });
+        // Those to come are later: this is the next.
+        self.unplugs_ns.push(now_ns);
+    }
+
+    /// Has the adapter back at `now_ns`.
+    pub(crate) fn plug_in(&mut self, now_ns: u64) {
+        self.faults.retain(|fault| fault.kind != FaultKind::Unplugged || !fault.is_on(now_ns));
+    }
+
     /// When the adapter is next pulled out.
     pub(crate) fn next_unplug_ns(&self) -> Option<u64> {
         self.unplugs_ns.last().copied()

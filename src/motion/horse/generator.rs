@@ -19,7 +19,7 @@ const GATHER_MIN_S: f64 = 0.5;
 /// Limp -> TorqueUp -> Gather -> Rise -> OnFeet -> Sink -> LetGo -> Done
 ///            |           |        |        |        |       |
 ///            +-----------+--------+--------+--------+--> Fold
-///              safety takes the robot off its feet (permission Stop), or StopAtOnce
+///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
 /// `Sink`. What it does on its feet is the [`Drive`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action
@@ -102,7 +102,7 @@ impl HorseGenerator {
                     None => Phase::Gather { from: now, duration: self.gather_duration_s() },
                 }
             }
-            Phase::Gather { .. } if wants_stop => self.fold(state),
+            Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => self.fold(state),
             Phase::Gather { from, duration } if now >= from + duration => Phase::Rise { from: now },
             Phase::Rise { from } if now >= from + RISE_S => {
                 Phase::OnFeet { from: now, is_ending: false, standing_since: None }
