@@ -43,8 +43,12 @@ pub struct Status {
     pub time_s: f64,
     /// What the robot is doing.
     pub activity: Activity,
+    /// The gait it goes, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
+    pub gait: Option<usize>,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
+    /// Planned turn, rad/s, to the left.
+    pub yaw_rate_rad_s: f64,
     /// What safety permits.
     pub permission: Permission,
     /// Cycles that began late.
@@ -55,17 +59,32 @@ pub struct Status {
     pub lowest_v: f64,
 }
 
+/// An order, and what the run is said to have ended for if it ends by it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruction {
+    /// The order.
+    pub order: Order,
+    /// Why it was given, for the report.
+    pub reason: &'static str,
+}
+
+impl From<Order> for Instruction {
+    fn from(order: Order) -> Instruction {
+        Instruction { order, reason: "stopped by the operator" }
+    }
+}
+
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
 ///
-/// `order` is asked, and given the status, once a cycle; it must not block.
+/// `order` is asked, and given the status, once a cycle, for an [`Order`] or an [`Instruction`]; it must not block.
 ///
 /// # Errors
 /// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
-pub fn run<P: Ports>(
+pub fn run<P: Ports, I: Into<Instruction>>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
-    order: impl FnMut(&Status) -> Order,
+    order: impl FnMut(&Status) -> I,
 ) -> Result<Report, StartError> {
     run_recorded(robot, plan, ports, None, order)
 }
@@ -74,12 +93,12 @@ pub fn run<P: Ports>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_recorded<P: Ports>(
+pub fn run_recorded<P: Ports, I: Into<Instruction>>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
     mut recorder: Option<Recorder>,
-    mut order: impl FnMut(&Status) -> Order,
+    mut order: impl FnMut(&Status) -> I,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports)?;
     let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
@@ -140,17 +159,17 @@ pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>,
 
 /// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
 /// for the end that was planned.
-pub(crate) fn perform<P: Ports>(
+pub(crate) fn perform<P: Ports, I: Into<Instruction>>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     done: &str,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
+    order: &mut impl FnMut(&Status) -> I,
 ) -> End {
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
     match ended {
-        Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
+        Ok(stopped) => verdict(robot, cycle, stopped.unwrap_or(done)),
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -167,18 +186,18 @@ pub(crate) fn perform<P: Ports>(
     }
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
-fn repeat<P: Ports>(
+/// Repeats the cycle on absolute deadlines until the stop action is complete; why `order` wanted that, if it did.
+fn repeat<P: Ports, I: Into<Instruction>>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
-) -> bool {
+    order: &mut impl FnMut(&Status) -> I,
+) -> Option<&'static str> {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
-    let mut was_ordered_to_stop = false;
+    let mut stopped = None;
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
@@ -186,8 +205,10 @@ fn repeat<P: Ports>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let wanted = order(&status(cycle, start));
-        was_ordered_to_stop |= wanted.is_stop();
+        let Instruction { order: wanted, reason } = order(&status(cycle, start)).into();
+        if wanted.is_stop() {
+            stopped = Some(reason);
+        }
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
@@ -198,7 +219,7 @@ fn repeat<P: Ports>(
             // Every servo has answered an exchange that told it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return was_ordered_to_stop;
+                return stopped;
             }
         }
         // Deadlines that have passed already are skipped, not made up for.
@@ -216,7 +237,9 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     Status {
         time_s,
         activity: cycle.generator().activity(),
+        gait: cycle.generator().gait(),
         speed_m_s: cycle.generator().speed_m_s(),
+        yaw_rate_rad_s: cycle.generator().yaw_rate_rad_s(),
         permission: cycle.state().permission,
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
@@ -224,7 +247,8 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     }
 }
 
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool, done: &str) -> End {
+/// How a cycle ended that ended because of `reason`, unless safety or a silent servo gives another.
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, reason: &str) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
@@ -232,10 +256,8 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: b
         (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
-    } else if was_ordered_to_stop {
-        (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
-        (Outcome::Completed, done.to_owned())
+        (Outcome::Completed, reason.to_owned())
     };
     End { outcome, reason, is_heard }
 }

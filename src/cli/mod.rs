@@ -6,6 +6,7 @@ mod check;
 mod guard;
 mod jog;
 mod load;
+mod operators;
 mod ports;
 mod replay;
 mod run;
@@ -72,8 +73,11 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. Buses are simulated, unless the unit file or --port names the device of each.
+    /// skips the slowing down. With --script, --keys or --gamepad it does what they say instead, until they end it.
+    /// Buses are simulated, unless the unit file or --port names the device of each.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
+                            hippocamp run config/horse.toml --keys\n  \
+                            hippocamp run config/horse.toml --script config/scripts/round.toml --virtual\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(RunArguments),
     /// Turns one joint to an angle, slowly, and lets it go again.
@@ -138,6 +142,8 @@ struct RunArguments {
     /// How long to walk, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
+    #[command(flatten)]
+    operator: operators::OperatorArguments,
     #[command(flatten)]
     unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.

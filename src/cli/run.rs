@@ -11,6 +11,7 @@ use signal_hook::iterator::Signals;
 
 use super::guard::Guard;
 use super::load::{Loaded, load};
+use super::operators::Operator;
 use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
@@ -21,6 +22,7 @@ use crate::capability::top_speed;
 use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::Order;
 use crate::motion::horse::HorsePlan;
+use crate::operator::Repertoire;
 use crate::platform;
 use crate::recording::{Recorder, RunHeader};
 use crate::run::{RunPlan, run_recorded};
@@ -49,7 +51,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         );
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
-    let horse = plan(options, &loaded)?;
+    let (horse, walk_for_s, operator) = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
@@ -78,20 +80,24 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let recording_file = options.record.as_deref().or(passing_file.as_deref());
     let created = recording_file.map(create_recording).transpose()?;
 
-    say!(
-        "{}: {} at {:.3} m/s for {} s on {choice}",
-        robot.name,
-        horse.gait.name,
-        horse.speed_m_s,
-        options.walk_for_s
-    );
-    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
+    match &operator {
+        Operator::Plan => {
+            let (gait, speed_m_s) = (&horse.gait.name, horse.speed_m_s);
+            say!("{}: {gait} at {speed_m_s:.3} m/s for {walk_for_s} s on {choice}", robot.name);
+        }
+        driver => say!("{}: driven by {driver}, on {choice}", robot.name),
+    }
+    operator.help().iter().for_each(|line| say!("  {line}"));
+    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, operator, None)?,
         AnyPorts::Serial(ports, guard) => {
             let real_time = Some(RealTime { processor: options.processor });
-            guard.over(|| drive(robot, plan, ports, recorder, real_time), |report| report.is_end_heard)?
+            guard.over(
+                || drive(robot, plan, ports, recorder, operator, real_time),
+                |report| report.is_end_heard,
+            )?
         }
     };
     if passing_file.is_some() {
@@ -131,11 +137,12 @@ fn drive(
     plan: RunPlan,
     ports: impl Ports,
     recorder: Option<Recorder>,
+    mut operator: Operator,
     real_time: Option<RealTime>,
 ) -> Result<Report> {
     let orders = orders_from_signals()?;
-    let mut status_line = StatusLine::start();
-    let mut order = Order::Go;
+    let mut status_line = StatusLine::start(&plan.horse.settings.gaits);
+    let mut ordered = None;
     let mut real_time = real_time;
     let report = run_recorded(robot, plan, ports, recorder, |status| {
         // In the first cycle, when all memory is taken and all other threads are there.
@@ -144,9 +151,15 @@ fn drive(
                 say!("  {note}");
             }
         }
-        status_line.show(status);
-        order = orders.try_recv().unwrap_or(order);
-        order
+        let asked = operator.instruction(status, |note| status_line.note(note));
+        ordered = orders.try_recv().ok().or(ordered);
+        // A signal counts for more than the operator, but for an emergency.
+        let asked = match ordered {
+            Some(order) if asked.order != Order::StopAtOnce => order.into(),
+            _ => asked,
+        };
+        status_line.show(status, asked.order);
+        asked
     });
     drop(status_line);
     Ok(report?)
@@ -182,9 +195,21 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
+/// What to walk, for how long, and who drives.
+fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(HorsePlan, f64, Operator)> {
+    if !options.operator.is_driven() {
+        let gait = gait(options.gait.as_deref(), &loaded.horse)?;
+        return Ok((horse_plan(gait, options.speed, loaded)?, options.walk_for_s, Operator::Plan));
+    }
+    let repertoire = Repertoire::of(&loaded.file.robot, &loaded.horse, &loaded.capability);
+    let first = (0..loaded.horse.gaits.len()).find(|index| repertoire.can_do(*index)).unwrap_or(0);
+    let horse = horse_plan(&loaded.horse.gaits[first], None, loaded)?;
+    // No end of its own: JSON, in which it is recorded, knows no infinity.
+    Ok((horse, f64::MAX, Operator::start(&options.operator, loaded, repertoire)?))
+}
+
 /// The gait asked for, at the speed asked for, held to what the robot can do.
-fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
-    let gait = gait(options.gait.as_deref(), &loaded.horse)?;
+fn horse_plan(gait: &Gait, speed: Option<f64>, loaded: &Loaded) -> Result<HorsePlan> {
     let mut plan = loaded.capability.plan(&loaded.horse, gait);
     let top = top_speed::of_gait(&loaded.file.robot, &plan);
     if top.m_s() <= 0.0 {
@@ -196,7 +221,7 @@ fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
         ))
         .into());
     }
-    plan.speed_m_s = match options.speed {
+    plan.speed_m_s = match speed {
         None => DEFAULT_SPEED_SHARE * top.m_s(),
         Some(speed) if !speed.is_finite() || speed < 0.0 => {
             return Err(BadInput(format!("--speed {speed}: expected a speed in m/s, 0 or more")).into());

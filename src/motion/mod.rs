@@ -75,10 +75,26 @@ impl Generator {
         }
     }
 
+    /// The gait the robot goes, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
+    pub fn gait(&self) -> Option<usize> {
+        match self {
+            Generator::Horse(horse) => horse.gait(),
+            Generator::Jog(_) => None,
+        }
+    }
+
     /// Speed of the trunk the plan has now, m/s.
     pub fn speed_m_s(&self) -> f64 {
         match self {
             Generator::Horse(horse) => horse.speed_m_s(),
+            Generator::Jog(_) => 0.0,
+        }
+    }
+
+    /// Turn of the trunk the plan has now, rad/s, to the left.
+    pub fn yaw_rate_rad_s(&self) -> f64 {
+        match self {
+            Generator::Horse(horse) => horse.yaw_rate_rad_s(),
             Generator::Jog(_) => 0.0,
         }
     }

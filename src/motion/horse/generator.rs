@@ -242,4 +242,17 @@ impl HorseGenerator {
     pub fn speed_m_s(&self) -> f64 {
         self.walk.speed_m_s(self.now_s)
     }
+
+    /// The gait it goes, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
+    pub fn gait(&self) -> Option<usize> {
+        if !matches!(self.phase, Phase::Walk { .. } | Phase::Settle { standing_since: None }) {
+            return None;
+        }
+        self.plan.settings.gaits.iter().position(|gait| *gait == self.plan.gait)
+    }
+
+    /// Turn of the trunk the plan has now, rad/s, to the left.
+    pub fn yaw_rate_rad_s(&self) -> f64 {
+        0.0
+    }
 }
