@@ -12,8 +12,8 @@ use glam::DVec3;
 use super::number::Limits;
 use super::reader::Section;
 use super::{ConfigError, parse_with, read_text};
-use crate::model::{LEG_NAMES, Motion, Robot};
-use crate::motion::{Command, GaitChoice};
+use crate::model::{Gait, LEG_NAMES, Motion, Robot};
+use crate::motion::{Command, GaitChoice, Posture};
 use crate::operator::{Entry, Script};
 
 /// A script that does not say when it ends does so this long after its last entry, s.
@@ -45,113 +45,101 @@ pub fn parse_script(text: &str, file_name: &str, robot: &Robot) -> Result<Script
 }
 
 fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
-    let mut last = Entry { time_s: f64::NEG_INFINITY, command: Command::default(), line: 0 };
-    let entries = file.list("at", "the script's entries", |section| {
-        let entry = read_entry(section, robot, last);
-        if let Some(entry) = entry {
-            last = entry;
-        }
-        entry
-    });
+    let mut last =
+        Last { time_s: f64::NEG_INFINITY, gait: Some(GaitChoice::Stand), command: Command::default() };
+    let entries = file.list("at", "the script's entries", |section| read_entry(section, robot, &mut last));
     if entries.is_empty() {
         file.fault("at", "at least one entry, [[at]]");
         return None;
     }
-    let end_s = file.number_or(
-        "end_s",
-        "when the robot stops, in s since it stood",
-        Limits::NotNegative,
-        last.time_s + LAST_ENTRY_S,
-    );
-    if end_s.is_some_and(|end_s| end_s <= last.time_s) {
+    let meaning = "when the robot stops, in s since it stood";
+    let end_s = file.number_or("end_s", meaning, Limits::NotNegative, last.time_s + LAST_ENTRY_S);
+    if file.has("end_s") && end_s.is_some_and(|end_s| end_s <= last.time_s) {
         file.fault("end_s", format!("a time after the last entry's, {} s", last.time_s));
     }
     Some(Script { entries: entries.into_iter().collect::<Option<_>>()?, end_s: end_s? })
 }
 
+/// What holds where an entry begins.
+struct Last {
+    time_s: f64,
+    /// None after an entry whose gait could not be read.
+    gait: Option<GaitChoice>,
+    /// As far as it could be read.
+    command: Command,
+}
+
 /// An entry, which leaves as it was in the `last` one what it does not name.
-fn read_entry(section: &Section<'_>, robot: &Robot, last: Entry) -> Option<Entry> {
+fn read_entry(section: &Section<'_>, robot: &Robot, last: &mut Last) -> Option<Entry> {
     let Motion::Horse(horse) = &robot.motion;
     let time_s = section.number("time_s", "a time in s since the robot stood", Limits::NotNegative);
     if time_s.is_some_and(|time_s| time_s <= last.time_s) {
         section.fault("time_s", format!("a time after the entry before, {} s", last.time_s));
     }
-    let mut command = last.command;
-    let has_gait = section.has("gait");
-    if has_gait {
-        let own =
-            horse.gaits.iter().zip(0..).map(|(gait, index)| (gait.name.as_str(), GaitChoice::Gait(index)));
-        let choices: Vec<_> =
-            [("stand", GaitChoice::Stand), ("auto", GaitChoice::Auto)].into_iter().chain(own).collect();
-        command.gait = section.choice("gait", "a gait", &choices)?;
-    }
-    if command.gait == GaitChoice::Stand {
-        (command.speed_m_s, command.yaw_rate_rad_s) = (0.0, 0.0);
-    }
-    // A key that is not set changes nothing.
-    let set = |key, meaning: &str, limits, to_si: f64, value: &mut f64| {
-        if !section.has(key) {
-            return Some(false);
-        }
-        *value = section.number(key, meaning, limits)? * to_si;
-        Some(true)
+    let gait = if section.has("gait") { read_gait(section, &horse.gaits) } else { last.gait };
+    let before = match gait {
+        Some(GaitChoice::Stand) => Command { posture: last.command.posture, ..Command::default() },
+        _ => last.command,
     };
-    let degree = 1_f64.to_radians();
-    let yaw = Limits::FromTo(-YAW_MAX_DEG_S, YAW_MAX_DEG_S);
-    let tilt = Limits::FromTo(-TILT_MAX_DEG, TILT_MAX_DEG);
-    let posture = &mut command.posture;
-    let stand_mm = horse.stand_height_m * 1000.0;
-    let height = Limits::FromTo(HEIGHT_SHARES.0 * stand_mm, HEIGHT_SHARES.1 * stand_mm);
-    let mut height_mm = stand_mm + posture.rise_m * 1000.0;
-    let is_read = [
-        set("speed_m_s", "a speed in m/s, backwards if negative", Limits::Any, 1.0, &mut command.speed_m_s),
-        set(
-            "yaw_deg_s",
-            "a turn in degrees/s, to the left if positive",
-            yaw,
-            degree,
-            &mut command.yaw_rate_rad_s,
-        ),
-        set("height_mm", "the trunk's height above the ground in mm", height, 1.0, &mut height_mm),
-        set(
-            "pitch_deg",
-            "the trunk's pitch in degrees, nose down if positive",
-            tilt,
-            degree,
-            &mut posture.pitch_rad,
-        ),
-        set(
-            "roll_deg",
-            "the trunk's roll in degrees, left side up if positive",
-            tilt,
-            degree,
-            &mut posture.roll_rad,
-        ),
-        set(
-            "sway_mm",
-            "how far the trunk is to the left of its feet in mm",
-            Limits::Any,
-            1e-3,
-            &mut posture.sway_m,
-        ),
-    ];
-    posture.rise_m = (height_mm - stand_mm) / 1000.0;
-    if command.gait == GaitChoice::Stand {
-        for (key, value) in [("speed_m_s", command.speed_m_s), ("yaw_deg_s", command.yaw_rate_rad_s)] {
-            if value.abs() > 0.0 {
-                section
-                    .fault(key, "a gait to go with it: the robot stands here; name one, or gait = \"auto\"");
+    let value = |key, meaning: &str, limits, unit: f64, before: f64| match section.has(key) {
+        true => section.number(key, meaning, limits).map(|number| number * unit),
+        false => Some(before),
+    };
+    let degrees = |key, meaning: &str, most: f64, before_rad: f64| {
+        value(key, meaning, Limits::FromTo(-most, most), 1_f64.to_radians(), before_rad)
+    };
+    let meaning = "a speed in m/s, backwards if negative";
+    let speed_m_s = value("speed_m_s", meaning, Limits::Any, 1.0, before.speed_m_s);
+    let meaning = "a turn in degrees/s, to the left if positive";
+    let yaw_rate_rad_s = degrees("yaw_deg_s", meaning, YAW_MAX_DEG_S, before.yaw_rate_rad_s);
+    if gait == Some(GaitChoice::Stand) {
+        for (key, asked) in [("speed_m_s", speed_m_s), ("yaw_deg_s", yaw_rate_rad_s)] {
+            if asked.is_some_and(|asked| asked.abs() > 0.0) {
+                let expected = "a gait to go with it, such as gait = \"auto\": the robot stands here";
+                section.fault(key, expected);
             }
         }
     }
-    if posture.sway_m.abs() > 0.0
+
+    let Posture { rise_m, pitch_rad, roll_rad, sway_m } = before.posture;
+    let stand_mm = horse.stand_height_m * 1000.0;
+    let limits = Limits::FromTo(HEIGHT_SHARES.0 * stand_mm, HEIGHT_SHARES.1 * stand_mm);
+    let meaning = "the trunk's height above the ground in mm";
+    let height_m = value("height_mm", meaning, limits, 1e-3, horse.stand_height_m + rise_m);
+    let meaning = "the trunk's pitch in degrees, nose down if positive";
+    let pitch_rad = degrees("pitch_deg", meaning, TILT_MAX_DEG, pitch_rad);
+    let meaning = "the trunk's roll in degrees, left side up if positive";
+    let roll_rad = degrees("roll_deg", meaning, TILT_MAX_DEG, roll_rad);
+    let meaning = "how far the trunk is to the left of its feet in mm";
+    let sway_m = value("sway_mm", meaning, Limits::Any, 1e-3, sway_m);
+    if section.has("sway_mm")
+        && sway_m.is_some_and(|sway_m| sway_m.abs() > 0.0)
         && let Some(leg) = leg_without_sideways_joint(robot, horse.legs)
     {
         section
             .fault("sway_mm", format!("0: the {leg} leg of this robot has no joint that moves it sideways"));
     }
-    is_read.iter().all(Option::is_some).then_some(())?;
-    Some(Entry { time_s: time_s?, command, line: section.line("time_s") })
+
+    last.gait = gait;
+    last.time_s = time_s.unwrap_or(last.time_s);
+    last.command = Command {
+        gait: gait?,
+        speed_m_s: speed_m_s?,
+        yaw_rate_rad_s: yaw_rate_rad_s?,
+        posture: Posture {
+            rise_m: height_m? - horse.stand_height_m,
+            pitch_rad: pitch_rad?,
+            roll_rad: roll_rad?,
+            sway_m: sway_m?,
+        },
+    };
+    Some(Entry { time_s: time_s?, command: last.command, line: section.line("time_s") })
+}
+
+fn read_gait(section: &Section<'_>, gaits: &[Gait]) -> Option<GaitChoice> {
+    let own = gaits.iter().enumerate().map(|(index, gait)| (gait.name.as_str(), GaitChoice::Gait(index)));
+    let fixed = [("stand", GaitChoice::Stand), ("auto", GaitChoice::Auto)];
+    section.choice("gait", "a gait", &fixed.into_iter().chain(own).collect::<Vec<_>>())
 }
 
 /// The first leg all of whose joints turn about the body's y axis.
