@@ -2,6 +2,7 @@
 //!
 //! Simulated buses and a virtual clock, so nothing here waits for time to pass: each key is typed once the screen
 //! shows what the one before has done.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
 //! Motion scripts: what they mean, what is refused, and a run by one.
+#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
 

@@ -79,7 +79,7 @@ enum Command {
                             hippocamp run config/horse.toml --keys\n  \
                             hippocamp run config/horse.toml --script config/scripts/round.toml --virtual\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
-    Run(RunArguments),
+    Run(Box<RunArguments>),
     /// Turns one joint to an angle, slowly, and lets it go again.
     ///
     /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
