@@ -51,6 +51,8 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         );
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
+    // Before a terminal is set to keys, which a signal's own ways would leave so.
+    let orders = orders_from_signals()?;
     let (horse, walk_for_s, operator) = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
@@ -91,11 +93,13 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, operator, None)?,
+        AnyPorts::Simulated(ports) => {
+            drive(robot, plan, ports, recorder, Drivers { operator, orders }, None)?
+        }
         AnyPorts::Serial(ports, guard) => {
             let real_time = Some(RealTime { processor: options.processor });
             guard.over(
-                || drive(robot, plan, ports, recorder, operator, real_time),
+                || drive(robot, plan, ports, recorder, Drivers { operator, orders }, real_time),
                 |report| report.is_end_heard,
             )?
         }
@@ -130,6 +134,13 @@ struct RealTime {
     processor: Option<usize>,
 }
 
+/// Whom the robot heeds.
+struct Drivers {
+    operator: Operator,
+    /// From signals.
+    orders: Receiver<Order>,
+}
+
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
 /// Where hardware waits, it asks for real time once all other threads are there.
 fn drive(
@@ -137,10 +148,10 @@ fn drive(
     plan: RunPlan,
     ports: impl Ports,
     recorder: Option<Recorder>,
-    mut operator: Operator,
+    drivers: Drivers,
     real_time: Option<RealTime>,
 ) -> Result<Report> {
-    let orders = orders_from_signals()?;
+    let Drivers { mut operator, orders } = drivers;
     let mut status_line = StatusLine::start(&plan.horse.settings.gaits);
     let mut ordered = None;
     let mut real_time = real_time;

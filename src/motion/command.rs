@@ -1,10 +1,7 @@
 //! What an operator asks of the robot: gait, speed, turn, posture.
 
-use serde::{Deserialize, Serialize};
-
 /// What the operator wants.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
     /// Stand up and do what the run was planned for.
     Go,
@@ -24,7 +21,7 @@ impl Order {
 }
 
 /// How the robot is to move. What it cannot do is held to what it can.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Command {
     /// Who is in the air when.
     pub gait: GaitChoice,
@@ -47,8 +44,7 @@ impl Command {
 }
 
 /// Which gait.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GaitChoice {
     /// None: every foot on the ground.
     #[default]
@@ -60,7 +56,7 @@ pub enum GaitChoice {
 }
 
 /// How the trunk is carried, from standing level at its standing height.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Posture {
     /// Above the standing height, m.
     pub rise_m: f64,
