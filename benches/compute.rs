@@ -13,8 +13,8 @@ use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::ik::{Limbs, Method, Solver};
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::horse::{HorsePlan, Walk};
-use hippocamp::motion::posture_pull;
+use hippocamp::motion::horse::{HorsePlan, Rates, Walk};
+use hippocamp::motion::{Command, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
@@ -30,10 +30,9 @@ fn trotting() -> (Robot, HorsePlan, Walk) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
     let robot = config::load(&path).unwrap().robot;
     let Motion::Horse(horse) = robot.motion.clone();
-    let gait = horse.gaits.iter().find(|gait| gait.name == "trot").unwrap();
-    let mut plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, gait);
-    plan.speed_m_s = 0.13;
-    let walk = Walk::cruising(&plan, plan.speed_m_s);
+    let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
+    let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
+    let walk = Walk::cruising(&plan, trot, Rates { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });
     (robot, plan, walk)
 }
 
@@ -48,7 +47,7 @@ fn targets_of_a_period() -> (Robot, HorsePlan, Vec<Targets>) {
         .map(|cycle| {
             let s = 1.8 + f64::from(cycle) * dt_s;
             walk.advance(s);
-            walk.write(&plan, s, plan.settings.stand_height_m, &mut targets);
+            walk.write_level(&plan, s, &mut targets);
             targets.clone()
         })
         .collect();
@@ -204,7 +203,7 @@ fn stages_to_the_bus(bencher: Bencher) {
     bencher.bench_local(|| {
         s += dt_s;
         walk.advance(s);
-        walk.write(&plan, s, plan.settings.stand_height_m, &mut targets);
+        walk.write_level(&plan, s, &mut targets);
         limbs.solve(&targets, &mut joints);
         let command = safety.check(dt_s, dt_s, &joints, &mut state);
         counts::goals(&robot, command, &mut goals);

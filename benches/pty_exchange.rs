@@ -19,7 +19,7 @@ use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::{Bus, Motion, Protocol, Robot};
-use hippocamp::motion::Order;
+use hippocamp::motion::{Command, Order};
 use hippocamp::platform::{monotonic, request_real_time, sleep_until};
 use hippocamp::run::{RunPlan, run};
 use hippocamp::simulation;
@@ -135,8 +135,7 @@ fn echoes(robot: &Robot, cost: CycleCost) -> Quantiles {
 fn walk(robot: &Robot) -> (Report, Quantiles) {
     let Motion::Horse(horse) = &robot.motion;
     let capability = HorseCapability::of(robot, horse).unwrap();
-    let mut horse = capability.plan(horse, &horse.gaits[0]);
-    horse.speed_m_s = 0.05;
+    let horse = capability.plan(horse, Command::ahead(0, 0.05));
     let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: seconds() };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place.

@@ -1,7 +1,7 @@
 //! A whole run: find the servos, repeat the cycle at its rate, end in the robot's safe stop, report.
 //!
 //! The clock and the waiting are the ports'; orders come in and status goes out through the caller's
-//! functions, which must not block. Whatever ends the loop, a panic included, the servos end in the stop
+//! [`Operator`], which must not block. Whatever ends the loop, a panic included, the servos end in the stop
 //! action.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,15 +11,15 @@ use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::{Robot, StopAction};
-use crate::motion::horse::HorsePlan;
+use crate::motion::horse::{Drive, HorsePlan};
 use crate::motion::{Activity, Generator, Order};
 use crate::recording::Recorder;
 use crate::signals::{JointState, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
-/// A cycle that begins this share of a period after its deadline counts as late.
-const LATE_SHARE: f64 = 0.1;
+/// A cycle that begins more than this share of a period after its deadline counts as late.
+pub const LATE_SHARE: f64 = 0.1;
 /// Goals of the end are sent for this many cycles at least, in case one is lost.
 const LAST_CYCLES: u32 = 5;
 /// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.
@@ -43,7 +43,7 @@ pub struct Status {
     pub time_s: f64,
     /// What the robot is doing.
     pub activity: Activity,
-    /// The gait it goes, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
+    /// The gait it goes in, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
     pub gait: Option<usize>,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
@@ -59,54 +59,60 @@ pub struct Status {
     pub lowest_v: f64,
 }
 
-/// An order, and what the run is said to have ended for if it ends by it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Instruction {
-    /// The order.
-    pub order: Order,
-    /// Why it was given, for the report.
-    pub reason: &'static str,
+/// Who gives the orders and looks on. Asked once a cycle, so nothing here may block or allocate.
+pub trait Operator {
+    /// What is wanted now.
+    fn order(&mut self, status: &Status) -> Order;
+
+    /// How a run that it stopped has ended, and why, in words.
+    fn why_stopped(&self) -> (Outcome, &'static str) {
+        (Outcome::Completed, "stopped by the operator")
+    }
+
+    /// The loop is over, and the servos have been told its last goals.
+    fn loop_ended(&mut self) {}
 }
 
-impl From<Order> for Instruction {
-    fn from(order: Order) -> Instruction {
-        Instruction { order, reason: "stopped by the operator" }
+impl<F: FnMut(&Status) -> Order> Operator for F {
+    fn order(&mut self, status: &Status) -> Order {
+        self(status)
     }
 }
 
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
 ///
-/// `order` is asked, and given the status, once a cycle, for an [`Order`] or an [`Instruction`]; it must not block.
+/// `order` is asked, and given the status, once a cycle; it must not block.
 ///
 /// # Errors
 /// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
-pub fn run<P: Ports, I: Into<Instruction>>(
+pub fn run<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
-    order: impl FnMut(&Status) -> I,
+    order: impl FnMut(&Status) -> Order,
 ) -> Result<Report, StartError> {
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_recorded<P: Ports, I: Into<Instruction>>(
+pub fn run_recorded<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
     ports: P,
     mut recorder: Option<Recorder>,
-    mut order: impl FnMut(&Status) -> I,
+    mut operator: impl Operator,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports)?;
-    let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
+    let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
+    let speed_m_s = plan.horse.command.speed_m_s;
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
     let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
+        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
     cycle.buses_mut().disarm_watchdogs();
@@ -158,18 +164,19 @@ pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>,
 }
 
 /// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
-/// for the end that was planned.
-pub(crate) fn perform<P: Ports, I: Into<Instruction>>(
+/// for the end that was planned. The operator hears of the end when all servos have been told it.
+pub(crate) fn perform<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     done: &str,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> I,
+    operator: &mut impl Operator,
 ) -> End {
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
-    match ended {
-        Ok(stopped) => verdict(robot, cycle, stopped.unwrap_or(done)),
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, operator)));
+    let end = match ended {
+        Ok(false) => verdict(robot, cycle, (Outcome::Completed, done)),
+        Ok(true) => verdict(robot, cycle, operator.why_stopped()),
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -183,21 +190,23 @@ pub(crate) fn perform<P: Ports, I: Into<Instruction>>(
             }
             End { outcome: Outcome::Failed, reason, is_heard }
         }
-    }
+    };
+    operator.loop_ended();
+    end
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; why `order` wanted that, if it did.
-fn repeat<P: Ports, I: Into<Instruction>>(
+/// Repeats the cycle on absolute deadlines until the stop action is complete; true if the operator wanted that.
+fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> I,
-) -> Option<&'static str> {
+    operator: &mut impl Operator,
+) -> bool {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
-    let mut stopped = None;
+    let mut was_ordered_to_stop = false;
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
@@ -205,10 +214,8 @@ fn repeat<P: Ports, I: Into<Instruction>>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let Instruction { order: wanted, reason } = order(&status(cycle, start)).into();
-        if wanted.is_stop() {
-            stopped = Some(reason);
-        }
+        let wanted = operator.order(&status(cycle, start));
+        was_ordered_to_stop |= wanted.is_stop();
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
@@ -219,7 +226,7 @@ fn repeat<P: Ports, I: Into<Instruction>>(
             // Every servo has answered an exchange that told it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return stopped;
+                return was_ordered_to_stop;
             }
         }
         // Deadlines that have passed already are skipped, not made up for.
@@ -234,12 +241,13 @@ fn repeat<P: Ports, I: Into<Instruction>>(
 fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
+    let drive = cycle.generator().drive();
     Status {
         time_s,
         activity: cycle.generator().activity(),
-        gait: cycle.generator().gait(),
+        gait: drive.and_then(Drive::gait),
+        yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
         speed_m_s: cycle.generator().speed_m_s(),
-        yaw_rate_rad_s: cycle.generator().yaw_rate_rad_s(),
         permission: cycle.state().permission,
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
@@ -247,17 +255,20 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
     }
 }
 
-/// How a cycle ended that ended because of `reason`, unless safety or a silent servo gives another.
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, reason: &str) -> End {
+/// How a loop ended that would have ended as `planned`, had safety and the servos had nothing to say.
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &str)) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
-        (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
+        let mut reasons = vec![why];
+        reasons.extend(cycle.buses().strangers());
+        reasons.extend((!lost.is_empty()).then_some(lost));
+        (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
     } else {
-        (Outcome::Completed, reason.to_owned())
+        (planned.0, planned.1.to_owned())
     };
     End { outcome, reason, is_heard }
 }

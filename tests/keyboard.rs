@@ -121,14 +121,15 @@ impl Screen {
     /// The status line, if all of it is there.
     fn line(&self) -> Option<Line> {
         let text = self.text();
-        let (_, line) = text.lines().rfind(|line| line.contains("late cycles"))?.split_once(" s  ")?;
+        let (_, line) = text.lines().rfind(|line| line.ends_with(" V"))?.split_once(" s ")?;
         let mut parts = line.split(", ");
-        let doing = parts.next()?.to_owned();
+        let doing = parts.next()?;
         let pair = |part: &str, unit: &str| -> Option<(f64, f64)> {
             let (reached, asked) = part.strip_suffix(unit)?.split_once(" of ")?;
-            Some((reached.parse().ok()?, asked.parse().ok()?))
+            Some((reached.rsplit(' ').next()?.parse().ok()?, asked.parse().ok()?))
         };
-        let (speed_m_s, asked_m_s) = pair(parts.next()?, " m/s")?;
+        let (speed_m_s, asked_m_s) = pair(doing, " m/s").unwrap_or_default();
+        let doing = doing.split(" 0.").next()?.to_owned();
         let turn = parts.next()?;
         let (turn_deg_s, asked_deg_s) = match (pair(turn, " deg/s left"), pair(turn, " deg/s right")) {
             (Some(left), _) => left,

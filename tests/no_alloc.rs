@@ -13,7 +13,7 @@ use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::{Activity, Order};
+use hippocamp::motion::{Activity, Command as Asked, Order};
 use hippocamp::run::Status;
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
@@ -172,7 +172,7 @@ fn no_operator_allocates() {
     use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire};
     let robot = shipped("horse.toml");
     let Motion::Horse(horse) = &robot.motion;
-    let repertoire = Repertoire::of(&robot, horse, &capability(&robot));
+    let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
     let mut keys = Keys::new(repertoire.clone());
     let mut gamepad = Gamepad::new(repertoire, 0.5);
     let text = "[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 0.05\n[[at]]\ntime_s = 1\ngait = 'stand'";

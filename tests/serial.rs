@@ -12,7 +12,7 @@ use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::{Activity, Order};
+use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::platform::{monotonic, thread_time};
 use hippocamp::run::{RunPlan, Status, run};
 use hippocamp::signals::Permission;
@@ -40,8 +40,7 @@ fn rig(file: &str, faults: &str) -> Rig {
     let robot = config::load(&Path::new("config").join(file)).unwrap().robot;
     let Motion::Horse(horse) = &robot.motion;
     let capability = HorseCapability::of(&robot, horse).unwrap();
-    let mut horse = capability.plan(horse, &horse.gaits[0]);
-    horse.speed_m_s = 0.05;
+    let horse = capability.plan(horse, Command::ahead(0, 0.05));
     let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.

@@ -2,45 +2,16 @@
 //! those of another robot than the one that is started.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
-use hippocamp::bus::{Buses, Disagreement, PortError, Ports, SimPorts, StartError, TransactionError};
+mod common;
+
+use common::Spy;
+use hippocamp::bus::{Buses, Disagreement, StartError, TransactionError};
 use hippocamp::config;
 use hippocamp::model::servo_model::{Protocol, ServoModel};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::simulation;
-use hippocamp::units::{ServoId, Time};
+use hippocamp::units::ServoId;
 use hw_sim::FaultScript;
-
-/// Simulated ports that remember what was sent, and whose lines have names.
-struct Spy {
-    inner: SimPorts,
-    sent: Vec<Vec<u8>>,
-    gone: Option<usize>,
-}
-
-impl Ports for Spy {
-    fn now(&mut self) -> Time {
-        self.inner.now()
-    }
-    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
-        if self.gone == Some(bus) { Err(PortError::Gone { bus }) } else { self.inner.discard_input(bus) }
-    }
-    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
-        self.sent.push(bytes.to_vec());
-        self.inner.send(bus, bytes)
-    }
-    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
-        self.inner.receive(bus, into)
-    }
-    fn wait_for_input(&mut self, deadline: Time) {
-        self.inner.wait_for_input(deadline);
-    }
-    fn wait_until(&mut self, deadline: Time) {
-        self.inner.wait_until(deadline);
-    }
-    fn device(&self, bus: usize) -> Option<&str> {
-        ["/dev/one", "/dev/two", "/dev/three"].get(bus).copied()
-    }
-}
 
 fn dynamixel_horse() -> Robot {
     config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot
@@ -54,7 +25,8 @@ fn feetech_horse() -> Robot {
 fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
     let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
     let world = simulation::world_from_pose(built, &pose, 1, &FaultScript::default()).unwrap();
-    let ports = Spy { inner: SimPorts::on_virtual_clock(world), sent: Vec::new(), gone };
+    let mut ports = Spy::new(world, |_| {});
+    (ports.gone, ports.devices) = (gone, &["/dev/one", "/dev/two", "/dev/three"]);
     let mut buses = Buses::new(robot, ports);
     let result = buses.prepare(robot);
     (result, buses.into_ports().sent)

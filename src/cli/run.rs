@@ -5,27 +5,23 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-use crossbeam_channel::{Receiver, bounded};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
-use signal_hook::iterator::Signals;
 
+use super::drivers::Driver;
 use super::guard::Guard;
 use super::load::{Loaded, load};
-use super::operators::Operator;
+use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, Choice};
 use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
-use crate::bus::{Ports, SerialPorts, SimPorts};
-use crate::capability::top_speed;
-use crate::model::{Gait, HorseMotion, Robot};
-use crate::motion::Order;
+use crate::bus::{SerialPorts, SimPorts};
+use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
+use crate::motion::{Command, GaitChoice};
 use crate::operator::Repertoire;
-use crate::platform;
 use crate::recording::{Recorder, RunHeader};
-use crate::run::{RunPlan, run_recorded};
+use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
 
@@ -51,9 +47,9 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         );
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
-    // Before a terminal is set to keys, which a signal's own ways would leave so.
-    let orders = orders_from_signals()?;
-    let (horse, walk_for_s, operator) = plan(options, &loaded)?;
+    // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
+    let signals = Signals::catch()?;
+    let (horse, walk_for_s, driver) = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
@@ -82,24 +78,25 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let recording_file = options.record.as_deref().or(passing_file.as_deref());
     let created = recording_file.map(create_recording).transpose()?;
 
-    match &operator {
-        Operator::Plan => {
-            let (gait, speed_m_s) = (&horse.gait.name, horse.speed_m_s);
+    match &driver {
+        Driver::Plan => {
+            let (gait, speed_m_s) = (horse.gait_name(horse.command.gait), horse.command.speed_m_s);
             say!("{}: {gait} at {speed_m_s:.3} m/s for {walk_for_s} s on {choice}", robot.name);
         }
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
-    operator.help().iter().for_each(|line| say!("  {line}"));
+    driver.help().iter().for_each(|line| say!("  {line}"));
+    let status_line = StatusLine::start(&horse.settings.gaits);
+    let terminal = |hardware| Terminal::new(signals, driver, Some(status_line), hardware);
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s };
     let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
     let mut report = match ports {
-        AnyPorts::Simulated(ports) => {
-            drive(robot, plan, ports, recorder, Drivers { operator, orders }, None)?
-        }
+        AnyPorts::Simulated(ports) => run_recorded(robot, plan, ports, recorder, terminal(None))?,
         AnyPorts::Serial(ports, guard) => {
-            let real_time = Some(RealTime { processor: options.processor });
+            let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
+            let terminal = terminal(Some(hardware));
             guard.over(
-                || drive(robot, plan, ports, recorder, Drivers { operator, orders }, real_time),
+                || Ok(run_recorded(robot, plan, ports, recorder, terminal)?),
                 |report| report.is_end_heard,
             )?
         }
@@ -129,63 +126,13 @@ enum AnyPorts {
     Serial(SerialPorts, Guard),
 }
 
-/// The loop is to ask for real time, on a processor of its own if one is named.
-struct RealTime {
-    processor: Option<usize>,
-}
-
-/// Whom the robot heeds.
-struct Drivers {
-    operator: Operator,
-    /// From signals.
-    orders: Receiver<Order>,
-}
-
-/// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-/// Where hardware waits, it asks for real time once all other threads are there.
-fn drive(
-    robot: &Robot,
-    plan: RunPlan,
-    ports: impl Ports,
-    recorder: Option<Recorder>,
-    drivers: Drivers,
-    real_time: Option<RealTime>,
-) -> Result<Report> {
-    let Drivers { mut operator, orders } = drivers;
-    let mut status_line = StatusLine::start(&plan.horse.settings.gaits);
-    let mut ordered = None;
-    let mut real_time = real_time;
-    let report = run_recorded(robot, plan, ports, recorder, |status| {
-        // In the first cycle, when all memory is taken and all other threads are there.
-        if let Some(RealTime { processor }) = real_time.take() {
-            for note in platform::request_real_time(processor) {
-                say!("  {note}");
-            }
-        }
-        let asked = operator.instruction(status, |note| status_line.note(note));
-        ordered = orders.try_recv().ok().or(ordered);
-        // A signal counts for more than the operator, but for an emergency.
-        let asked = match ordered {
-            Some(order) if asked.order != Order::StopAtOnce => order.into(),
-            _ => asked,
-        };
-        status_line.show(status, asked.order);
-        asked
-    });
-    drop(status_line);
-    Ok(report?)
-}
-
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
 fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
-    let faults = fault_script(options.faults.as_deref())?;
-    simulation::world(robot, options.seed, &faults).map_err(|error| {
-        let said = match &options.faults {
-            Some(path) => format!("{}: {error}", path.display()),
-            None => error.to_string(),
-        };
-        BadInput(said).into()
-    })
+    let faults = match &options.faults {
+        Some(path) => fault_script(robot, path)?,
+        None => hw_sim::FaultScript::default(),
+    };
+    Ok(simulation::world(robot, options.seed, &faults)?)
 }
 
 /// Exit code of a run that ended so.
@@ -206,65 +153,70 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
-/// What to walk, for how long, and who drives.
-fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(HorsePlan, f64, Operator)> {
-    if !options.operator.is_driven() {
-        let gait = gait(options.gait.as_deref(), &loaded.horse)?;
-        return Ok((horse_plan(gait, options.speed, loaded)?, options.walk_for_s, Operator::Plan));
+/// What to do, for how long, and who drives: others than the plan drive from a stand, for as long as they like.
+fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(HorsePlan, f64, Driver)> {
+    let standing = loaded.capability.plan(&loaded.horse, Command::default());
+    let driver = Driver::start(&options.driver, loaded, Repertoire::of(&standing))?;
+    match driver {
+        Driver::Plan => Ok((walking(options, loaded, standing)?, options.walk_for_s, driver)),
+        _ => Ok((standing, 0.0, driver)),
     }
-    let repertoire = Repertoire::of(&loaded.file.robot, &loaded.horse, &loaded.capability);
-    let first = (0..loaded.horse.gaits.len()).find(|index| repertoire.can_do(*index)).unwrap_or(0);
-    let horse = horse_plan(&loaded.horse.gaits[first], None, loaded)?;
-    // No end of its own: JSON, in which it is recorded, knows no infinity.
-    Ok((horse, f64::MAX, Operator::start(&options.operator, loaded, repertoire)?))
 }
 
-/// The gait asked for, at the speed asked for, held to what the robot can do.
-fn horse_plan(gait: &Gait, speed: Option<f64>, loaded: &Loaded) -> Result<HorsePlan> {
-    let mut plan = loaded.capability.plan(&loaded.horse, gait);
-    let top = top_speed::of_gait(&loaded.file.robot, &plan);
-    if top.m_s() <= 0.0 {
-        let joint = top.joint.map_or("a joint", |joint| loaded.file.robot.joints[joint].name.as_str());
+/// A plan for the gait asked for, at the speed asked for, held to what the robot can do.
+fn walking(options: &RunArguments, loaded: &Loaded, plan: HorsePlan) -> Result<HorsePlan> {
+    let choice = gait(options.gait.as_deref(), &plan)?;
+    let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
+    let top_m_s = plan.top_speed_m_s(choice);
+    let joint = match choice {
+        GaitChoice::Gait(gait) => loaded.capability.top_speeds[gait].joint,
+        GaitChoice::Stand | GaitChoice::Auto => None,
+    };
+    let joint = joint.map(|joint| loaded.file.robot.joints[joint].name.as_str());
+    let name = plan.gait_name(choice);
+    if top_m_s <= 0.0 && choice != GaitChoice::Stand {
         return Err(BadInput(format!(
-            "{} cannot {}: even on the spot {joint} would pass its speed or acceleration limit; a longer \
+            "{} cannot {name}: even on the spot {} would pass its speed or acceleration limit; a longer \
              swing_time_s or a lower swing_lift_mm asks less of it",
-            loaded.file.robot.name, gait.name
+            loaded.file.robot.name,
+            joint.unwrap_or("a joint")
         ))
         .into());
     }
-    plan.speed_m_s = match speed {
-        None => DEFAULT_SPEED_SHARE * top.m_s(),
+    let speed_m_s = match options.speed {
+        None => plan.command.speed_m_s,
         Some(speed) if !speed.is_finite() || speed < 0.0 => {
             return Err(BadInput(format!("--speed {speed}: expected a speed in m/s, 0 or more")).into());
         }
-        Some(speed) if speed > top.m_s() => {
-            let limit = top.joint.map_or("the legs reach no further".to_owned(), |joint| {
-                format!("{} can turn no faster", loaded.file.robot.joints[joint].name)
+        Some(speed) if speed > top_m_s && choice != GaitChoice::Stand => {
+            let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
+                format!("{joint} can turn no faster")
             });
-            say!("{speed} m/s is too fast for {}: held at {:.3} m/s ({limit})", gait.name, top.m_s());
-            top.m_s()
+            say!("{speed} m/s is too fast for {name}: held at {top_m_s:.3} m/s ({limit})");
+            top_m_s
         }
         Some(speed) => speed,
     };
-    Ok(plan)
+    let command = Command { speed_m_s, ..plan.command };
+    Ok(HorsePlan { command, ..plan })
 }
 
-fn gait<'h>(wanted: Option<&str>, horse: &'h HorseMotion) -> Result<&'h Gait> {
-    let names = || horse.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
-    let found = match wanted {
-        None => horse.gaits.first(),
-        Some(name) => horse.gaits.iter().find(|gait| gait.name == name),
-    };
-    found.ok_or_else(|| {
-        BadInput(format!("--gait {}: expected one of {}", wanted.unwrap_or("(none)"), names())).into()
+fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
+    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
+    let Some(wanted) = wanted else { return Ok(GaitChoice::Gait(0)) };
+    plan.gait_choice(wanted).ok_or_else(|| {
+        BadInput(format!("--gait {wanted}: expected auto, stand, or one of {}", names())).into()
     })
 }
 
-fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
-    let Some(path) = path else { return Ok(hw_sim::FaultScript::default()) };
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
-    hw_sim::FaultScript::from_toml(&text)
-        .map_err(|error| BadInput(format!("{}: {error}", path.display())).into())
+fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
+    let file_name = path.display().to_string();
+    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
+    simulation::fault_script(robot, &text, &file_name).map_err(|error| {
+        let count = error.mistakes.len();
+        let counted = if count == 1 { "1 mistake".to_owned() } else { format!("{count} mistakes") };
+        BadInput(format!("{error}\n{counted}; nothing was started")).into()
+    })
 }
 
 /// A recording that could not be written is better known before the robot has walked.
@@ -322,29 +274,17 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
     write_whole(path, &(text + "\n"))
 }
 
-/// The first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the robot) orders a stop, the second one at once.
-pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
-    let (sender, receiver) = bounded(8);
-    let mut signals =
-        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP]).context("signals could not be caught")?;
-    std::thread::spawn(move || {
-        let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
-        for (_, order) in signals.forever().zip(orders) {
-            let _ = sender.try_send(order);
-        }
-    });
-    Ok(receiver)
-}
-
 fn print_summary(robot: &Robot, report: &Report) {
     say!("{}: {}", outcome_words(report.outcome), report.reason);
+    let computing = report.loop_times.work_us.map_or_else(String::new, |work_us| {
+        format!("; computing a cycle {} us at most, {} us half of the time", work_us.max, work_us.p50)
+    });
     say!(
-        "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
+        "  {:.1} s, {} cycles, {} late by more than {} ms{computing}",
         report.duration_s,
         report.cycles,
         report.late_cycles,
-        report.loop_times.work_us.max,
-        report.loop_times.work_us.p50
+        LATE_SHARE * robot.period_s() * 1e3
     );
     say!(
         "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",

@@ -13,21 +13,21 @@ use crate::signals::Permission;
 /// Time of the run between two status lines on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 5.0;
-/// Lines and notes that may wait for a slow terminal.
+/// Lines that may wait for a slow terminal.
 const WAITING: usize = 16;
 /// Slower turns are not worth a word, rad/s.
 const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// What is printed.
-#[derive(Debug, Clone, Copy)]
-enum Shown {
+enum Line {
     Status(Status, Order),
+    /// A line of its own.
     Note(&'static str),
 }
 
 /// A status line on standard error.
 pub(super) struct StatusLine {
-    sender: Option<Sender<Shown>>,
+    sender: Option<Sender<Line>>,
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
@@ -38,34 +38,29 @@ impl StatusLine {
     pub(super) fn start(gaits: &[Gait]) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let gaits = gaits.iter().map(|gait| gait.name.clone()).collect();
-        let printer = Printer { is_terminal, gaits };
+        let gaits = Names(gaits.iter().map(|gait| gait.name.clone()).collect());
         StatusLine {
             sender: Some(sender),
-            printer: Some(std::thread::spawn(move || printer.print_all(&receiver))),
+            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &gaits))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
         }
     }
 
-    /// Shows `status` and what was ordered if it is time for another line. Never waits: a line the printer has
-    /// no room for is lost.
+    /// Shows `status` and what was ordered if it is time for another line. Never waits: a line the printer has no
+    /// room for is lost.
     pub(super) fn show(&mut self, status: &Status, order: Order) {
         if status.time_s >= self.next_s {
             self.next_s = status.time_s + self.every_s;
-            self.send(Shown::Status(*status, order));
+            if let Some(sender) = &self.sender {
+                let _ = sender.try_send(Line::Status(*status, order));
+            }
         }
     }
 
-    /// Shows a line that stays. Never waits either.
-    pub(super) fn note(&self, note: &'static str) {
-        self.send(Shown::Note(note));
-    }
-
-    fn send(&self, shown: Shown) {
-        if let Some(sender) = &self.sender {
-            let _ = sender.try_send(shown);
-        }
+    /// Shows `words` that stay. Never waits: false if there is no room for them now.
+    pub(super) fn note(&mut self, words: &'static str) -> bool {
+        self.sender.as_ref().is_none_or(|sender| sender.try_send(Line::Note(words)).is_ok())
     }
 }
 
@@ -79,78 +74,90 @@ impl Drop for StatusLine {
     }
 }
 
-/// The thread that prints.
-struct Printer {
-    is_terminal: bool,
-    gaits: Vec<String>,
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, gaits: &Names) {
+    let mut out = std::io::stderr().lock();
+    for line in lines {
+        let (line, is_passing) = match line {
+            Line::Status(status, order) => (gaits.line_of(&status, order), is_terminal),
+            Line::Note(words) => (words.to_owned(), false),
+        };
+        let clear = if is_terminal { "\r\x1b[2K" } else { "" };
+        // A closed terminal is no reason to stop a walking robot.
+        let _ = if is_passing {
+            // A line that wraps would be left behind by the next. The width may change at any time.
+            write!(out, "{clear}{}", cut(&line, terminal_columns()))
+        } else {
+            writeln!(out, "{clear}{line}")
+        };
+        let _ = out.flush();
+    }
+    if is_terminal {
+        let _ = writeln!(out);
+    }
 }
 
-impl Printer {
-    fn print_all(&self, all: &Receiver<Shown>) {
-        let mut out = std::io::stderr().lock();
-        for shown in all {
-            // A closed terminal is no reason to stop a walking robot.
-            let _ = match (shown, self.is_terminal) {
-                (Shown::Status(status, order), true) => {
-                    write!(out, "\r\x1b[2K{}", cut(&self.line_of(&status, order), columns()))
-                }
-                (Shown::Status(status, order), false) => writeln!(out, "{}", self.line_of(&status, order)),
-                (Shown::Note(note), true) => writeln!(out, "\r\x1b[2K{note}"),
-                (Shown::Note(note), false) => writeln!(out, "{note}"),
-            };
-            let _ = out.flush();
-        }
-        if self.is_terminal {
-            let _ = writeln!(out);
-        }
-    }
+/// Columns of the terminal on standard error; where it does not tell, what all have had for fifty years.
+fn terminal_columns() -> usize {
+    let columns = rustix::termios::tcgetwinsize(std::io::stderr()).map_or(0, |size| usize::from(size.ws_col));
+    if columns == 0 { 80 } else { columns }
+}
 
+/// As much of `line`, which is ASCII, as fits.
+fn cut(line: &str, columns: usize) -> &str {
+    line.get(..columns).unwrap_or(line)
+}
+
+/// Names of the robot's gaits, for people.
+struct Names(Vec<String>);
+
+impl Names {
+    /// The most important first: a narrow terminal shows the beginning.
     fn line_of(&self, status: &Status, order: Order) -> String {
-        let doing = self.doing(status);
-        let motion = match order {
-            Order::Drive(command) => {
-                let asked = self.choice(command.gait);
-                let gait = match command.gait {
-                    _ if status.permission != Permission::Move => doing.to_owned(),
-                    GaitChoice::Auto if status.gait.is_some() => format!("{doing} (auto)"),
-                    GaitChoice::Stand if status.activity == Activity::Standing => doing.to_owned(),
-                    _ if asked == doing => doing.to_owned(),
-                    _ => format!("{doing} -> {asked}"),
-                };
-                let turn = turn_words(status.yaw_rate_rad_s, command.yaw_rate_rad_s);
-                format!("{gait}, {:.3} of {:.3} m/s{turn}", status.speed_m_s, command.speed_m_s)
-            }
-            _ => format!("{doing}, {:.3} m/s", status.speed_m_s),
+        let doing = match (status.permission, status.activity) {
+            (Permission::Hold, _) => "HELD BY SAFETY".to_owned(),
+            (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
+            (_, Activity::Limp) => "limp".to_owned(),
+            (_, Activity::Rising) => "rising".to_owned(),
+            (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
+            (_, Activity::Jogging) => "turning one joint".to_owned(),
+            (_, Activity::Stopping) => "stopping".to_owned(),
+            (_, Activity::Done) => "done".to_owned(),
         };
         let servos = if status.lowest_v.is_finite() {
             format!(", {:.0} C, {:.1} V", status.hottest_c, status.lowest_v)
         } else {
             String::new()
         };
-        format!("{:6.1} s  {motion}{servos}, {} late cycles", status.time_s, status.late_cycles)
+        let late = match status.late_cycles {
+            0 => String::new(),
+            1 => ", 1 late cycle".to_owned(),
+            count => format!(", {count} late cycles"),
+        };
+        format!("{:6.1} s {doing}{servos}{late}", status.time_s)
     }
 
-    fn doing(&self, status: &Status) -> &str {
-        match (status.permission, status.activity) {
-            (Permission::Hold, _) => "HELD BY SAFETY",
-            (Permission::Stop, _) => "STOPPED BY SAFETY",
-            (_, Activity::Limp) => "limp",
-            (_, Activity::Rising) => "rising",
-            (_, Activity::Standing) => "standing",
-            (_, Activity::Walking) => {
-                status.gait.and_then(|index| self.gaits.get(index)).map_or("walking", String::as_str)
-            }
-            (_, Activity::Jogging) => "turning one joint",
-            (_, Activity::Stopping) => "stopping",
-            (_, Activity::Done) => "done",
-        }
+    /// What a robot on its feet does, and of what was asked.
+    fn motion(&self, status: &Status, order: Order) -> String {
+        let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
+        let Order::Drive(asked) = order else {
+            return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
+        };
+        let doing = match (gait, asked.gait) {
+            (None, GaitChoice::Stand) => return "standing".to_owned(),
+            (None, choice) => format!("standing -> {}", self.of(choice)),
+            (Some(gait), GaitChoice::Auto) => format!("{gait} (auto)"),
+            (Some(gait), choice) if self.of(choice) == gait => gait.to_owned(),
+            (Some(gait), choice) => format!("{gait} -> {}", self.of(choice)),
+        };
+        let turn = turn_words(status.yaw_rate_rad_s, asked.yaw_rate_rad_s);
+        format!("{doing} {:.3} of {:.3} m/s{turn}", status.speed_m_s, asked.speed_m_s)
     }
 
-    fn choice(&self, choice: GaitChoice) -> &str {
+    fn of(&self, choice: GaitChoice) -> &str {
         match choice {
             GaitChoice::Stand => "stand",
             GaitChoice::Auto => "auto",
-            GaitChoice::Gait(index) => self.gaits.get(index).map_or("?", String::as_str),
+            GaitChoice::Gait(gait) => self.0.get(gait).map_or("stand", String::as_str),
         }
     }
 }
@@ -168,14 +175,80 @@ fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
     format!(", {turns:.1} of {asked:.1} deg/s {side}")
 }
 
-/// Columns of the terminal; none if it does not say.
-fn columns() -> Option<usize> {
-    let size = rustix::termios::tcgetwinsize(std::io::stderr()).ok()?;
-    Some(usize::from(size.ws_col)).filter(|columns| *columns > 0)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Command;
 
-/// As much of `line` as stays on one line of a terminal, which could not be taken back otherwise.
-fn cut(line: &str, columns: Option<usize>) -> &str {
-    let end = columns.and_then(|columns| line.char_indices().nth(columns.saturating_sub(1)));
-    end.map_or(line, |(end, _)| &line[..end])
+    const WALKING: Status = Status {
+        time_s: 59.94,
+        activity: Activity::Walking,
+        gait: Some(1),
+        speed_m_s: 0.1234,
+        yaw_rate_rad_s: 0.0,
+        permission: Permission::Move,
+        late_cycles: 0,
+        hottest_c: 41.2,
+        lowest_v: 11.84,
+    };
+
+    fn line_of(status: &Status) -> String {
+        line(status, Order::Go)
+    }
+
+    fn line(status: &Status, order: Order) -> String {
+        Names(["walk", "trot"].map(str::to_owned).into()).line_of(status, order)
+    }
+
+    #[test]
+    fn a_driver_sees_what_is_done_and_what_was_asked() {
+        let asked = |gait, yaw_deg_s: f64| {
+            let yaw_rate_rad_s = yaw_deg_s.to_radians();
+            Order::Drive(Command { gait, speed_m_s: 0.2, yaw_rate_rad_s, ..Command::default() })
+        };
+        let turning = Status { yaw_rate_rad_s: 3_f64.to_radians(), ..WALKING };
+        let standing = Status { activity: Activity::Standing, gait: None, ..WALKING };
+        use GaitChoice::{Auto, Gait, Stand};
+        for (status, order, words) in [
+            (WALKING, asked(Gait(1), 0.0), "59.9 s trot 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Gait(0), 0.0), "59.9 s trot -> walk 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Auto, 0.0), "59.9 s trot (auto) 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Stand, 0.0), "59.9 s trot -> stand 0.123 of 0.200 m/s, 41 C"),
+            (turning, asked(Gait(1), 5.0), "m/s, 3.0 of 5.0 deg/s left, 41 C"),
+            (turning, asked(Gait(1), -5.0), "m/s, -3.0 of 5.0 deg/s right, 41 C"),
+            (turning, asked(Gait(1), 0.0), "m/s, 3.0 of 0.0 deg/s left, 41 C"),
+            (standing, asked(Stand, 0.0), "59.9 s standing, 41 C"),
+            (standing, asked(Gait(0), 0.0), "59.9 s standing -> walk"),
+        ] {
+            let line = line(&status, order);
+            assert!(line.contains(words), "no '{words}' in {line}");
+        }
+    }
+
+    #[test]
+    fn what_matters_fits_forty_columns() {
+        assert_eq!(line_of(&WALKING), "  59.9 s walking 0.123 m/s, 41 C, 11.8 V");
+        for permission in [Permission::Move, Permission::Hold, Permission::Stop] {
+            let line = line_of(&Status { permission, late_cycles: 12345, ..WALKING });
+            let shown = cut(&line, 40);
+            assert!(shown.len() <= 40 && shown.contains(" C, 11.8 V"), "{shown}");
+            assert_eq!(cut(&line, 200), line);
+        }
+        assert_eq!(cut("rising", 0), "");
+    }
+
+    #[test]
+    fn a_robot_that_safety_stopped_has_no_walking_speed() {
+        for permission in [Permission::Hold, Permission::Stop] {
+            let line = line_of(&Status { permission, ..WALKING });
+            assert!(line.contains("BY SAFETY") && !line.contains("m/s"), "{line}");
+        }
+    }
+
+    #[test]
+    fn late_cycles_are_told_once_there_are_some() {
+        let line = |late_cycles| line_of(&Status { late_cycles, ..WALKING });
+        assert!(!line(0).contains("late"));
+        assert!(line(1).ends_with(", 1 late cycle") && line(2).ends_with(", 2 late cycles"));
+    }
 }

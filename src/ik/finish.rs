@@ -3,44 +3,37 @@
 //! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that
 //! soft joints take more of it, as in CCD. A joint that a step would push past a limit goes onto the limit,
 //! leaves the free set, and the others are solved again for what is left. Damping shrinks after a step that
-//! came nearer and grows after one that did not (Levenberg and Marquardt), so a target out of reach ends in
-//! the nearest pose instead of an oscillation.
+//! came nearer and grows after one that did not (Levenberg and Marquardt).
 
-use glam::{DMat3, DVec3};
-
-use super::Solver;
+use super::chain::ChainSolver;
+use super::geometry::{Geometry, Vector};
+use super::pose::SMALL_TURN_RAD;
 
 /// Most steps in one solve.
 const STEPS_MAX: u32 = 24;
 /// Largest turn of one joint in one step, rad.
-const TURN_MAX_RAD: f64 = 0.25;
+pub(super) const TURN_MAX_RAD: f64 = SMALL_TURN_RAD;
 /// Damping at the start, as a share of the trace of J W J^T.
 const DAMPING_START: f64 = 1e-6;
 /// Damping past which no step comes nearer: the pose is the nearest.
 const DAMPING_GIVE_UP: f64 = 1e3;
 
-impl Solver {
-    pub(super) fn finish(&mut self, target: DVec3, pull: f64, tolerance_m: f64, angles: &mut [f64]) {
-        let mut distance_m = self.tip().distance(target);
+impl<G: Geometry> ChainSolver<G> {
+    pub(super) fn finish(&mut self, target: G::Vector, pull: f64) {
+        let tolerance_m = self.tolerance_m();
+        let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
         let mut pull = pull;
         for _ in 0..STEPS_MAX {
             if distance_m <= tolerance_m && pull <= 0.0 {
                 return;
             }
-            self.bounded_step(target, pull, damping, angles);
-            for (index, hinge) in self.hinges.iter().enumerate() {
-                let (low, high) = hinge.range_rad;
-                self.trial[index] = (angles[index] + self.step[index]).clamp(low, high);
-            }
-            let trial = std::mem::take(&mut self.trial);
-            self.place(&trial);
-            self.trial = trial;
-            let new_distance_m = self.tip().distance(target);
+            self.choose_step(target, pull, damping);
+            self.take_step();
+            let new_distance_m = self.distance_m(target);
             // The pull step may cost a little distance, which the next steps win back.
             if new_distance_m < distance_m || pull > 0.0 {
                 let gain_m = distance_m - new_distance_m;
-                angles.copy_from_slice(&self.trial);
                 distance_m = new_distance_m;
                 damping = (damping * 0.1).max(1e-12);
                 // Nothing left to win: out of reach, at the nearest pose.
@@ -48,7 +41,7 @@ impl Solver {
                     return;
                 }
             } else {
-                self.place(angles);
+                self.take_step_back();
                 damping *= 10.0;
                 if damping > DAMPING_GIVE_UP {
                     return;
@@ -58,56 +51,48 @@ impl Solver {
         }
     }
 
-    /// Writes into `step` the bounded step from `angles` towards `target`, with a pull to the neutral pose
-    /// where that does not move the tip.
-    fn bounded_step(&mut self, target: DVec3, pull: f64, damping: f64, angles: &[f64]) {
-        let count = self.hinges.len();
-        self.is_free.fill(true);
-        self.step.fill(0.0);
-        let tip = self.tip();
-        for index in 0..count {
-            self.columns[index] = self.axes[index].cross(tip - self.places[index]);
+    /// Chooses the bounded step towards `target`, with a pull to the neutral pose where that does not move
+    /// the tip.
+    fn choose_step(&mut self, target: G::Vector, pull: f64, damping: f64) {
+        self.differentiate();
+        for joint in &mut self.joints {
+            joint.pull_rad = pull * (joint.neutral_rad - joint.angle.rad);
+            joint.turn_rad = 0.0;
+            joint.is_free = true;
         }
         // Each pass fixes at least one joint on a limit, so there are at most count + 1.
-        for _ in 0..=count {
-            let mut wanted = target - tip;
-            let mut normal = DMat3::ZERO;
-            for index in 0..count {
-                let column = self.columns[index];
-                if self.is_free[index] {
-                    let weight = self.hinges[index].stiffness;
-                    normal += outer(column, column * weight);
+        for _ in 0..=self.joints.len() {
+            let mut wanted = target - self.tip;
+            let mut normal = <G::Vector as Vector>::Normal::default();
+            for joint in &self.joints {
+                if joint.is_free {
+                    joint.column.add_to(&mut normal, joint.stiffness);
                     // What the pull moves the tip by, the step must take back.
-                    wanted -= column * self.pull_of(index, pull, angles);
+                    wanted = wanted - joint.column * joint.pull_rad;
                 } else {
-                    wanted -= column * self.step[index];
+                    wanted = wanted - joint.column * joint.turn_rad;
                 }
             }
-            let trace = normal.x_axis.x + normal.y_axis.y + normal.z_axis.z;
-            let damped = normal + DMat3::from_diagonal(DVec3::splat(damping * trace + f64::MIN_POSITIVE));
-            let multiplier = damped.inverse() * wanted;
-            if !multiplier.is_finite() {
+            let multiplier = wanted.solved_by(&normal, damping);
+            let mut largest_rad: f64 = 0.0;
+            for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+                joint.turn_rad = joint.stiffness * joint.column.dot(multiplier) + joint.pull_rad;
+                largest_rad = largest_rad.max(joint.turn_rad.abs());
+            }
+            if !largest_rad.is_finite() {
+                for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+                    joint.turn_rad = 0.0;
+                }
                 return;
             }
-            let mut largest: f64 = 0.0;
-            for index in (0..count).filter(|&index| self.is_free[index]) {
-                let turn = self.hinges[index].stiffness * self.columns[index].dot(multiplier)
-                    + self.pull_of(index, pull, angles);
-                self.step[index] = turn;
-                largest = largest.max(turn.abs());
-            }
-            let scale = if largest > TURN_MAX_RAD { TURN_MAX_RAD / largest } else { 1.0 };
+            let scale = if largest_rad > TURN_MAX_RAD { TURN_MAX_RAD / largest_rad } else { 1.0 };
             let mut is_settled = true;
-            for (index, &angle) in angles.iter().enumerate() {
-                if !self.is_free[index] {
-                    continue;
-                }
-                let (low, high) = self.hinges[index].range_rad;
-                let wanted = angle + scale * self.step[index];
-                let allowed = wanted.clamp(low, high);
-                self.step[index] = allowed - angle;
+            for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+                let wanted = joint.angle.rad + scale * joint.turn_rad;
+                let allowed = joint.held(wanted);
+                joint.turn_rad = allowed - joint.angle.rad;
                 if (allowed - wanted).abs() > 0.0 {
-                    self.is_free[index] = false;
+                    joint.is_free = false;
                     is_settled = false;
                 }
             }
@@ -116,12 +101,4 @@ impl Solver {
             }
         }
     }
-
-    fn pull_of(&self, index: usize, pull: f64, angles: &[f64]) -> f64 {
-        pull * (self.hinges[index].neutral_rad - angles[index])
-    }
-}
-
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -1,5 +1,7 @@
 //! What an operator asks of the robot: gait, speed, turn, posture.
 
+use serde::{Deserialize, Serialize};
+
 /// What the operator wants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
@@ -21,7 +23,7 @@ impl Order {
 }
 
 /// How the robot is to move. What it cannot do is held to what it can.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Command {
     /// Who is in the air when.
     pub gait: GaitChoice,
@@ -34,6 +36,11 @@ pub struct Command {
 }
 
 impl Command {
+    /// Straight ahead and level at `speed_m_s` in the gait with index `gait`.
+    pub fn ahead(gait: usize, speed_m_s: f64) -> Command {
+        Command { gait: GaitChoice::Gait(gait), speed_m_s, ..Command::default() }
+    }
+
     /// True if every number is one.
     pub fn is_finite(&self) -> bool {
         let Posture { rise_m, pitch_rad, roll_rad, sway_m } = self.posture;
@@ -44,7 +51,8 @@ impl Command {
 }
 
 /// Which gait.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum GaitChoice {
     /// None: every foot on the ground.
     #[default]
@@ -56,7 +64,7 @@ pub enum GaitChoice {
 }
 
 /// How the trunk is carried, from standing level at its standing height.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Posture {
     /// Above the standing height, m.
     pub rise_m: f64,

@@ -5,6 +5,7 @@
 
 mod command;
 pub mod curves;
+mod ends;
 pub mod horse;
 mod jog;
 
@@ -54,7 +55,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// A limp robot that will walk as `plan` says for `walk_for_s` once ordered to.
+    /// A limp robot that will follow the command of `plan` for `walk_for_s` once ordered to.
     pub fn new(robot: &Robot, plan: HorsePlan, walk_for_s: f64) -> Generator {
         Generator::Horse(Box::new(HorseGenerator::new(robot, plan, walk_for_s)))
     }
@@ -75,14 +76,6 @@ impl Generator {
         }
     }
 
-    /// The gait the robot goes, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
-    pub fn gait(&self) -> Option<usize> {
-        match self {
-            Generator::Horse(horse) => horse.gait(),
-            Generator::Jog(_) => None,
-        }
-    }
-
     /// Speed of the trunk the plan has now, m/s.
     pub fn speed_m_s(&self) -> f64 {
         match self {
@@ -91,11 +84,11 @@ impl Generator {
         }
     }
 
-    /// Turn of the trunk the plan has now, rad/s, to the left.
-    pub fn yaw_rate_rad_s(&self) -> f64 {
+    /// The horse on its feet; none for a jog.
+    pub fn drive(&self) -> Option<&horse::Drive> {
         match self {
-            Generator::Horse(horse) => horse.yaw_rate_rad_s(),
-            Generator::Jog(_) => 0.0,
+            Generator::Horse(horse) => Some(horse.drive()),
+            Generator::Jog(_) => None,
         }
     }
 }

@@ -6,9 +6,8 @@
 //! ```
 //! Disarmed, the robot slows down and stands.
 
-use super::Repertoire;
+use super::{Instruction, Repertoire};
 use crate::motion::{Command, GaitChoice, Order, Posture};
-use crate::run::Instruction;
 
 /// Share of a stick's way round its middle that counts as centred.
 const CENTRED_SHARE: f64 = 0.12;

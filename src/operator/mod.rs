@@ -1,7 +1,7 @@
 //! The operators: who tells a running robot what to do, cycle by cycle.
 //!
 //! Comes in: what was written, typed or moved (a script's entries, keys, sticks), and the time. Goes out: an
-//! [`Instruction`](crate::run::Instruction). No terminal, device or file is touched here, nothing waits, and
+//! [`Instruction`]. No terminal, device or file is touched here, nothing waits, and
 //! once made no operator allocates.
 
 mod gamepad;
@@ -9,22 +9,36 @@ mod key_codes;
 mod keys;
 mod script;
 
-use crate::capability::{HorseCapability, top_speed};
-use crate::model::{HorseMotion, Robot};
-use crate::motion::{Command, GaitChoice, Posture};
+use crate::model::Gait;
+use crate::motion::horse::{HorsePlan, Pace};
+use crate::motion::{Command, GaitChoice, Order, Posture};
 pub use gamepad::{Axis, Button, Gamepad, PadEvent};
 pub use key_codes::{Decoder, Key};
 pub use keys::Keys;
 pub use script::{Entry, Playback, Script};
 
-/// Fastest turn that is asked for, rad/s: 20 degrees/s.
-const YAW_RATE_MAX_RAD_S: f64 = std::f64::consts::PI / 9.0;
+/// An order, and what the run is said to have ended for if it ends by it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruction {
+    /// The order.
+    pub order: Order,
+    /// Why it was given, for the report.
+    pub reason: &'static str,
+}
+
+impl From<Order> for Instruction {
+    fn from(order: Order) -> Instruction {
+        Instruction { order, reason: "stopped by the operator" }
+    }
+}
 
 /// What a robot has to offer to an operator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repertoire {
-    /// Its gaits, in the order of [`HorseMotion::gaits`].
+    /// Its gaits, in the order of [`crate::model::HorseMotion::gaits`].
     pub gaits: Vec<GaitOffer>,
+    /// How fast it goes where the gait is chosen by speed.
+    pub auto: Pace,
     /// Fastest turn, rad/s.
     pub yaw_rate_max_rad_s: f64,
     /// Height of the trunk when it stands, m.
@@ -36,36 +50,39 @@ pub struct Repertoire {
 pub struct GaitOffer {
     /// Name, from the robot file.
     pub name: String,
-    /// Top speed, m/s; 0 for a gait the robot cannot do even on the spot.
-    pub top_m_s: f64,
+    /// Top speeds; 0 for a gait the robot cannot do even on the spot.
+    pub pace: Pace,
 }
 
 impl Repertoire {
-    /// Works out what `robot` can do.
-    pub fn of(robot: &Robot, horse: &HorseMotion, capability: &HorseCapability) -> Repertoire {
-        let gaits = horse.gaits.iter().map(|gait| GaitOffer {
-            name: gait.name.clone(),
-            top_m_s: top_speed::of_gait(robot, &capability.plan(horse, gait)).m_s(),
-        });
+    /// What a robot with this `plan` can do.
+    pub fn of(plan: &HorsePlan) -> Repertoire {
+        let horse = &plan.settings;
+        let offer = |(gait, pace): (&Gait, &Pace)| GaitOffer { name: gait.name.clone(), pace: *pace };
         Repertoire {
-            gaits: gaits.collect(),
-            yaw_rate_max_rad_s: YAW_RATE_MAX_RAD_S,
+            gaits: horse.gaits.iter().zip(&plan.paces).map(offer).collect(),
+            auto: plan.pace(GaitChoice::Auto),
+            yaw_rate_max_rad_s: horse.yaw_rate_max_rad_s,
             stand_height_m: horse.stand_height_m,
         }
     }
 
-    /// Top speed of what is chosen, m/s; chosen by speed, gaits are as fast as the fastest of them.
-    pub fn top_m_s(&self, choice: GaitChoice) -> f64 {
-        match choice {
-            GaitChoice::Stand => 0.0,
-            GaitChoice::Auto => self.gaits.iter().map(|gait| gait.top_m_s).fold(0.0, f64::max),
-            GaitChoice::Gait(index) => self.gaits.get(index).map_or(0.0, |gait| gait.top_m_s),
-        }
+    /// Top speed of what is chosen in the direction of `forward`, forward where it is positive, m/s, 0 or more.
+    pub fn top_m_s(&self, choice: GaitChoice, forward: f64) -> f64 {
+        let pace = match choice {
+            GaitChoice::Stand => return 0.0,
+            GaitChoice::Auto => self.auto,
+            GaitChoice::Gait(index) => match self.gaits.get(index) {
+                Some(gait) => gait.pace,
+                None => return 0.0,
+            },
+        };
+        if forward < 0.0 { pace.backward_m_s } else { pace.forward_m_s }
     }
 
     /// True for a gait the robot can do.
     pub fn can_do(&self, index: usize) -> bool {
-        self.gaits.get(index).is_some_and(|gait| gait.top_m_s > 0.0)
+        self.top_m_s(GaitChoice::Gait(index), 1.0) > 0.0
     }
 
     /// The gait after `choice` in the file's order that the robot can do; the last one stays.
@@ -85,7 +102,7 @@ impl Repertoire {
         let is_moving = gait != GaitChoice::Stand;
         Command {
             gait,
-            speed_m_s: speed_share * self.top_m_s(gait),
+            speed_m_s: speed_share * self.top_m_s(gait, speed_share),
             yaw_rate_rad_s: if is_moving { turn_share * self.yaw_rate_max_rad_s } else { 0.0 },
             posture,
         }
@@ -96,9 +113,11 @@ impl Repertoire {
 impl Repertoire {
     /// A robot with a walk, a trot it cannot do, and a canter.
     fn example() -> Repertoire {
-        let offer = |name: &str, top_m_s| GaitOffer { name: name.to_owned(), top_m_s };
+        let pace = |forward_m_s| Pace { forward_m_s, backward_m_s: 0.5 * forward_m_s };
+        let offer = |name: &str, top_m_s| GaitOffer { name: name.to_owned(), pace: pace(top_m_s) };
         Repertoire {
             gaits: vec![offer("walk", 0.1), offer("trot", 0.0), offer("canter", 0.4)],
+            auto: pace(0.4),
             yaw_rate_max_rad_s: 0.3,
             stand_height_m: 0.2,
         }

@@ -1,7 +1,8 @@
 //! Driving by a script: at each of its times, another command. [`crate::config`] reads them.
 
+use super::Instruction;
 use crate::motion::{Activity, Command, Order};
-use crate::run::{Instruction, Status};
+use crate::run::Status;
 use crate::signals::Permission;
 
 /// Commands and when they hold.

@@ -1,5 +1,6 @@
 //! Disks that are slow, full, or gone: the recording suffers, the robot does not.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
 use std::time::Duration;
@@ -8,7 +9,7 @@ use crossbeam_channel::{Receiver, bounded};
 use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::cycle::Cycle;
 use hippocamp::motion::Order;
-use hippocamp::recording::{Ending, ReadError, Recorder, Recording};
+use hippocamp::recording::{Ending, ReadError, Recorder, Recording, RecordingReport};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 
@@ -45,17 +46,25 @@ impl Write for Stuck {
     }
 }
 
-#[test]
-fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+/// Five hundred cycles, recorded on a disk that takes nothing before the last: the report and the file.
+pub(crate) fn recorded_on_a_stuck_disk() -> (RecordingReport, Vec<u8>) {
     let (release, released) = bounded(0);
     let memory = Memory::default();
     let mut recorder = recorder(&horse(), Stuck { release: released, memory: memory.clone() }, false);
-    // Two seconds are kept, at 100 cycles a second. This would hang if the loop waited for the disk.
+    // This would hang if the loop waited for the disk.
     step(&mut recorder, 500);
     drop(release);
-    let report = recorder.finish(Default::default());
+    let report = recorder.finish(BTreeMap::from([("cycles".to_owned(), "500".to_owned())]));
+    let bytes = memory.0.lock().unwrap().clone();
+    (report, bytes)
+}
+
+#[test]
+fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+    let (report, bytes) = recorded_on_a_stuck_disk();
+    // Two seconds are kept, at 100 cycles a second.
     assert_eq!((report.records, report.dropped, report.error), (200, 300, None));
-    let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
+    let recording = Recording::parse(&bytes, "test").unwrap();
     assert_eq!(recording.samples.len(), 200);
     let Ending::Outcome(outcome) = recording.ending else { panic!("{:?}", recording.ending) };
     assert_eq!(outcome["dropped"], "300");

@@ -8,7 +8,7 @@ use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::motion::Order;
 use hippocamp::recording::{Ending, Recording};
 use hippocamp::replay::replay;
-use hippocamp::run::run_recorded;
+use hippocamp::run::{Status, run_recorded};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hippocamp::units::Time;
@@ -96,7 +96,7 @@ fn after_a_panic_in_the_loop_it_is_whole() {
     let ports = Panicking(SimPorts::on_virtual_clock(world), Some(Time(6_000_000_000)));
     let memory = Memory::default();
     let recorder = recorder(&robot, memory.clone(), true);
-    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |_| Order::Go).unwrap();
+    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap();
     assert_eq!(report.outcome, Outcome::Failed);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
     let Ending::Outcome(outcome) = &recording.ending else { panic!("{:?}", recording.ending) };

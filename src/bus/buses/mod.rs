@@ -4,6 +4,7 @@
 //! one thread. A lost reply, or a whole bus gone, is a value in its slots and never cuts an exchange
 //! short for the others. An exchange allocates nothing and never panics.
 
+mod company;
 mod line;
 mod start;
 mod transaction;
@@ -20,6 +21,7 @@ use crate::counts::Goals;
 use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
+pub(in crate::bus) use company::Company;
 use line::Line;
 pub use start::{BusDevice, Disagreement, StartError};
 pub use watchdog::watchdog_time;
@@ -61,6 +63,8 @@ pub struct Buses<P> {
     lines: Vec<Line>,
     /// Where each joint's servo is, in the robot's order of joints.
     places: Vec<Option<Place>>,
+    /// How often a single servo is asked before it is given up.
+    tries: u32,
 }
 
 #[derive(Debug)]
@@ -98,7 +102,7 @@ impl<P: Ports> Buses<P> {
                 ServoPlace { bus: bus.name.clone(), baud: bus.baud, id: servo.id, joint: joint.name.clone() };
             Some(Place { line: servo.bus, servo: place })
         });
-        Buses { ports, lines: lines.collect(), places: places.collect() }
+        Buses { ports, lines: lines.collect(), places: places.collect(), tries: transaction::TRIES }
     }
 
     /// Sends every joint its goal and fetches what every servo reports.
@@ -160,6 +164,11 @@ impl<P: Ports> Buses<P> {
             group_read: line.client.group_read(),
             is_gone: line.is_gone(),
         })
+    }
+
+    /// The lines that came back with other servos: see [`Ports::strangers`].
+    pub fn strangers(&self) -> Vec<String> {
+        self.ports.strangers()
     }
 
     /// The ports, for their clock and wait.

@@ -163,6 +163,7 @@ impl<P: Ports> Buses<P> {
                 self.write(index, register, value)?;
             }
         }
+        self.ports.expect_servos(robot);
         Ok(())
     }
 
@@ -289,7 +290,7 @@ impl<P: Ports> Buses<P> {
     }
 }
 
-fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
+pub(super) fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
     robot.joints.iter().enumerate().filter_map(|(joint, of)| Some((joint, of.servo.as_ref()?)))
 }
 

@@ -14,9 +14,9 @@ use super::BadInput;
 use super::load::Loaded;
 use crate::config;
 use crate::motion::{GaitChoice, Order};
-use crate::operator::{Gamepad, Keys, Playback, Repertoire, Script};
+use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script};
 use crate::platform::monotonic;
-use crate::run::{Instruction, Status};
+use crate::run::Status;
 use keyboard::Keyboard;
 use pad::Pad;
 
@@ -25,7 +25,7 @@ const SILENCE_SMALLEST_S: f64 = 0.1;
 
 /// Who drives.
 #[derive(Debug, clap::Args)]
-pub(super) struct OperatorArguments {
+pub(super) struct DriverArguments {
     /// Drive by this motion script (TOML; see docs/scripts.md).
     #[arg(long, value_name = "FILE", conflicts_with_all = ["keys", "gamepad", "gait", "speed", "walk_for_s"])]
     script: Option<PathBuf>,
@@ -41,38 +41,31 @@ pub(super) struct OperatorArguments {
     gamepad_silence: f64,
 }
 
-impl OperatorArguments {
-    /// True if someone else than the plan drives.
-    pub(super) fn is_driven(&self) -> bool {
-        self.script.is_some() || self.keys || self.gamepad.is_some()
-    }
-}
-
 /// Who drives, once a cycle.
-pub(super) enum Operator {
+pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
     Keys(Keys, Keyboard),
     Gamepad(Gamepad, Pad),
 }
 
-impl Operator {
-    /// The operator `options` name: its script is read, or its terminal or gamepad listened to from now on.
+impl Driver {
+    /// The driver `options` name: its script is read, or its terminal or gamepad listened to from now on.
     ///
     /// # Errors
     /// Bad input: a bad script, a gait in it that the robot cannot do, no terminal, no gamepad.
     pub(super) fn start(
-        options: &OperatorArguments,
+        options: &DriverArguments,
         loaded: &Loaded,
         repertoire: Repertoire,
-    ) -> Result<Operator> {
+    ) -> Result<Driver> {
         if let Some(path) = &options.script {
             let script = config::load_script(path, &loaded.file.robot)?;
             check_script(&script, path, &repertoire)?;
-            return Ok(Operator::Script(Playback::new(script), path.clone()));
+            return Ok(Driver::Script(Playback::new(script), path.clone()));
         }
         if options.keys {
-            return Ok(Operator::Keys(Keys::new(repertoire), Keyboard::start()?));
+            return Ok(Driver::Keys(Keys::new(repertoire), Keyboard::start()?));
         }
         if let Some(wanted) = &options.gamepad {
             let silence_s = options.gamepad_silence;
@@ -81,37 +74,43 @@ impl Operator {
                     format!("--gamepad-silence {silence_s}: expected seconds, {SILENCE_SMALLEST_S} or more");
                 return Err(BadInput(said).into());
             }
-            return Ok(Operator::Gamepad(Gamepad::new(repertoire, silence_s), Pad::start(wanted.clone())?));
+            return Ok(Driver::Gamepad(Gamepad::new(repertoire, silence_s), Pad::start(wanted.clone())?));
         }
-        Ok(Operator::Plan)
+        Ok(Driver::Plan)
     }
 
     /// What the person who drives should know beforehand: a line each.
     pub(super) fn help(&self) -> Vec<String> {
         match self {
-            Operator::Plan | Operator::Script(..) => Vec::new(),
-            Operator::Keys(keys, _) => keys.help(),
-            Operator::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
+            Driver::Plan | Driver::Script(..) => Vec::new(),
+            Driver::Keys(keys, _) => keys.help(),
+            Driver::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
         }
     }
 
     /// What is asked for in this cycle. What the person should know goes to `note`.
     pub(super) fn instruction(&mut self, status: &Status, mut note: impl FnMut(&'static str)) -> Instruction {
         match self {
-            Operator::Plan => Order::Go.into(),
-            Operator::Script(playback, _) => playback.instruction(status),
-            Operator::Keys(keys, keyboard) => {
+            Driver::Plan => Order::Go.into(),
+            Driver::Script(playback, _) => playback.instruction(status),
+            Driver::Keys(keys, keyboard) => {
                 while let Some(key) = keyboard.pressed() {
-                    keys.press(key).map(&mut note);
+                    if let Some(words) = keys.press(key) {
+                        note(words);
+                    }
                 }
                 keys.instruction()
             }
-            Operator::Gamepad(gamepad, pad) => {
+            Driver::Gamepad(gamepad, pad) => {
                 while let Some((event, at_s)) = pad.heard() {
-                    gamepad.hear(event, at_s).map(&mut note);
+                    if let Some(words) = gamepad.hear(event, at_s) {
+                        note(words);
+                    }
                 }
                 let (instruction, said) = gamepad.instruction(monotonic().as_secs_f64());
-                said.map(note);
+                if let Some(words) = said {
+                    note(words);
+                }
                 instruction
             }
         }
@@ -119,13 +118,13 @@ impl Operator {
 }
 
 /// As in "driven by ...".
-impl fmt::Display for Operator {
+impl fmt::Display for Driver {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Operator::Plan => f.write_str("its plan"),
-            Operator::Script(_, path) => write!(f, "the script {}", path.display()),
-            Operator::Keys(..) => f.write_str("the keyboard"),
-            Operator::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
+            Driver::Plan => f.write_str("its plan"),
+            Driver::Script(_, path) => write!(f, "the script {}", path.display()),
+            Driver::Keys(..) => f.write_str("the keyboard"),
+            Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
         }
     }
 }
@@ -144,7 +143,8 @@ fn check_script(script: &Script, path: &Path, repertoire: &Repertoire) -> Result
                  check' shows which gaits it can do"
             )));
         }
-        let (speed_m_s, top_m_s) = (entry.command.speed_m_s, repertoire.top_m_s(entry.command.gait));
+        let speed_m_s = entry.command.speed_m_s;
+        let top_m_s = repertoire.top_m_s(entry.command.gait, speed_m_s);
         if speed_m_s.abs() > top_m_s {
             say!("{place}: {speed_m_s} m/s is too fast for {gait}: held at {top_m_s:.3} m/s");
         }

@@ -1,0 +1,155 @@
+//! The pose of a chain: each joint's angle with its sine and cosine, places and axes.
+
+use super::chain::ChainSolver;
+use super::geometry::{Geometry, Vector};
+
+/// A hinge and where the solve has it. One record a joint, so that a pass over a short chain stays in one
+/// piece of memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PosedJoint<H, V, A> {
+    // What is fixed.
+    pub(super) hinge: H,
+    pub(super) range_rad: (f64, f64),
+    pub(super) stiffness: f64,
+    pub(super) neutral_rad: f64,
+    // The pose.
+    pub(super) angle: Angle,
+    pub(super) place: V,
+    pub(super) axis: A,
+    // The step.
+    /// The angle before the step.
+    before: Angle,
+    /// How the tip moves with the joint, m/rad: its column of the Jacobian.
+    pub(super) column: V,
+    pub(super) turn_rad: f64,
+    /// The part of the turn that goes to the neutral posture.
+    pub(super) pull_rad: f64,
+    /// False where a limit holds the joint.
+    pub(super) is_free: bool,
+}
+
+/// An angle, rad, with its sine and cosine.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Angle {
+    pub(super) rad: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl Angle {
+    pub(super) const ZERO: Angle = Angle { rad: 0.0, sine: 0.0, cosine: 1.0 };
+
+    /// Sets the angle to `rad`, which is this one turned by the angle of this sine and cosine.
+    #[inline]
+    pub(super) fn turn_to(&mut self, rad: f64, sine: f64, cosine: f64) {
+        *self = Angle {
+            rad,
+            sine: self.sine * cosine + self.cosine * sine,
+            cosine: self.cosine * cosine - self.sine * sine,
+        };
+    }
+}
+
+impl<H, V: Vector, A: Default> PosedJoint<H, V, A> {
+    pub(super) fn new(hinge: H, range_rad: (f64, f64), stiffness: f64, neutral_rad: f64) -> Self {
+        PosedJoint {
+            hinge,
+            range_rad,
+            stiffness,
+            neutral_rad,
+            angle: Angle::ZERO,
+            place: V::default(),
+            axis: A::default(),
+            before: Angle::ZERO,
+            column: V::default(),
+            turn_rad: 0.0,
+            pull_rad: 0.0,
+            is_free: true,
+        }
+    }
+
+    /// The angle `rad` held to the range.
+    #[inline]
+    pub(super) fn held(&self, rad: f64) -> f64 {
+        rad.clamp(self.range_rad.0, self.range_rad.1)
+    }
+}
+
+impl<G: Geometry> ChainSolver<G> {
+    /// Sets the angles, and all that follows from them.
+    pub(super) fn set_pose(&mut self, angles: &[f64]) {
+        for (joint, &angle) in self.joints.iter_mut().zip(angles) {
+            let rad = joint.held(angle);
+            let (sine, cosine) = rad.sin_cos();
+            joint.angle = Angle { rad, sine, cosine };
+        }
+        self.place();
+    }
+
+    /// Places and axes from sines and cosines: forward kinematics.
+    #[inline]
+    pub(super) fn place(&mut self) {
+        let (mut place, mut rotation) = self.geometry.root();
+        for joint in &mut self.joints {
+            joint.place = place;
+            joint.axis = G::axis(rotation, joint.hinge);
+            rotation = G::turned(rotation, joint.axis, joint.angle.sine, joint.angle.cosine);
+            place = place + G::link(rotation, joint.hinge);
+        }
+        self.tip = place;
+    }
+
+    /// Turns each joint by its step's turn, which is at most [`SMALL_TURN_RAD`].
+    #[inline]
+    pub(super) fn take_step(&mut self) {
+        for joint in &mut self.joints {
+            let (sine, cosine) = small_turn(joint.turn_rad);
+            joint.before = joint.angle;
+            joint.angle.turn_to(joint.held(joint.angle.rad + joint.turn_rad), sine, cosine);
+        }
+        self.place();
+    }
+
+    /// Goes back to the pose before the step.
+    pub(super) fn take_step_back(&mut self) {
+        for joint in &mut self.joints {
+            joint.angle = joint.before;
+        }
+        self.place();
+    }
+
+    /// Writes how the tip moves with each joint.
+    #[inline]
+    pub(super) fn differentiate(&mut self) {
+        for joint in &mut self.joints {
+            joint.column = G::motion(joint.axis, self.tip - joint.place);
+        }
+    }
+
+    /// Distance from the tip to `target`, m.
+    #[inline]
+    pub(super) fn distance_m(&self, target: G::Vector) -> f64 {
+        let miss = target - self.tip;
+        miss.dot(miss).sqrt()
+    }
+
+    /// The largest turn of a joint from the angles `from`, rad.
+    pub(super) fn way_rad(&self, from: &[f64]) -> f64 {
+        let ways = self.joints.iter().zip(from).map(|(joint, from)| (joint.angle.rad - from).abs());
+        ways.fold(0.0, f64::max)
+    }
+}
+
+/// Largest turn [`small_turn`] is good for, rad.
+pub(super) const SMALL_TURN_RAD: f64 = 0.25;
+
+/// Sine and cosine of a turn of at most [`SMALL_TURN_RAD`], to 1e-14: Taylor series. Several times as fast as
+/// the general functions.
+#[inline]
+pub(super) fn small_turn(turn_rad: f64) -> (f64, f64) {
+    const SINE: [f64; 4] = [1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0];
+    const COSINE: [f64; 5] = [-1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5];
+    let square = turn_rad * turn_rad;
+    let series = |terms: &[f64]| terms.iter().fold(0.0, |sum, term| sum * square + term);
+    (turn_rad + turn_rad * square * series(&SINE), 1.0 + square * series(&COSINE))
+}
