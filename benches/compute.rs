@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
@@ -70,6 +71,45 @@ fn leg(bencher: Bencher, name: &str) {
         cycle = (cycle + 1) % targets.len();
         let target = black_box(targets[cycle].tips_in_body[1]);
         solver.solve(method, target, targets[cycle].posture_pull, &mut angles)
+    });
+}
+
+/// One leg whose target stays: the finish alone, one step of it.
+#[divan::bench]
+fn leg_that_stands(bencher: Bencher) {
+    let (robot, plan, targets) = targets_of_a_period();
+    let chain = &robot.chains[1];
+    let mut solver = Solver::new(chain, robot.joints_of(chain));
+    let mut angles = plan.sit_pose_rad[chain.joints.clone()].to_vec();
+    let target = &targets[0];
+    bencher.bench_local(|| {
+        solver.solve(
+            Method::CcdThenFinish,
+            black_box(target.tips_in_body[1]),
+            target.posture_pull,
+            &mut angles,
+        )
+    });
+}
+
+/// One leg, from limp poses to targets it does not reach: sweeps, finish and the search of all cells.
+#[divan::bench(args = [0, 1])]
+fn leg_out_of_reach(bencher: Bencher, leg: usize) {
+    let (robot, _, _) = targets_of_a_period();
+    let chain = &robot.chains[leg];
+    let joints = robot.joints_of(chain);
+    let mut solver = Solver::new(chain, joints);
+    let mut round = 0.0_f64;
+    bencher.bench_local(|| {
+        round += 1.0;
+        let place = |share: f64| (0.5 * (1.0 + (share * round).sin())).clamp(0.0, 1.0);
+        let mut angles: [f64; 4] = std::array::from_fn(|index| {
+            let (low, high) = joints[index].goal_range_rad();
+            low + place(0.7 + 0.31 * joints[index].stiffness) * (high - low)
+        });
+        let away = chain.length_m(joints) * (1.05 + 0.3 * place(1.3));
+        let target = chain.root_m + away * DVec3::new((2.1 * round).sin(), 0.0, (2.1 * round).cos());
+        solver.solve(Method::CcdThenFinish, black_box(target), 0.1, &mut angles)
     });
 }
 

@@ -3,6 +3,8 @@
 mod common;
 mod on_feet;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use common::{capability, horse_of, shipped};
 use hippocamp::model::Robot;
 use hippocamp::motion::horse::HorsePlan;
@@ -147,20 +149,36 @@ fn any_command(plan: &HorsePlan, chance: &mut Pcg64Mcg) -> (f64, Command) {
     (0.2 + 6.0 * share(), command)
 }
 
-/// `scripts` of 60 s each.
+/// `scripts` of 60 s each, over all processors.
 fn random_scripts(robot: &Robot, plan: &HorsePlan, scripts: u64) {
-    for seed in 0..scripts {
-        let mut chance = Pcg64Mcg::seed_from_u64(seed);
-        let mut horse = OnFeet::new(robot, plan);
-        while horse.drive.now_s() < 60.0 {
-            let (lasts_s, command) = any_command(plan, &mut chance);
-            let until_s = horse.drive.now_s() + lasts_s;
-            while horse.drive.now_s() < until_s {
-                horse.step(command);
-            }
+    let next = AtomicU64::new(0);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= scripts {
+                        break;
+                    }
+                    random_script(robot, plan, seed);
+                }
+            });
         }
-        horse.assert_kept();
+    });
+}
+
+fn random_script(robot: &Robot, plan: &HorsePlan, seed: u64) {
+    let mut chance = Pcg64Mcg::seed_from_u64(seed);
+    let mut horse = OnFeet::new(robot, plan);
+    while horse.drive.now_s() < 60.0 {
+        let (lasts_s, command) = any_command(plan, &mut chance);
+        let until_s = horse.drive.now_s() + lasts_s;
+        while horse.drive.now_s() < until_s {
+            horse.step(command);
+        }
     }
+    horse.assert_kept();
 }
 
 #[test]

@@ -25,6 +25,8 @@ pub struct HorseCapability {
     pub sit_pose_rad: Vec<f64>,
     /// How fast each gait can go, in the order of the robot file.
     pub top_speeds: Vec<TopSpeed>,
+    /// True if servos turn its joints.
+    pub is_driven: bool,
 }
 
 impl HorseCapability {
@@ -36,7 +38,9 @@ impl HorseCapability {
         let reaches = reach::of_legs(robot, horse)?;
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
         let table = postures::table(robot, horse, &reaches);
-        let mut capability = HorseCapability { reaches, table, sit_pose_rad, top_speeds: Vec::new() };
+        let is_driven = !robot.buses.is_empty();
+        let mut capability =
+            HorseCapability { reaches, table, sit_pose_rad, top_speeds: Vec::new(), is_driven };
         capability.top_speeds = top_speed::of_gaits(robot, &capability.plan(horse, Command::default()));
         Ok(capability)
     }
@@ -58,6 +62,7 @@ impl HorseCapability {
                 .iter()
                 .map(|top| Pace { forward_m_s: top.m_s(), backward_m_s: top.backward_m_s })
                 .collect(),
+            is_driven: self.is_driven,
             command,
         }
     }

@@ -7,10 +7,10 @@ use crate::model::{HorseMotion, Robot};
 use crate::motion::horse::{Lean, LegReach, ReachTable};
 
 /// Heights and pitches a leg's reach is worked out at, and the steepest pitch and roll, rad.
-const HEIGHTS: u32 = 6;
-const PITCHES: u32 = 5;
+const HEIGHTS: u32 = 7;
+const PITCHES: u32 = 8;
 const PITCH_MAX_RAD: f64 = 0.2;
-const ROLL_MAX_RAD: f64 = 0.15;
+const ROLL_MAX_RAD: f64 = 0.12;
 /// The highest posture, and the furthest sway that is tried, shares of the standing height.
 const HIGHEST: f64 = 1.05;
 const SWAY_MAX: f64 = 0.15;

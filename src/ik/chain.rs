@@ -11,7 +11,7 @@ use crate::model::{Chain, Joint};
 pub(super) struct ChainSolver<G: Geometry> {
     pub(super) geometry: G,
     pub(super) length_m: f64,
-    pub(super) joints: Vec<PosedJoint<G::Hinge, G::Vector, G::Axis>>,
+    pub(super) joints: Vec<PosedJoint<G>>,
     pub(super) tip: G::Vector,
     /// Second derivatives of half the squared distance, m^2/rad^2, row by row.
     pub(super) hessian: Vec<f64>,
@@ -73,7 +73,7 @@ impl<G: Geometry> ChainSolver<G> {
         let mut saturated = 0;
         for (angle, joint) in angles.iter_mut().zip(&self.joints) {
             *angle = joint.angle.rad;
-            saturated += u32::from(*angle <= joint.range_rad.0 || *angle >= joint.range_rad.1);
+            saturated += u32::from(joint.is_at_limit());
         }
         Solution { residual_m: self.distance_m(target), saturated, is_new_branch }
     }

@@ -7,45 +7,39 @@
 
 use super::chain::ChainSolver;
 use super::geometry::{Geometry, Vector};
-use super::pose::SMALL_TURN_RAD;
+use super::pose::{PosedJoint, SMALL_TURN_RAD};
 
-/// Most steps in one solve.
-const STEPS_MAX: u32 = 24;
+/// Most steps in one solve. On a path it takes two; what is not reached in these is mostly out of reach.
+const STEPS_MAX: u32 = 8;
 /// Largest turn of one joint in one step, rad.
 pub(super) const TURN_MAX_RAD: f64 = SMALL_TURN_RAD;
 /// Damping at the start, as a share of the trace of J W J^T.
 const DAMPING_START: f64 = 1e-6;
-/// Damping past which no step comes nearer: the pose is the nearest.
-const DAMPING_GIVE_UP: f64 = 1e3;
+/// Damping below which steps do not change any more.
+const DAMPING_MIN: f64 = 1e-12;
+/// What the pull to the neutral posture may cost at most, m per metre of chain; the next steps win it back.
+const PULL_COST_SHARE: f64 = 0.01;
 
 impl<G: Geometry> ChainSolver<G> {
-    pub(super) fn finish(&mut self, target: G::Vector, pull: f64) {
-        let tolerance_m = self.tolerance_m();
+    /// Takes the tip to `target`, if the joints are free to follow it. `pull` is the share of the way to the
+    /// neutral posture they go where that does not move the tip.
+    pub(super) fn finish(&mut self, target: G::Vector, mut pull: f64) {
         let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
-        let mut pull = pull;
         for _ in 0..STEPS_MAX {
-            if distance_m <= tolerance_m && pull <= 0.0 {
+            if distance_m <= self.tolerance_m() && pull <= 0.0 {
                 return;
             }
             self.choose_step(target, pull, damping);
             self.take_step();
             let new_distance_m = self.distance_m(target);
-            // The pull step may cost a little distance, which the next steps win back.
-            if new_distance_m < distance_m || pull > 0.0 {
-                let gain_m = distance_m - new_distance_m;
+            let cost_max_m = if pull > 0.0 { PULL_COST_SHARE * self.length_m } else { 0.0 };
+            if new_distance_m < distance_m + cost_max_m {
                 distance_m = new_distance_m;
-                damping = (damping * 0.1).max(1e-12);
-                // Nothing left to win: out of reach, at the nearest pose.
-                if pull <= 0.0 && gain_m < 1e-3 * tolerance_m {
-                    return;
-                }
+                damping = (damping * 0.1).max(DAMPING_MIN);
             } else {
                 self.take_step_back();
                 damping *= 10.0;
-                if damping > DAMPING_GIVE_UP {
-                    return;
-                }
             }
             pull = 0.0;
         }
@@ -54,51 +48,77 @@ impl<G: Geometry> ChainSolver<G> {
     /// Chooses the bounded step towards `target`, with a pull to the neutral pose where that does not move
     /// the tip.
     fn choose_step(&mut self, target: G::Vector, pull: f64, damping: f64) {
-        self.differentiate();
+        let miss = target - self.tip;
+        let mut sums = Sums::new(miss);
         for joint in &mut self.joints {
+            joint.column = G::motion(joint.axis, self.tip - joint.place);
             joint.pull_rad = pull * (joint.neutral_rad - joint.angle.rad);
-            joint.turn_rad = 0.0;
             joint.is_free = true;
+            sums.add(joint);
         }
-        // Each pass fixes at least one joint on a limit, so there are at most count + 1.
-        for _ in 0..=self.joints.len() {
-            let mut wanted = target - self.tip;
-            let mut normal = <G::Vector as Vector>::Normal::default();
+        // Each pass holds at least one more joint on a limit.
+        while !self.turn_free_joints(sums.multiplier(damping)) {
+            sums = Sums::new(miss);
             for joint in &self.joints {
-                if joint.is_free {
-                    joint.column.add_to(&mut normal, joint.stiffness);
-                    // What the pull moves the tip by, the step must take back.
-                    wanted = wanted - joint.column * joint.pull_rad;
-                } else {
-                    wanted = wanted - joint.column * joint.turn_rad;
-                }
-            }
-            let multiplier = wanted.solved_by(&normal, damping);
-            let mut largest_rad: f64 = 0.0;
-            for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
-                joint.turn_rad = joint.stiffness * joint.column.dot(multiplier) + joint.pull_rad;
-                largest_rad = largest_rad.max(joint.turn_rad.abs());
-            }
-            if !largest_rad.is_finite() {
-                for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
-                    joint.turn_rad = 0.0;
-                }
-                return;
-            }
-            let scale = if largest_rad > TURN_MAX_RAD { TURN_MAX_RAD / largest_rad } else { 1.0 };
-            let mut is_settled = true;
-            for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
-                let wanted = joint.angle.rad + scale * joint.turn_rad;
-                let allowed = joint.held(wanted);
-                joint.turn_rad = allowed - joint.angle.rad;
-                if (allowed - wanted).abs() > 0.0 {
-                    joint.is_free = false;
-                    is_settled = false;
-                }
-            }
-            if is_settled {
-                return;
+                sums.add(joint);
             }
         }
+    }
+
+    /// Turns the free joints as `multiplier` says, all by the same share of it where one would turn too far;
+    /// false if one met a limit, which it is now held by.
+    #[inline]
+    fn turn_free_joints(&mut self, multiplier: G::Vector) -> bool {
+        let mut largest_rad: f64 = 0.0;
+        let mut is_settled = true;
+        for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+            joint.turn_rad = joint.stiffness * joint.column.dot(multiplier) + joint.pull_rad;
+            largest_rad = largest_rad.max(joint.turn_rad.abs());
+            is_settled &= joint.holds(joint.angle.rad + joint.turn_rad);
+        }
+        if is_settled && largest_rad <= TURN_MAX_RAD {
+            return true;
+        }
+        let share = (TURN_MAX_RAD / largest_rad).min(1.0);
+        is_settled = true;
+        for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+            let wanted = joint.angle.rad + share * joint.turn_rad;
+            joint.is_free = joint.holds(wanted);
+            joint.turn_rad = joint.held(wanted) - joint.angle.rad;
+            is_settled &= joint.is_free;
+        }
+        is_settled
+    }
+}
+
+/// What a step is solved from.
+struct Sums<V: Vector> {
+    /// J W J^T of the free joints.
+    normal: V::Normal,
+    /// Where the tip still has to go once the pull and the held joints have turned.
+    wanted: V,
+}
+
+impl<V: Vector> Sums<V> {
+    fn new(miss: V) -> Self {
+        Sums { normal: V::Normal::default(), wanted: miss }
+    }
+
+    #[inline]
+    fn add<G: Geometry<Vector = V>>(&mut self, joint: &PosedJoint<G>) {
+        if joint.is_free {
+            joint.column.add_to(&mut self.normal, joint.stiffness);
+            self.wanted = self.wanted - joint.column * joint.pull_rad;
+        } else {
+            self.wanted = self.wanted - joint.column * joint.turn_rad;
+        }
+    }
+
+    /// The multiplier of the step: each free joint turns by its stiffness times its column times this.
+    #[inline]
+    fn multiplier(&self, damping: f64) -> V {
+        let multiplier = self.wanted.solved_by(&self.normal, damping);
+        // Where no free joint moves the tip, there is none.
+        if multiplier.dot(multiplier).is_finite() { multiplier } else { V::default() }
     }
 }

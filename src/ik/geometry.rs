@@ -14,7 +14,7 @@ use crate::model::{Chain, Joint};
 const PARALLEL: f64 = 1e-9;
 
 /// A chain's fixed geometry and the arithmetic of its poses.
-pub(super) trait Geometry: Debug + Clone {
+pub(super) trait Geometry: Debug + Copy {
     /// A place or a lever, m.
     type Vector: Vector;
     /// A hinge's axis and the link behind it, in the frame of the link before it.
@@ -69,7 +69,7 @@ pub(super) trait Vector:
 }
 
 /// The plane of parallel hinges: coordinates along two directions across them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
     across: [DVec3; 2],
     normal: DVec3,
@@ -187,7 +187,7 @@ impl Vector for DVec2 {
 }
 
 /// Space: the body frame's own coordinates.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Space {
     root_m: DVec3,
     root_rotation: DMat3,

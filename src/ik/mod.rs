@@ -3,9 +3,15 @@
 //! Cyclic coordinate descent as the horse thesis has it (Takizawa 2005, 3.2): from the tip to the root,
 //! each joint turns by its stiffness times the angle that would point the tip at the target, and is held
 //! in its range as it turns. Started from the previous angles. On its own ([`Method::Ccd`]) it leaves
-//! millimetres; by default a bounded least-squares finish ([`Method::CcdThenFinish`]) takes it to
-//! the nearest pose. Works on any chain of hinges, planar or not. Never allocates after construction,
-//! never hides what it could not reach.
+//! millimetres, and only on the branch it is on. By default ([`Method::CcdThenFinish`])
+//! 1. sweeps bring the tip near the target, if it is not;
+//! 2. a bounded least-squares finish takes it there: two steps on a path, which follow the pose before;
+//! 3. what that does not reach, Newton steps take to the nearest pose downhill;
+//! 4. if that misses by more than [`REACHED_M`], a search looks for a nearer pose all over the ranges.
+//!
+//! So the pose is the nearest of all; while the one that is followed reaches, it is followed without a leap.
+//! Works on any chain of hinges, planar or not. Never allocates after construction, keeps nothing from one
+//! solve to the next, never hides what it could not reach.
 
 mod ccd;
 mod chain;
@@ -26,7 +32,8 @@ use chain::ChainSolver;
 use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;
 
-/// A target counts as reached when the tip comes this close, m.
+/// A target counts as reached when the tip comes this close, m; no pose is left for another that is nearer by
+/// less.
 pub const REACHED_M: f64 = 5e-5;
 
 /// How a target is solved.
@@ -38,7 +45,8 @@ pub enum Method {
         /// Most sweeps over the chain.
         sweeps: u32,
     },
-    /// Sweeps of the thesis' method until the tip is near, then the least-squares finish.
+    /// Sweeps of the thesis' method until the tip is near, then the least-squares finish; the nearest pose on any
+    /// branch.
     CcdThenFinish,
 }
 
@@ -49,7 +57,7 @@ pub struct Solution {
     pub residual_m: f64,
     /// How many joints stand on a limit of their range.
     pub saturated: u32,
-    /// True where the pose was not followed from the one before but found elsewhere: joints leap.
+    /// True where the pose does not follow from the one before but was found elsewhere: joints leap.
     pub is_new_branch: bool,
 }
 

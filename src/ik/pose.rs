@@ -6,21 +6,19 @@ use super::geometry::{Geometry, Vector};
 /// A hinge and where the solve has it. One record a joint, so that a pass over a short chain stays in one
 /// piece of memory.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PosedJoint<H, V, A> {
+pub(super) struct PosedJoint<G: Geometry> {
     // What is fixed.
-    pub(super) hinge: H,
+    pub(super) hinge: G::Hinge,
     pub(super) range_rad: (f64, f64),
     pub(super) stiffness: f64,
     pub(super) neutral_rad: f64,
     // The pose.
     pub(super) angle: Angle,
-    pub(super) place: V,
-    pub(super) axis: A,
+    pub(super) place: G::Vector,
+    pub(super) axis: G::Axis,
     // The step.
-    /// The angle before the step.
-    before: Angle,
     /// How the tip moves with the joint, m/rad: its column of the Jacobian.
-    pub(super) column: V,
+    pub(super) column: G::Vector,
     pub(super) turn_rad: f64,
     /// The part of the turn that goes to the neutral posture.
     pub(super) pull_rad: f64,
@@ -50,22 +48,43 @@ impl Angle {
     }
 }
 
-impl<H, V: Vector, A: Default> PosedJoint<H, V, A> {
-    pub(super) fn new(hinge: H, range_rad: (f64, f64), stiffness: f64, neutral_rad: f64) -> Self {
+impl<G: Geometry> PosedJoint<G> {
+    pub(super) fn new(hinge: G::Hinge, range_rad: (f64, f64), stiffness: f64, neutral_rad: f64) -> Self {
         PosedJoint {
             hinge,
             range_rad,
             stiffness,
             neutral_rad,
             angle: Angle::ZERO,
-            place: V::default(),
-            axis: A::default(),
-            before: Angle::ZERO,
-            column: V::default(),
+            place: G::Vector::default(),
+            axis: G::Axis::default(),
+            column: G::Vector::default(),
             turn_rad: 0.0,
             pull_rad: 0.0,
             is_free: true,
         }
+    }
+
+    /// Puts the joint at `place`, on a link that is turned so; returns where its own link ends and how that is
+    /// turned.
+    #[inline]
+    fn put(&mut self, place: G::Vector, rotation: G::Rotation) -> (G::Vector, G::Rotation) {
+        self.place = place;
+        self.axis = G::axis(rotation, self.hinge);
+        let rotation = G::turned(rotation, self.axis, self.angle.sine, self.angle.cosine);
+        (place + G::link(rotation, self.hinge), rotation)
+    }
+
+    /// Whether the joint stands on a limit of its range.
+    #[inline]
+    pub(super) fn is_at_limit(&self) -> bool {
+        self.angle.rad <= self.range_rad.0 || self.angle.rad >= self.range_rad.1
+    }
+
+    /// Whether the angle `rad` is in the range.
+    #[inline]
+    pub(super) fn holds(&self, rad: f64) -> bool {
+        self.range_rad.0 <= rad && rad <= self.range_rad.1
     }
 
     /// The angle `rad` held to the range.
@@ -91,10 +110,7 @@ impl<G: Geometry> ChainSolver<G> {
     pub(super) fn place(&mut self) {
         let (mut place, mut rotation) = self.geometry.root();
         for joint in &mut self.joints {
-            joint.place = place;
-            joint.axis = G::axis(rotation, joint.hinge);
-            rotation = G::turned(rotation, joint.axis, joint.angle.sine, joint.angle.cosine);
-            place = place + G::link(rotation, joint.hinge);
+            (place, rotation) = joint.put(place, rotation);
         }
         self.tip = place;
     }
@@ -102,18 +118,20 @@ impl<G: Geometry> ChainSolver<G> {
     /// Turns each joint by its step's turn, which is at most [`SMALL_TURN_RAD`].
     #[inline]
     pub(super) fn take_step(&mut self) {
+        let (mut place, mut rotation) = self.geometry.root();
         for joint in &mut self.joints {
             let (sine, cosine) = small_turn(joint.turn_rad);
-            joint.before = joint.angle;
             joint.angle.turn_to(joint.held(joint.angle.rad + joint.turn_rad), sine, cosine);
+            (place, rotation) = joint.put(place, rotation);
         }
-        self.place();
+        self.tip = place;
     }
 
     /// Goes back to the pose before the step.
     pub(super) fn take_step_back(&mut self) {
         for joint in &mut self.joints {
-            joint.angle = joint.before;
+            let (sine, cosine) = small_turn(joint.turn_rad);
+            joint.angle.turn_to(joint.held(joint.angle.rad - joint.turn_rad), -sine, cosine);
         }
         self.place();
     }

@@ -75,3 +75,16 @@ pub struct Posture {
     /// To the left of its feet, m.
     pub sway_m: f64,
 }
+
+impl Posture {
+    /// The posture `share` of the way from this one to `other`.
+    pub fn towards(self, other: Posture, share: f64) -> Posture {
+        let between = |a: f64, b: f64| a + (b - a) * share;
+        Posture {
+            rise_m: between(self.rise_m, other.rise_m),
+            pitch_rad: between(self.pitch_rad, other.pitch_rad),
+            roll_rad: between(self.roll_rad, other.roll_rad),
+            sway_m: between(self.sway_m, other.sway_m),
+        }
+    }
+}

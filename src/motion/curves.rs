@@ -42,6 +42,11 @@ impl SwingCurve {
         }
     }
 
+    /// Largest speed of a foot that swings `way_m`, m/s.
+    pub fn fastest_m_s(&self, way_m: f64) -> f64 {
+        way_m / ((1.0 - self.ramp_share) * self.time_s)
+    }
+
     /// Height above the ground at the share `u` of the time, m: lift sin^2(pi u).
     pub fn height_m(&self, u: f64) -> f64 {
         let sine = (PI * u.clamp(0.0, 1.0)).sin();

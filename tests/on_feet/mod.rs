@@ -119,7 +119,13 @@ impl<'r> OnFeet<'r> {
         let reach_m = self.drive.plan().reach.level.half_excursion_m;
         for (leg, foot) in self.targets.feet.iter().enumerate() {
             let residual_m = self.joints.residual_m[foot.chain];
-            assert!(residual_m <= RESIDUAL_MAX_M, "leg {leg} misses by {residual_m} m: {}", what());
+            assert!(
+                residual_m <= RESIDUAL_MAX_M,
+                "leg {leg} misses by {residual_m} m, {foot:?}, trunk {} turned {:?}: {}",
+                self.targets.trunk_in_world,
+                self.targets.trunk_turn.to_euler(glam::EulerRot::ZYX),
+                what()
+            );
             assert!(foot.excursion_m.abs() <= reach_m + ROUNDING_M, "leg {leg}: {}", what());
             assert!(foot.in_world.is_finite() && foot.in_world.z >= -1e-9, "leg {leg}: {}", what());
             match (self.was_swing[leg], foot.is_swing) {

@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::planner::{Planner, Wish};
 use super::posture::{Carriage, Lean};
 use super::profile::Rates;
+use super::reach_table::Reachable;
 use super::walk::Walk;
 use super::{HorsePlan, auto};
 use crate::motion::curves::smooth_step;
@@ -21,6 +22,8 @@ pub struct Drive {
     /// The posture asked for, and what it was limited to.
     asked: Posture,
     granted: Posture,
+    /// Where the feet can be on the way the trunk is on.
+    way_reach: Reachable,
     /// How much of the gaits' bob the trunk does, 0 to 1: it grows with the first stride and fades with the last.
     bob_share: f64,
     now_s: f64,
@@ -37,6 +40,7 @@ impl Drive {
             carriage: Carriage::level(plan.settings.stand_height_m),
             asked: Posture::default(),
             granted: Posture::default(),
+            way_reach: plan.reach.level,
             bob_share: 0.0,
             now_s: 0.0,
             trunk_m: DVec2::ZERO,
@@ -68,9 +72,7 @@ impl Drive {
         }
         let present = self.walk.gait(self.now_s);
         let now = self.walk.rates(self.now_s);
-        // Postures between two are counted on to reach as far as those two.
-        let on_the_way = self.carriage.way().map(|posture| self.plan.reach.at(posture));
-        let reach = self.plan.reach.at(self.granted).and(&on_the_way[0]).and(&on_the_way[1]);
+        let (next, reach) = self.next_posture();
         let reach_m = reach.half_excursion_m;
         let wanted = Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
         let wish = match command.gait {
@@ -82,8 +84,31 @@ impl Drive {
         };
         let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach);
         if keeps_to_reach {
-            self.carriage.aim_for(self.granted);
+            self.carriage.aim_for(next);
+            self.way_reach = reach;
         }
+    }
+
+    /// The posture to go to next, and where the feet can be until it is reached: straight to the one that is
+    /// granted, or by way of the level stand.
+    fn next_posture(&self) -> (Posture, Reachable) {
+        let table = &self.plan.reach;
+        if self.carriage.now() == self.granted && self.carriage.goal() == self.granted {
+            return (self.granted, table.at(self.granted));
+        }
+        if self.carriage.goal() == self.granted {
+            return (self.granted, self.way_reach);
+        }
+        let way_to = |goal| {
+            let [a, b] = self.carriage.way_begins().map(|begin| table.between(begin, goal));
+            a.and(&b)
+        };
+        let straight = way_to(self.granted);
+        if table.is_enough(&straight) {
+            return (self.granted, straight.and(&self.way_reach));
+        }
+        let level = Posture::default();
+        if self.carriage.goal() == level { (level, self.way_reach) } else { (level, way_to(level)) }
     }
 
     /// The trunk's middle goes along its heading.

@@ -19,7 +19,7 @@ mod walk;
 
 use glam::DVec3;
 
-use crate::model::HorseMotion;
+use crate::model::{Gait, HorseMotion};
 use crate::motion::curves::SwingCurve;
 use crate::motion::{Command, GaitChoice};
 pub use clock::StrideClock;
@@ -48,6 +48,8 @@ pub struct HorsePlan {
     pub sit_pose_rad: Vec<f64>,
     /// How fast each of the settings' gaits can go.
     pub paces: Vec<Pace>,
+    /// True if servos turn its joints, false for a robot on paper.
+    pub is_driven: bool,
     /// What to do when the operator says no more than to go.
     pub command: Command,
 }
@@ -121,6 +123,25 @@ impl HorsePlan {
             lift_m: self.settings.swing_lift_m,
             ramp_share: self.settings.swing_ramp_share,
         }
+    }
+
+    /// Largest speed of a foot against the trunk, in mid-swing of steady strides at the servos' top speeds, m/s;
+    /// infinite for legs without servos.
+    fn swing_speed_max_m_s(&self) -> f64 {
+        let swing_s = self.settings.swing_time_s;
+        let at_top_m_s = |(gait, pace): (&Gait, &Pace)| {
+            let top_m_s = pace.forward_m_s.max(pace.backward_m_s);
+            self.swing().fastest_m_s(gait.stride_m(top_m_s, swing_s)) - top_m_s
+        };
+        match self.is_driven {
+            true => self.settings.gaits.iter().zip(&self.paces).map(at_top_m_s).fold(0.0, f64::max),
+            false => f64::INFINITY,
+        }
+    }
+
+    /// The speed at which a foot that lifts every `interval_s` swings as fast against the trunk as it may, m/s.
+    fn speed_by_swing_m_s(&self, interval_s: f64) -> f64 {
+        self.swing_speed_max_m_s() / (self.swing().fastest_m_s(interval_s) - 1.0)
     }
 
     /// The speed at which half a stance of `stance_s` and the overshoot of the swing fill the reach, m/s:

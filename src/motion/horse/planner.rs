@@ -6,7 +6,7 @@
 //! for it, so in the end one always fits.
 //!
 //! A change of gait: slow down to a speed both gaits and the legs between them can do, move the stride clock to
-//! the new gait in one to three strides, go on to the new speed.
+//! the new gait in one to four strides, go on to the new speed.
 
 use super::HorsePlan;
 use super::clock::{largest_shift, longest_interval_s};
@@ -16,10 +16,12 @@ use super::walk::{Strides, Walk};
 use crate::motion::curves::SMOOTH_STEP_SLOPE_MAX;
 
 /// Lengths of a change of gait that are tried, strides.
-const STRIDES: [f64; 4] = [1.0, 1.5, 2.0, 3.0];
+const STRIDES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.0];
 /// Share of the speed a change of gait could be made at by rule, and the factor from one try to the next.
 const CHANGE_SPEED_SHARE: f64 = 0.98;
 const SLOWER: f64 = 0.93;
+/// How often it is slowed down before it is tried at full speed again, in another phase of the stride.
+const TIMES_SLOWER: usize = 8;
 /// Tries a cycle.
 const TRIES: u32 = 2;
 /// When a change may begin, shares of the longest period from now on; the last is a swing time more.
@@ -39,7 +41,7 @@ pub(super) struct Planner {
     /// The wish the walk's plan leads to, and the reach it was looked through with.
     followed: Option<(Wish, Reachable)>,
     /// Changes of gait tried in vain for this wish.
-    tries: u32,
+    tries: usize,
     wished: Option<Wish>,
 }
 
@@ -140,7 +142,7 @@ impl Planner {
         let (Some(gait), Some(from)) = (wish.gait, steady.gait(now_s)) else { return false };
         for _ in 0..TRIES {
             let candidate = change_of_gait(plan, steady.rates(now_s), from, wish, gait, reach, self.tries);
-            self.tries = self.tries.saturating_add(1);
+            self.tries = self.tries.wrapping_add(1);
             if take(walk, change_gait(plan, steady, now_s, &candidate, gait, wish.rates, reach)) {
                 return true;
             }
@@ -174,30 +176,30 @@ fn change_of_gait(
     wish: Wish,
     gait: usize,
     reach: &Reachable,
-    number: u32,
+    number: usize,
 ) -> Change {
     let (settings, reach_m) = (&plan.settings, reach.half_excursion_m);
     let (a, b) = (&settings.gaits[from], &settings.gaits[gait]);
     let shift = largest_shift(a, b);
     let period_s = a.period_s(settings.swing_time_s).max(b.period_s(settings.swing_time_s));
     let slowest = plan.slowest(now, wish.rates);
-    let slower = SLOWER.powi(i32::try_from(number / STRIDES_TRIED).unwrap_or(i32::MAX));
+    let (slower, option) = (number / STRIDES.len() % TIMES_SLOWER, number % STRIDES.len());
+    #[allow(clippy::cast_precision_loss, reason = "a small number")]
+    let slower = SLOWER.powf(slower as f64);
     let mut options = STRIDES.map(|strides| {
-        let stance_s = longest_interval_s(period_s, shift, strides) - settings.swing_time_s;
-        let by_reach_m_s =
-            CHANGE_SPEED_SHARE * plan.speed_by_reach_m_s(stance_s, period_s, reach.half_excursion_m);
-        let rates = plan.slowed_to(slowest, by_reach_m_s * slower);
+        let interval_s = longest_interval_s(period_s, shift, strides);
+        let stance_s = interval_s - settings.swing_time_s;
+        let by_reach_m_s = plan.speed_by_reach_m_s(stance_s, period_s, reach_m);
+        let by_legs_m_s = CHANGE_SPEED_SHARE * by_reach_m_s.min(plan.speed_by_swing_m_s(interval_s));
+        let rates = plan.slowed_to(slowest, slower * by_legs_m_s.min(plan.fastest_plane_m_s(slowest)));
         let rates = plan.limited(gait, plan.limited(from, rates, reach_m), reach_m);
         let duration_s = plan.ramp_s(now, rates) + strides * period_s + plan.ramp_s(rates, wish.rates);
         let fits = SMOOTH_STEP_SLOPE_MAX * shift / strides < 0.5;
         (if fits { duration_s } else { f64::INFINITY }, Change { rates, strides })
     });
     options.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    options[(number % STRIDES_TRIED) as usize].1
+    options[option].1
 }
-
-/// Lengths of a change tried before it is tried slower.
-const STRIDES_TRIED: u32 = 3;
 
 /// When a change may begin, from `now_s` on.
 fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {

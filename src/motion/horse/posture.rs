@@ -10,17 +10,15 @@ const RISE_RATE: f64 = 0.2;
 const TILT_RATE_RAD_S: f64 = 0.2;
 /// Time constant that rounds the corners of a change, s.
 const ROUNDING_S: f64 = 0.15;
-/// A posture this share of the rates from its goal is there, s.
+/// A posture from which the goal is this near, at those rates, is there, s.
 const THERE_S: f64 = 1e-7;
 
-/// The posture now, on its way to a goal: at constant rates, corners rounded, so that no velocity jumps.
+/// The posture now, on its straight way to a goal: at a constant rate, corners rounded, so that no velocity jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Carriage {
     stand_height_m: f64,
-    /// Where the present change began.
-    from: Posture,
     goal: Posture,
-    /// Moves to the goal at constant rates.
+    /// Moves straight to the goal at a constant rate.
     lead: Posture,
     /// Follows the lead.
     now: Posture,
@@ -29,22 +27,24 @@ pub(super) struct Carriage {
 impl Carriage {
     pub(super) fn level(stand_height_m: f64) -> Carriage {
         let level = Posture::default();
-        Carriage { stand_height_m, from: level, goal: level, lead: level, now: level }
+        Carriage { stand_height_m, goal: level, lead: level, now: level }
     }
 
     pub(super) fn now(&self) -> Posture {
         self.now
     }
 
-    /// The ends of the way it is on.
-    pub(super) fn way(&self) -> [Posture; 2] {
-        [self.from, self.goal]
+    pub(super) fn goal(&self) -> Posture {
+        self.goal
+    }
+
+    /// The two postures between which and a new goal it would be on its way.
+    pub(super) fn way_begins(&self) -> [Posture; 2] {
+        [self.now, self.lead]
     }
 
     pub(super) fn aim_for(&mut self, goal: Posture) {
-        if goal != self.goal {
-            (self.from, self.goal) = (self.now, goal);
-        }
+        self.goal = goal;
     }
 
     /// True once the trunk is level at its standing height, to stay.
@@ -55,21 +55,16 @@ impl Carriage {
 
     pub(super) fn advance(&mut self, dt_s: f64) {
         let length_rate = RISE_RATE * self.stand_height_m;
-        let share = 1.0 - (-dt_s / ROUNDING_S).exp();
-        let step = |now: &mut f64, lead: &mut f64, goal: f64, rate: f64| {
-            *lead += (goal - *lead).clamp(-rate * dt_s, rate * dt_s);
-            *now += (*lead - *now) * share;
-            if (goal - *now).abs() < rate * THERE_S {
-                (*lead, *now) = (goal, goal);
-            }
+        let duration_s = |from: Posture, to: Posture| {
+            let turn = (to.pitch_rad - from.pitch_rad).abs().max((to.roll_rad - from.roll_rad).abs());
+            let way = (to.rise_m - from.rise_m).abs().max((to.sway_m - from.sway_m).abs());
+            (turn / TILT_RATE_RAD_S).max(way / length_rate)
         };
-        let (now, lead, goal) = (&mut self.now, &mut self.lead, &self.goal);
-        step(&mut now.rise_m, &mut lead.rise_m, goal.rise_m, length_rate);
-        step(&mut now.sway_m, &mut lead.sway_m, goal.sway_m, length_rate);
-        step(&mut now.pitch_rad, &mut lead.pitch_rad, goal.pitch_rad, TILT_RATE_RAD_S);
-        step(&mut now.roll_rad, &mut lead.roll_rad, goal.roll_rad, TILT_RATE_RAD_S);
-        if self.now == self.goal {
-            self.from = self.goal;
+        let left_s = duration_s(self.lead, self.goal);
+        self.lead = if left_s <= dt_s { self.goal } else { self.lead.towards(self.goal, dt_s / left_s) };
+        self.now = self.now.towards(self.lead, 1.0 - (-dt_s / ROUNDING_S).exp());
+        if self.lead == self.goal && duration_s(self.now, self.goal) < THERE_S {
+            self.now = self.goal;
         }
     }
 }

@@ -7,9 +7,11 @@ use crate::motion::Posture;
 pub const LEVELS: usize = 9;
 
 /// Share of the reach that is counted on between the postures it was worked out for.
-const INTERPOLATED_SHARE: f64 = 0.97;
+const BETWEEN_SHARE: f64 = 0.97;
 /// Share of the standing posture's half-excursion that every posture must leave.
 const LEAST_SHARE: f64 = 0.25;
+/// Postures looked at on the way to another.
+const WAY_STEPS: u32 = 5;
 /// Halvings of the way to a posture that leaves too little.
 const HALVINGS: u32 = 8;
 /// Share of the reach that is left when the trunk sways.
@@ -154,8 +156,20 @@ impl ReachTable {
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        let legs = std::array::from_fn(|leg| self.of_leg(leg, &lean, INTERPOLATED_SHARE * sway));
+        let legs = std::array::from_fn(|leg| self.of_leg(leg, &lean, BETWEEN_SHARE * sway));
         Reachable { legs, ..self.level }.with_half_excursion_of(&self.strides, self.level.half_excursion_m)
+    }
+
+    /// Where the feet can be in every posture on the straight way between two.
+    pub(super) fn between(&self, from: Posture, to: Posture) -> Reachable {
+        (0..WAY_STEPS)
+            .map(|step| self.at(from.towards(to, f64::from(step) / f64::from(WAY_STEPS))))
+            .fold(self.at(to), |all, posture| all.and(&posture))
+    }
+
+    /// True if the feet keep enough of their reach.
+    pub(super) fn is_enough(&self, reach: &Reachable) -> bool {
+        reach.half_excursion_m >= LEAST_SHARE * self.level.half_excursion_m
     }
 
     /// A roll lifts a leg's plane on one side and lowers it on the other, like another height of the trunk.
@@ -163,14 +177,17 @@ impl ReachTable {
         let (sine, cosine) = lean.roll_rad.sin_cos();
         let height_m = (lean.height_m + self.sides_m[leg] * sine / lean.pitch_rad.cos()) / cosine;
         let (row, column) = (place(&self.heights_m, height_m), place(&self.pitches_rad, lean.pitch_rad));
-        let (Some((row, down)), Some((column, right))) = (row, column) else {
+        let (Some(row), Some(column)) = (row, column) else {
             return LegReach { aft_m: [0.0; LEVELS], fore_m: [0.0; LEVELS] };
         };
+        // The least of the corners: where a reach ends, it ends at once.
         let at = |row: usize, column: usize| &self.cells[row * self.pitches_rad.len() + column][leg];
-        let blend = |row: usize| {
-            at(row, column).zip(at(row, column + 1), |a, b| share * (a * (1.0 - right) + b * right))
-        };
-        blend(row).zip(&blend(row + 1), |a, b| a * (1.0 - down) + b * down)
+        let least = |a: &LegReach, b: &LegReach| a.zip(b, f64::min);
+        let corners = least(
+            &least(at(row, column), at(row, column + 1)),
+            &least(at(row + 1, column), at(row + 1, column + 1)),
+        );
+        corners.zip(&corners, |reach_m, _| share * reach_m)
     }
 
     /// The posture nearest to `wanted`, on the straight way from standing, that leaves the feet enough reach.
@@ -184,14 +201,9 @@ impl ReachTable {
             roll_rad: wanted.roll_rad.clamp(-self.roll_max_rad, self.roll_max_rad),
             sway_m: wanted.sway_m.clamp(-self.sway_max_m, self.sway_max_m),
         };
-        let share_of = |share: f64| Posture {
-            rise_m: inside.rise_m * share,
-            pitch_rad: inside.pitch_rad * share,
-            roll_rad: inside.roll_rad * share,
-            sway_m: inside.sway_m * share,
-        };
-        let least_m = LEAST_SHARE * self.level.half_excursion_m;
-        let is_enough = |posture| self.at(posture).half_excursion_m >= least_m;
+        let level = Posture::default();
+        let share_of = |share: f64| level.towards(inside, share);
+        let is_enough = |posture| self.is_enough(&self.between(level, posture));
         if is_enough(inside) {
             return inside;
         }
@@ -204,12 +216,11 @@ impl ReachTable {
     }
 }
 
-/// The interval of `values` that `value` is in, and how far into it, 0 to 1; none outside.
-fn place(values: &[f64], value: f64) -> Option<(usize, f64)> {
+/// The interval of `values` that `value` is in; none outside.
+fn place(values: &[f64], value: f64) -> Option<usize> {
     let last = values.len().checked_sub(2)?;
     if value < values[0] - 1e-9 || value > values[last + 1] + 1e-9 {
         return None;
     }
-    let index = values.iter().rposition(|start| *start <= value).unwrap_or(0).min(last);
-    Some((index, ((value - values[index]) / (values[index + 1] - values[index])).clamp(0.0, 1.0)))
+    Some(values.iter().rposition(|start| *start <= value).unwrap_or(0).min(last))
 }

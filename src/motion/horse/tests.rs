@@ -52,6 +52,7 @@ fn plan() -> HorsePlan {
         },
         sit_pose_rad: vec![],
         paces: vec![],
+        is_driven: false,
         command: Command::default(),
         settings,
     };

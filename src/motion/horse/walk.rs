@@ -16,6 +16,8 @@ use crate::model::Bob;
 use crate::motion::curves::SwingCurve;
 use crate::signals::{FootTarget, Targets};
 
+/// Rounding in what a swing may do.
+const SWING_SPEED_SHARE: f64 = 1.0 + 1e-6;
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 /// Instants at which a swing is looked at, beside its turning points.
@@ -27,6 +29,8 @@ const EVENTS: u32 = 400;
 #[derive(Debug, Clone)]
 pub struct Walk {
     swing: SwingCurve,
+    /// Largest speed of a foot against the trunk in a swing, m/s.
+    swing_speed_max_m_s: f64,
     /// Speed and turn, planned ahead.
     pub(super) profile: SpeedProfile,
     /// When legs lift; none while the horse stands.
@@ -100,6 +104,7 @@ impl Walk {
     pub fn standing(plan: &HorsePlan) -> Walk {
         Walk {
             swing: plan.swing(),
+            swing_speed_max_m_s: SWING_SPEED_SHARE * plan.swing_speed_max_m_s(),
             profile: SpeedProfile::constant(Rates::STILL),
             strides: None,
             legs: plan.neutral_in_body.map(|neutral| Leg {
@@ -302,6 +307,12 @@ impl Walk {
                 let instants = (1..SWING_INSTANTS).map(|instant| {
                     lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
                 });
+                let middle_s = lifted_s + 0.5 * self.swing.time_s;
+                let trunk_m_s = self.profile.rates_at(middle_s).at_side_m_s(leg.side_m);
+                let fastest_m_s = self.swing.fastest_m_s(to_m - from_m);
+                // One that is in the air already cannot be helped.
+                all =
+                    all && (from_s > lifted_s || (fastest_m_s - trunk_m_s).abs() <= self.swing_speed_max_m_s);
                 // Where the foot is as fast as its root: the swing's furthest points.
                 let landed_s = lifted_s + self.swing.time_s;
                 let fast_s = |s: f64| {
