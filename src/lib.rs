@@ -27,6 +27,7 @@ pub mod ik;
 pub mod jog;
 pub mod model;
 pub mod motion;
+pub mod operator;
 pub mod platform;
 pub mod recording;
 pub mod replay;

@@ -11,7 +11,7 @@ use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::{Robot, StopAction};
-use crate::motion::horse::HorsePlan;
+use crate::motion::horse::{Drive, HorsePlan};
 use crate::motion::{Activity, Generator, Order};
 use crate::recording::Recorder;
 use crate::signals::{JointState, Permission, ServoGoal};
@@ -43,8 +43,12 @@ pub struct Status {
     pub time_s: f64,
     /// What the robot is doing.
     pub activity: Activity,
+    /// The gait it goes in, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
+    pub gait: Option<usize>,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
+    /// Planned turn, rad/s, to the left.
+    pub yaw_rate_rad_s: f64,
     /// What safety permits.
     pub permission: Permission,
     /// Cycles that began late.
@@ -65,9 +69,9 @@ pub trait Operator {
     /// What is wanted now. Asked once a cycle, so it must not block nor allocate.
     fn order(&mut self, status: &Status) -> Order;
 
-    /// Why it ordered the robot to stop, in words, where that was not a person's wish.
-    fn why_stopped(&self) -> Option<&'static str> {
-        None
+    /// How a run that it stopped has ended, and why, in words.
+    fn why_stopped(&self) -> (Outcome, &'static str) {
+        (Outcome::Completed, "stopped by the operator")
     }
 
     /// The loop is over, and the servos have been told its last goals.
@@ -203,10 +207,7 @@ pub(crate) fn perform<P: Ports>(
         Ok(stopper) => {
             let planned = match stopper {
                 Stopper::Nobody => (Outcome::Completed, done),
-                Stopper::Operator => match operator.why_stopped() {
-                    Some(why) => (Outcome::StoppedBySafety, why),
-                    None => (Outcome::Completed, "stopped by the operator"),
-                },
+                Stopper::Operator => operator.why_stopped(),
                 Stopper::Recording => (Outcome::Failed, RECORDING_LOST),
             };
             verdict(robot, cycle, planned)
@@ -286,9 +287,12 @@ fn repeat<P: Ports>(
 fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
+    let drive = cycle.generator().drive();
     Status {
         time_s,
         activity: cycle.generator().activity(),
+        gait: drive.and_then(Drive::gait),
+        yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
         speed_m_s: cycle.generator().speed_m_s(),
         permission: cycle.state().permission,
         late_cycles: cycle.telemetry().totals().1,

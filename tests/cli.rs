@@ -88,6 +88,16 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
         (run(&["--speed", "fast"]), vec!["--speed", "fast"]),
         (run(&["--for", "-1"]), vec!["--for -1", "seconds, 0 or more"]),
         (run(&["--for", "NaN"]), vec!["--for NaN", "seconds"]),
+        (run(&["--keys", "--for", "3"]), vec!["--keys", "--for"]),
+        (run(&["--gamepad"]), vec!["--gamepad", "--virtual"]),
+        (
+            vec!["run", HORSE, "--gamepad=nowhere", "--gamepad-silence", "0.5"],
+            vec!["--gamepad=nowhere", "No such file", "gamepad"],
+        ),
+        (
+            vec!["run", HORSE, "--gamepad=nowhere", "--gamepad-silence", "0"],
+            vec!["--gamepad-silence 0", "0.1 or more"],
+        ),
         (run(&["--faults", "nowhere.toml"]), vec!["nowhere.toml", "No such file"]),
         (
             with_faults(bad_kind),
@@ -370,6 +380,9 @@ fn help_explains_and_gives_an_example() {
                 "--gait",
                 "--speed",
                 "--for",
+                "--script",
+                "--keys",
+                "--gamepad",
                 "--virtual",
                 "--seed",
                 "--faults",

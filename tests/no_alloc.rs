@@ -7,13 +7,15 @@ use std::process::Command;
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
-use common::{ROBOTS, plan, shipped};
+use common::{ROBOTS, capability, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
+use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::{Limbs, Method};
-use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Order};
+use hippocamp::model::{Motion, Robot};
+use hippocamp::motion::{Activity, Command as Asked, Order};
+use hippocamp::run::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
 use hippocamp::simulation;
 use hippocamp::units::Time;
@@ -164,6 +166,51 @@ fn an_allocation_in_the_cycle_is_caught() {
     assert!(!output.status.success(), "nothing was caught");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("memory allocation of"), "{said}");
+}
+
+#[test]
+fn no_operator_allocates() {
+    use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire};
+    let robot = shipped("horse.toml");
+    let Motion::Horse(horse) = &robot.motion;
+    let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
+    let mut keys = Keys::new(repertoire.clone());
+    let mut gamepad = Gamepad::new(repertoire, 0.5);
+    let text = "[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 0.05\n[[at]]\ntime_s = 1\ngait = 'stand'";
+    let script = config::parse_script(text, "test.toml", &robot).unwrap_or_else(|error| panic!("{error}"));
+    let mut playback = Playback::new(script);
+    let mut status = Status {
+        time_s: 0.0,
+        activity: Activity::Standing,
+        gait: None,
+        speed_m_s: 0.0,
+        yaw_rate_rad_s: 0.0,
+        permission: Permission::Move,
+        late_cycles: 0,
+        hottest_c: 30.0,
+        lowest_v: 12.0,
+    };
+    let (mut driven, mut stops, mut notes) = (0, 0, 0);
+    assert_no_alloc(|| {
+        let typed = "13g^<  0rftb5npzq".chars().map(Key::Character);
+        for key in typed.chain([Key::Up, Key::Left, Key::Gone, Key::Escape]) {
+            notes += usize::from(keys.press(key).is_some());
+            driven += usize::from(matches!(keys.instruction().order, Order::Drive(_)));
+        }
+        for tenths in 0..100 {
+            status.time_s = f64::from(tenths) * 0.1;
+            stops += usize::from(playback.instruction(&status).order.is_stop());
+            let event = match tenths {
+                10 => PadEvent::Pressed(Button::Arm),
+                20..25 => PadEvent::Moved(Axis::Speed, 1.0),
+                50 => PadEvent::Unplugged,
+                _ => continue,
+            };
+            notes += usize::from(gamepad.hear(event, status.time_s).is_some());
+            notes += usize::from(gamepad.instruction(status.time_s + 1.0).1.is_some());
+        }
+    });
+    assert!(driven > 10 && stops > 10 && notes >= 3, "{driven} {stops} {notes}: nothing was asked for");
 }
 
 /// A walk seldom asks for what a leg cannot reach, and never searches its branches.

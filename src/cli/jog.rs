@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 
+use super::drivers::Driver;
 use super::guard::Guard;
 use super::load::load;
-use super::operator::{OnHardware, Terminal};
+use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, Choice};
 use super::run::{exit_code, outcome_words};
 use super::unit;
@@ -60,7 +61,8 @@ fn drive(
     ports: impl Ports,
     hardware: Option<OnHardware>,
 ) -> Result<JogReport> {
-    Ok(jog_robot(robot, joint, goal_rad, ports, Terminal::new(None, hardware)?)?)
+    let terminal = Terminal::new(Signals::catch()?, Driver::Plan, None, hardware);
+    Ok(jog_robot(robot, joint, goal_rad, ports, terminal)?)
 }
 
 /// The joint of this name.

@@ -3,6 +3,7 @@
 #[macro_use]
 mod say;
 mod check;
+mod drivers;
 mod guard;
 mod jog;
 mod load;
@@ -81,10 +82,13 @@ enum Command {
     ///
     /// The robot starts limp wherever its joints are, stands up, walks for the time asked, slows down and takes
     /// the stop action of its file. Ctrl-C or SIGTERM makes it slow down and stop the same way; a second one
-    /// skips the slowing down. Buses are simulated, unless the unit file or --port names the device of each.
+    /// skips the slowing down. With --script, --keys or --gamepad it does what they say instead, until they end it.
+    /// Buses are simulated, unless the unit file or --port names the device of each.
     #[command(after_help = "Examples:\n  hippocamp run config/horse.toml --for 20\n  \
+                            hippocamp run config/horse.toml --keys\n  \
+                            hippocamp run config/horse.toml --script config/scripts/round.toml --virtual\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
-    Run(RunArguments),
+    Run(Box<RunArguments>),
     /// Turns one joint to an angle, slowly, and lets it go again.
     ///
     /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
@@ -150,6 +154,8 @@ struct RunArguments {
     /// How long to walk, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
+    #[command(flatten)]
+    driver: drivers::DriverArguments,
     #[command(flatten)]
     unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.

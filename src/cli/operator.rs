@@ -1,16 +1,19 @@
-//! Who gives the orders while a command moves the robot: the person at the terminal, and the guard's absence.
+//! Who gives the orders while a command moves the robot: its driver, signals, and the guard's absence.
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
-use signal_hook::iterator::Signals;
+use signal_hook::iterator;
 
+use super::drivers::Driver;
 use super::guard::Heart;
 use super::ports::warn;
 use super::status::StatusLine;
 use crate::motion::Order;
+use crate::operator::Instruction;
 use crate::platform;
 use crate::run::{self, Status};
+use crate::telemetry::Outcome;
 
 /// Said, and written into the report, when the guard is gone.
 const GUARD_GONE: &str = "the guard process is gone or hangs, and nobody would take the torque off if this program \
@@ -24,29 +27,40 @@ pub(super) struct OnHardware {
     pub(super) heart: Heart,
 }
 
-/// Signals in, the status line out; and what a loop on real servos has beside it.
+/// A driver and signals in, the status line out; and what a loop on real servos has beside it.
 pub(super) struct Terminal {
-    signals: Receiver<Order>,
-    order: Order,
+    signals: Signals,
+    driver: Driver,
     status_line: Option<StatusLine>,
     hardware: Option<OnHardware>,
     is_first: bool,
+    /// What signals ordered last.
+    ordered: Option<Order>,
+    /// Why the driver ordered a stop.
+    reason: &'static str,
     is_guard_gone: bool,
     has_said_so: bool,
 }
 
 impl Terminal {
-    /// Catches signals from now on. Shows no status without a `status_line`.
-    pub(super) fn new(status_line: Option<StatusLine>, hardware: Option<OnHardware>) -> Result<Terminal> {
-        Ok(Terminal {
-            signals: orders_from_signals()?,
-            order: Order::Go,
+    /// Shows no status without a `status_line`.
+    pub(super) fn new(
+        signals: Signals,
+        driver: Driver,
+        status_line: Option<StatusLine>,
+        hardware: Option<OnHardware>,
+    ) -> Terminal {
+        Terminal {
+            signals,
+            driver,
             status_line,
             hardware,
             is_first: true,
+            ordered: None,
+            reason: Instruction::from(Order::Stop).reason,
             is_guard_gone: false,
             has_said_so: false,
-        })
+        }
     }
 }
 
@@ -66,16 +80,32 @@ impl run::Operator for Terminal {
             self.is_guard_gone |= !heart.beat();
         }
         self.is_first = false;
+
+        let line = &mut self.status_line;
+        let asked = self.driver.instruction(status, |words| {
+            if let Some(line) = line {
+                line.note(words);
+            }
+        });
+        self.ordered = self.signals.0.try_recv().ok().or(self.ordered);
+        // A signal counts for more than the driver, but for an emergency.
+        let Instruction { order, reason } = match self.ordered {
+            Some(order) if asked.order != Order::StopAtOnce => order.into(),
+            _ => asked,
+        };
+        self.reason = reason;
         if let Some(line) = &mut self.status_line {
-            line.show(status);
+            line.show(status, order);
             self.has_said_so = self.has_said_so || (self.is_guard_gone && line.note(GUARD_GONE));
         }
-        self.order = self.signals.try_recv().unwrap_or(self.order);
-        if self.is_guard_gone && !self.order.is_stop() { Order::Stop } else { self.order }
+        if self.is_guard_gone && !order.is_stop() { Order::Stop } else { order }
     }
 
-    fn why_stopped(&self) -> Option<&'static str> {
-        self.is_guard_gone.then_some(GUARD_GONE)
+    fn why_stopped(&self) -> (Outcome, &'static str) {
+        match self.is_guard_gone {
+            true => (Outcome::StoppedBySafety, GUARD_GONE),
+            false => (Outcome::Completed, self.reason),
+        }
     }
 
     fn loop_ended(&mut self) {
@@ -86,17 +116,22 @@ impl run::Operator for Terminal {
     }
 }
 
-/// The first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the robot) orders a stop,
-/// the second one at once.
-fn orders_from_signals() -> Result<Receiver<Order>> {
-    let (sender, receiver) = bounded(8);
-    let mut signals =
-        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP]).context("signals could not be caught")?;
-    std::thread::spawn(move || {
-        let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
-        for (_, order) in signals.forever().zip(orders) {
-            let _ = sender.try_send(order);
-        }
-    });
-    Ok(receiver)
+/// Orders by signals: the first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the
+/// robot) orders a stop, the second one at once.
+pub(super) struct Signals(Receiver<Order>);
+
+impl Signals {
+    /// Catches them from now on.
+    pub(super) fn catch() -> Result<Signals> {
+        let (sender, receiver) = bounded(8);
+        let mut signals = iterator::Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])
+            .context("signals could not be caught")?;
+        std::thread::spawn(move || {
+            let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
+            for (_, order) in signals.forever().zip(orders) {
+                let _ = sender.try_send(order);
+            }
+        });
+        Ok(Signals(receiver))
+    }
 }

@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use crate::motion::Order;
 use crate::platform::monotonic;
 use crate::run::{Operator, Status};
+use crate::telemetry::Outcome;
 
 /// What `HIPPOCAMP_PANIC` says of `place`.
 fn wanted(place: &str) -> Option<u64> {
@@ -46,7 +47,7 @@ impl<O: Operator> Operator for Loop<O> {
         self.operator.order(status)
     }
 
-    fn why_stopped(&self) -> Option<&'static str> {
+    fn why_stopped(&self) -> (Outcome, &'static str) {
         self.operator.why_stopped()
     }
 

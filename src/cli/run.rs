@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use super::drivers::Driver;
 use super::guard::Guard;
 use super::load::{Loaded, load};
-use super::operator::{OnHardware, Terminal};
+use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
 use super::ports::{self, Choice};
 #[cfg(debug_assertions)]
@@ -19,14 +19,16 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
-use crate::bus::{Ports, SerialPorts, SimPorts};
+use crate::bus::{SerialPorts, SimPorts};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice};
+use crate::operator::Repertoire;
 use crate::recording::{Recorder, RunHeader};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
+use anyhow::{Context, Result};
 
 /// Share of the top speed a robot walks at when no speed is asked for.
 const DEFAULT_SPEED_SHARE: f64 = 0.9;
@@ -50,7 +52,9 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         );
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
-    let horse = plan(options, &loaded)?;
+    // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
+    let signals = Signals::catch()?;
+    let (horse, walk_for_s, driver) = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
@@ -79,24 +83,36 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let recording_place = options.record.as_deref().or(passing_file.as_deref());
     let (recording, file) = recording_place.map(RecordingFile::create).transpose()?.unzip();
 
-    say!(
-        "{}: {} at {:.3} m/s for {} s on {choice}",
-        robot.name,
-        horse.gait_name(horse.command.gait),
-        horse.command.speed_m_s,
-        options.walk_for_s
-    );
-    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
+    match &driver {
+        Driver::Plan => {
+            let (gait, speed_m_s) = (horse.gait_name(horse.command.gait), horse.command.speed_m_s);
+            say!("{}: {gait} at {speed_m_s:.3} m/s for {walk_for_s} s on {choice}", robot.name);
+        }
+        driver => say!("{}: driven by {driver}, on {choice}", robot.name),
+    }
+    driver.help().iter().for_each(|line| say!("  {line}"));
+    let status_line = StatusLine::start(&horse.settings.gaits);
+    let terminal = |hardware| {
+        let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
+        #[cfg(debug_assertions)]
+        let terminal = provoke::Loop::new(terminal);
+        terminal
+    };
+    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s };
     #[cfg(debug_assertions)]
     let file = file.map(provoke::Sink::new);
     let recorder = recording.as_ref().zip(file);
     let recorder =
         recorder.map(|(of, file)| recorder_into(file, of.written(), robot, &plan, options)).transpose()?;
     let ended = said_afterwards(|| match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None),
+        AnyPorts::Simulated(ports) => Ok(run_recorded(robot, plan, ports, recorder, terminal(None))?),
         AnyPorts::Serial(ports, guard) => {
             let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
-            guard.over(|| drive(robot, plan, ports, recorder, Some(hardware)), |report| report.is_end_heard)
+            let terminal = terminal(Some(hardware));
+            guard.over(
+                || Ok(run_recorded(robot, plan, ports, recorder, terminal)?),
+                |report| report.is_end_heard,
+            )
         }
     });
     if ended.is_err() {
@@ -129,20 +145,6 @@ enum AnyPorts {
     Serial(SerialPorts, Guard),
 }
 
-/// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-fn drive(
-    robot: &Robot,
-    plan: RunPlan,
-    ports: impl Ports,
-    recorder: Option<Recorder>,
-    hardware: Option<OnHardware>,
-) -> Result<Report> {
-    let terminal = Terminal::new(Some(StatusLine::start()), hardware)?;
-    #[cfg(debug_assertions)]
-    let terminal = provoke::Loop::new(terminal);
-    Ok(run_recorded(robot, plan, ports, recorder, terminal)?)
-}
-
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
 fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
     let faults = match &options.faults {
@@ -170,9 +172,18 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
-/// The gait asked for, at the speed asked for, held to what the robot can do.
-fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
-    let plan = loaded.capability.plan(&loaded.horse, Command::default());
+/// What to do, for how long, and who drives: others than the plan drive from a stand, for as long as they like.
+fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(HorsePlan, f64, Driver)> {
+    let standing = loaded.capability.plan(&loaded.horse, Command::default());
+    let driver = Driver::start(&options.driver, loaded, Repertoire::of(&standing))?;
+    match driver {
+        Driver::Plan => Ok((walking(options, loaded, standing)?, options.walk_for_s, driver)),
+        _ => Ok((standing, 0.0, driver)),
+    }
+}
+
+/// A plan for the gait asked for, at the speed asked for, held to what the robot can do.
+fn walking(options: &RunArguments, loaded: &Loaded, plan: HorsePlan) -> Result<HorsePlan> {
     let choice = gait(options.gait.as_deref(), &plan)?;
     let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
     let top_m_s = plan.top_speed_m_s(choice);

@@ -5,17 +5,22 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::motion::Activity;
+use crate::model::Gait;
+use crate::motion::{Activity, GaitChoice, Order};
 use crate::run::Status;
 use crate::signals::Permission;
 
 /// Time of the run between two status lines on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 5.0;
+/// Lines that may wait for a slow terminal.
+const WAITING: usize = 16;
+/// Slower turns are not worth a word, rad/s.
+const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// What is printed.
 enum Line {
-    Status(Status),
+    Status(Status, Order),
     /// A line of its own.
     Note(&'static str),
 }
@@ -31,25 +36,28 @@ pub(super) struct StatusLine {
 }
 
 impl StatusLine {
-    pub(super) fn start() -> StatusLine {
+    /// Of a robot with these gaits.
+    pub(super) fn start(gaits: &[Gait]) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
-        let (sender, receiver) = bounded(4);
+        let (sender, receiver) = bounded(WAITING);
+        let gaits = Names(gaits.iter().map(|gait| gait.name.clone()).collect());
         StatusLine {
             sender: Some(sender),
-            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal))),
+            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &gaits))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
             has_said_loss: false,
         }
     }
 
-    /// Shows `status` if it is time for another line. Never waits: a line the printer has no room for is lost.
-    pub(super) fn show(&mut self, status: &Status) {
+    /// Shows `status` and what was ordered if it is time for another line. Never waits: a line the printer has no
+    /// room for is lost.
+    pub(super) fn show(&mut self, status: &Status, order: Order) {
         if status.time_s >= self.next_s || (status.is_recording_lost && !self.has_said_loss) {
             self.has_said_loss = status.is_recording_lost;
             self.next_s = status.time_s + self.every_s;
             if let Some(sender) = &self.sender {
-                let _ = sender.try_send(Line::Status(*status));
+                let _ = sender.try_send(Line::Status(*status, order));
             }
         }
     }
@@ -70,11 +78,11 @@ impl Drop for StatusLine {
     }
 }
 
-fn print_all(lines: &Receiver<Line>, is_terminal: bool) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, gaits: &Names) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
-            Line::Status(status) => (line_of(&status), is_terminal),
+            Line::Status(status, order) => (gaits.line_of(&status, order), is_terminal),
             Line::Note(words) => (words.to_owned(), false),
         };
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
@@ -103,47 +111,125 @@ fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
 
-/// The most important first: a narrow terminal shows the beginning.
-fn line_of(status: &Status) -> String {
-    let activity = match (status.permission, status.activity) {
-        (Permission::Hold, _) => "HELD BY SAFETY".to_owned(),
-        (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
-        (_, Activity::Limp) => "limp".to_owned(),
-        (_, Activity::Rising) => "rising".to_owned(),
-        (_, Activity::Standing) => "standing".to_owned(),
-        (_, Activity::Walking) => format!("walking {:.3} m/s", status.speed_m_s),
-        (_, Activity::Jogging) => "turning one joint".to_owned(),
-        (_, Activity::Stopping) => "stopping".to_owned(),
-        (_, Activity::Done) => "done".to_owned(),
-    };
-    let servos = if status.lowest_v.is_finite() {
-        format!(", {:.0} C, {:.1} V", status.hottest_c, status.lowest_v)
-    } else {
-        String::new()
-    };
-    let late = match status.late_cycles {
-        0 => String::new(),
-        1 => ", 1 late cycle".to_owned(),
-        count => format!(", {count} late cycles"),
-    };
-    let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
-    format!("{:6.1} s {activity}{servos}{loss}{late}", status.time_s)
+/// Names of the robot's gaits, for people.
+struct Names(Vec<String>);
+
+impl Names {
+    /// The most important first: a narrow terminal shows the beginning.
+    fn line_of(&self, status: &Status, order: Order) -> String {
+        let doing = match (status.permission, status.activity) {
+            (Permission::Hold, _) => "HELD BY SAFETY".to_owned(),
+            (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
+            (_, Activity::Limp) => "limp".to_owned(),
+            (_, Activity::Rising) => "rising".to_owned(),
+            (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
+            (_, Activity::Jogging) => "turning one joint".to_owned(),
+            (_, Activity::Stopping) => "stopping".to_owned(),
+            (_, Activity::Done) => "done".to_owned(),
+        };
+        let servos = if status.lowest_v.is_finite() {
+            format!(", {:.0} C, {:.1} V", status.hottest_c, status.lowest_v)
+        } else {
+            String::new()
+        };
+        let late = match status.late_cycles {
+            0 => String::new(),
+            1 => ", 1 late cycle".to_owned(),
+            count => format!(", {count} late cycles"),
+        };
+        let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
+        format!("{:6.1} s {doing}{servos}{loss}{late}", status.time_s)
+    }
+
+    /// What a robot on its feet does, and of what was asked.
+    fn motion(&self, status: &Status, order: Order) -> String {
+        let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
+        let Order::Drive(asked) = order else {
+            return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
+        };
+        let doing = match (gait, asked.gait) {
+            (None, GaitChoice::Stand) => return "standing".to_owned(),
+            (None, choice) => format!("standing -> {}", self.of(choice)),
+            (Some(gait), GaitChoice::Auto) => format!("{gait} (auto)"),
+            (Some(gait), choice) if self.of(choice) == gait => gait.to_owned(),
+            (Some(gait), choice) => format!("{gait} -> {}", self.of(choice)),
+        };
+        let turn = turn_words(status.yaw_rate_rad_s, asked.yaw_rate_rad_s);
+        format!("{doing} {:.3} of {:.3} m/s{turn}", status.speed_m_s, asked.speed_m_s)
+    }
+
+    fn of(&self, choice: GaitChoice) -> &str {
+        match choice {
+            GaitChoice::Stand => "stand",
+            GaitChoice::Auto => "auto",
+            GaitChoice::Gait(gait) => self.0.get(gait).map_or("stand", String::as_str),
+        }
+    }
+}
+
+/// How fast the robot turns, and how fast it is to, both towards the side it is to turn to.
+fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
+    if turns_rad_s.abs().max(asked_rad_s.abs()) < TURN_SHOWN_RAD_S {
+        return String::new();
+    }
+    let is_asked = asked_rad_s.abs() >= TURN_SHOWN_RAD_S;
+    let is_left = if is_asked { asked_rad_s > 0.0 } else { turns_rad_s > 0.0 };
+    let (sign, side) = if is_left { (1.0, "left") } else { (-1.0, "right") };
+    // Nothing is 0, not -0.
+    let [turns, asked] = [turns_rad_s, asked_rad_s].map(|rate| sign * rate.to_degrees() + 0.0);
+    format!(", {turns:.1} of {asked:.1} deg/s {side}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::Command;
 
     const WALKING: Status = Status {
         time_s: 59.94,
         activity: Activity::Walking,
+        gait: Some(1),
         speed_m_s: 0.1234,
+        yaw_rate_rad_s: 0.0,
         permission: Permission::Move,
         late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
         is_recording_lost: false,
     };
+
+    fn line_of(status: &Status) -> String {
+        line(status, Order::Go)
+    }
+
+    fn line(status: &Status, order: Order) -> String {
+        Names(["walk", "trot"].map(str::to_owned).into()).line_of(status, order)
+    }
+
+    #[test]
+    fn a_driver_sees_what_is_done_and_what_was_asked() {
+        let asked = |gait, yaw_deg_s: f64| {
+            let yaw_rate_rad_s = yaw_deg_s.to_radians();
+            Order::Drive(Command { gait, speed_m_s: 0.2, yaw_rate_rad_s, ..Command::default() })
+        };
+        let turning = Status { yaw_rate_rad_s: 3_f64.to_radians(), ..WALKING };
+        let standing = Status { activity: Activity::Standing, gait: None, ..WALKING };
+        use GaitChoice::{Auto, Gait, Stand};
+        for (status, order, words) in [
+            (WALKING, asked(Gait(1), 0.0), "59.9 s trot 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Gait(0), 0.0), "59.9 s trot -> walk 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Auto, 0.0), "59.9 s trot (auto) 0.123 of 0.200 m/s, 41 C"),
+            (WALKING, asked(Stand, 0.0), "59.9 s trot -> stand 0.123 of 0.200 m/s, 41 C"),
+            (turning, asked(Gait(1), 5.0), "m/s, 3.0 of 5.0 deg/s left, 41 C"),
+            (turning, asked(Gait(1), -5.0), "m/s, -3.0 of 5.0 deg/s right, 41 C"),
+            (turning, asked(Gait(1), 0.0), "m/s, 3.0 of 0.0 deg/s left, 41 C"),
+            (standing, asked(Stand, 0.0), "59.9 s standing, 41 C"),
+            (standing, asked(Gait(0), 0.0), "59.9 s standing -> walk"),
+        ] {
+            let line = line(&status, order);
+            assert!(line.contains(words), "no '{words}' in {line}");
+        }
+    }
 
     #[test]
     fn what_matters_fits_forty_columns() {

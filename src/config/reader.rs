@@ -113,7 +113,10 @@ impl<'a> Section<'a> {
     }
 
     fn optional(&self, key: &'static str) -> Option<&'a DeValue<'a>> {
-        self.known.borrow_mut().push(key);
+        let mut known = self.known.borrow_mut();
+        if !known.contains(&key) {
+            known.push(key);
+        }
         self.entries?.get(key).map(Spanned::get_ref)
     }
 

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What the operator wants.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
     /// Stand up and do what the run was planned for.
     Go,

@@ -7,7 +7,8 @@ use std::borrow::Cow;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::motion::{Activity, Order};
+use super::orders::OrderFields;
+use crate::motion::Activity;
 use crate::signals::{Aim, Feedback, Permission};
 use crate::units::Time;
 
@@ -228,7 +229,8 @@ pub struct Motion {
     /// When.
     pub timestamp: Stamp,
     /// What the operator wanted.
-    pub order: Order,
+    #[serde(flatten)]
+    pub order: OrderFields,
     /// What the robot was doing.
     pub activity: Activity,
     /// What the generator asked for.

@@ -24,6 +24,7 @@
 
 mod header;
 pub mod messages;
+mod orders;
 mod reader;
 mod recorder;
 mod sample;

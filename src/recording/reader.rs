@@ -225,7 +225,8 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.times.work = Duration::from_nanos(times.work_ns);
     sample.times.exchange = Duration::from_nanos(times.exchange_ns);
     sample.late = Duration::from_nanos(times.late_ns);
-    sample.order = motion.order;
+    sample.order =
+        motion.order.try_into().map_err(|error| format!("a message of {}: {error}", topics::MOTION.name))?;
     sample.activity = motion.activity;
     sample.speed_m_s = motion.speed_m_s;
     sample.interventions = motion.interventions;

@@ -252,7 +252,7 @@ fn finite(place: Option<DVec3>) -> Option<messages::Vector3> {
 fn motion(sample: &Sample, timestamp: Stamp) -> messages::Motion {
     messages::Motion {
         timestamp,
-        order: sample.order,
+        order: sample.order.into(),
         activity: sample.activity,
         aim: sample.targets.aim,
         speed_m_s: sample.speed_m_s,

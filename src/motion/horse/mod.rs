@@ -63,6 +63,17 @@ pub struct Pace {
     pub backward_m_s: f64,
 }
 
+impl Pace {
+    const NONE: Pace = Pace { forward_m_s: 0.0, backward_m_s: 0.0 };
+
+    fn max(self, other: Pace) -> Pace {
+        Pace {
+            forward_m_s: self.forward_m_s.max(other.forward_m_s),
+            backward_m_s: self.backward_m_s.max(other.backward_m_s),
+        }
+    }
+}
+
 impl HorsePlan {
     /// Name of a choice of gait, as files and options have it.
     pub fn gait_name(&self, choice: GaitChoice) -> &str {
@@ -82,14 +93,19 @@ impl HorsePlan {
         }
     }
 
-    /// The fastest the robot goes forward in a choice of gait, standing level, m/s.
-    pub fn top_speed_m_s(&self, choice: GaitChoice) -> f64 {
-        let of_gait = |gait: usize| self.paces.get(gait).map_or(0.0, |pace| pace.forward_m_s);
+    /// The fastest the robot goes in a choice of gait, standing level.
+    pub fn pace(&self, choice: GaitChoice) -> Pace {
+        let of_gait = |gait: usize| self.paces.get(gait).copied().unwrap_or(Pace::NONE);
         match choice {
-            GaitChoice::Stand => 0.0,
-            GaitChoice::Auto => self.ladder().map(of_gait).fold(0.0, f64::max),
+            GaitChoice::Stand => Pace::NONE,
+            GaitChoice::Auto => self.ladder().map(of_gait).fold(Pace::NONE, Pace::max),
             GaitChoice::Gait(gait) => of_gait(gait),
         }
+    }
+
+    /// The fastest the robot goes forward in a choice of gait, standing level, m/s.
+    pub fn top_speed_m_s(&self, choice: GaitChoice) -> f64 {
+        self.pace(choice).forward_m_s
     }
 
     /// The same plan, to go straight ahead in a gait at `share` of its top speed.

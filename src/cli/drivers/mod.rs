@@ -1,0 +1,158 @@
+//! Who drives a run: its plan, a script, the keyboard or a gamepad.
+//!
+//! The threads that read terminal and gamepad are here; what their keys and sticks mean is [`crate::operator`]'s.
+
+mod keyboard;
+mod pad;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+
+use super::BadInput;
+use super::load::Loaded;
+use crate::config;
+use crate::motion::{GaitChoice, Order};
+use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script};
+use crate::platform::monotonic;
+use crate::run::Status;
+use keyboard::Keyboard;
+use pad::Pad;
+
+/// A pad may be silent this long at the least: one cycle of the slowest loop.
+const SILENCE_SMALLEST_S: f64 = 0.1;
+
+/// Who drives.
+#[derive(Debug, clap::Args)]
+pub(super) struct DriverArguments {
+    /// Drive by this motion script (TOML; see docs/scripts.md).
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["keys", "gamepad", "gait", "speed", "walk_for_s"])]
+    script: Option<PathBuf>,
+    /// Drive by keys in this terminal; it shows which. The robot stands until one is pressed.
+    #[arg(long, conflicts_with_all = ["gamepad", "gait", "speed", "walk_for_s"])]
+    keys: bool,
+    /// Drive with a gamepad: the only one there, or this device. It must be armed with Start (see docs/gamepad.md).
+    #[arg(long, value_name = "DEVICE", num_args = 0..=1, require_equals = true,
+          conflicts_with_all = ["gait", "speed", "walk_for_s", "is_virtual"])]
+    gamepad: Option<Option<PathBuf>>,
+    /// How long the gamepad may be silent while it asks for motion, in seconds, before the robot stops.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.5, requires = "gamepad")]
+    gamepad_silence: f64,
+}
+
+/// Who drives, once a cycle.
+pub(super) enum Driver {
+    Plan,
+    Script(Playback, PathBuf),
+    Keys(Keys, Keyboard),
+    Gamepad(Gamepad, Pad),
+}
+
+impl Driver {
+    /// The driver `options` name: its script is read, or its terminal or gamepad listened to from now on.
+    ///
+    /// # Errors
+    /// Bad input: a bad script, a gait in it that the robot cannot do, no terminal, no gamepad.
+    pub(super) fn start(
+        options: &DriverArguments,
+        loaded: &Loaded,
+        repertoire: Repertoire,
+    ) -> Result<Driver> {
+        if let Some(path) = &options.script {
+            let script = config::load_script(path, &loaded.file.robot)?;
+            check_script(&script, path, &repertoire)?;
+            return Ok(Driver::Script(Playback::new(script), path.clone()));
+        }
+        if options.keys {
+            return Ok(Driver::Keys(Keys::new(repertoire), Keyboard::start()?));
+        }
+        if let Some(wanted) = &options.gamepad {
+            let silence_s = options.gamepad_silence;
+            if !(silence_s.is_finite() && silence_s >= SILENCE_SMALLEST_S) {
+                let said =
+                    format!("--gamepad-silence {silence_s}: expected seconds, {SILENCE_SMALLEST_S} or more");
+                return Err(BadInput(said).into());
+            }
+            return Ok(Driver::Gamepad(Gamepad::new(repertoire, silence_s), Pad::start(wanted.clone())?));
+        }
+        Ok(Driver::Plan)
+    }
+
+    /// What the person who drives should know beforehand: a line each.
+    pub(super) fn help(&self) -> Vec<String> {
+        match self {
+            Driver::Plan | Driver::Script(..) => Vec::new(),
+            Driver::Keys(keys, _) => keys.help(),
+            Driver::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
+        }
+    }
+
+    /// What is asked for in this cycle. What the person should know goes to `note`.
+    pub(super) fn instruction(&mut self, status: &Status, mut note: impl FnMut(&'static str)) -> Instruction {
+        match self {
+            Driver::Plan => Order::Go.into(),
+            Driver::Script(playback, _) => playback.instruction(status),
+            Driver::Keys(keys, keyboard) => {
+                while let Some(key) = keyboard.pressed() {
+                    if let Some(words) = keys.press(key) {
+                        note(words);
+                    }
+                }
+                keys.instruction()
+            }
+            Driver::Gamepad(gamepad, pad) => {
+                while let Some((event, at_s)) = pad.heard() {
+                    if let Some(words) = gamepad.hear(event, at_s) {
+                        note(words);
+                    }
+                }
+                let (instruction, said) = gamepad.instruction(monotonic().as_secs_f64());
+                if let Some(words) = said {
+                    note(words);
+                }
+                instruction
+            }
+        }
+    }
+}
+
+/// As in "driven by ...".
+impl fmt::Display for Driver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Driver::Plan => f.write_str("its plan"),
+            Driver::Script(_, path) => write!(f, "the script {}", path.display()),
+            Driver::Keys(..) => f.write_str("the keyboard"),
+            Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
+        }
+    }
+}
+
+/// Refuses gaits the robot cannot do, and says where it will be held to what it can.
+fn check_script(script: &Script, path: &Path, repertoire: &Repertoire) -> Result<(), BadInput> {
+    for entry in &script.entries {
+        let place = format!("{}:{}", path.display(), entry.line);
+        let gait = match entry.command.gait {
+            GaitChoice::Gait(index) => repertoire.gaits.get(index).map_or("", |gait| gait.name.as_str()),
+            GaitChoice::Auto | GaitChoice::Stand => "any gait",
+        };
+        if matches!(entry.command.gait, GaitChoice::Gait(index) if !repertoire.can_do(index)) {
+            return Err(BadInput(format!(
+                "{place}: this robot cannot {gait}: its servos are too slow for it even on the spot; 'hippocamp \
+                 check' shows which gaits it can do"
+            )));
+        }
+        let speed_m_s = entry.command.speed_m_s;
+        let top_m_s = repertoire.top_m_s(entry.command.gait, speed_m_s);
+        if speed_m_s.abs() > top_m_s {
+            say!("{place}: {speed_m_s} m/s is too fast for {gait}: held at {top_m_s:.3} m/s");
+        }
+        let (yaw, top) =
+            (entry.command.yaw_rate_rad_s.to_degrees(), repertoire.yaw_rate_max_rad_s.to_degrees());
+        if yaw.abs() > top + 1e-9 {
+            say!("{place}: {yaw:.1} degrees/s is too fast a turn: held at {top:.1} degrees/s");
+        }
+    }
+    Ok(())
+}

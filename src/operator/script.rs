@@ -1,0 +1,120 @@
+//! Driving by a script: at each of its times, another command. [`crate::config`] reads them.
+
+use super::Instruction;
+use crate::motion::{Activity, Command, Order};
+use crate::run::Status;
+use crate::signals::Permission;
+
+/// Commands and when they hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Script {
+    /// In the order of their times; at least one.
+    pub entries: Vec<Entry>,
+    /// When the robot stops, s.
+    pub end_s: f64,
+}
+
+/// From a time on, a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Since the robot first stood, s.
+    pub time_s: f64,
+    /// What it does from then on.
+    pub command: Command,
+    /// Line of the script it stands on, from 1.
+    pub line: usize,
+}
+
+impl Script {
+    /// What the script says `time_s` seconds after the robot first stood: stand, before its first entry.
+    pub fn order_at(&self, time_s: f64) -> Order {
+        if time_s >= self.end_s {
+            return Order::Stop;
+        }
+        let begun = self.entries.partition_point(|entry| entry.time_s <= time_s);
+        let now = begun.checked_sub(1).and_then(|index| self.entries.get(index));
+        Order::Drive(now.map(|entry| entry.command).unwrap_or_default())
+    }
+}
+
+/// A script being played. Its time goes on from the moment the robot stands, and not while safety holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Playback {
+    script: Script,
+    /// Time of the script and of the run at the last cycle, s; none until the robot stands.
+    at_s: Option<(f64, f64)>,
+}
+
+impl Playback {
+    /// From its beginning.
+    pub fn new(script: Script) -> Playback {
+        Playback { script, at_s: None }
+    }
+
+    /// What the script says in this cycle.
+    pub fn instruction(&mut self, status: &Status) -> Instruction {
+        self.at_s = match self.at_s {
+            None if status.activity != Activity::Standing => return Order::Drive(Command::default()).into(),
+            None => Some((0.0, status.time_s)),
+            Some((script_s, _)) if status.permission == Permission::Hold => Some((script_s, status.time_s)),
+            Some((script_s, run_s)) => Some((script_s + status.time_s - run_s, status.time_s)),
+        };
+        let script_s = self.at_s.map_or(0.0, |(script_s, _)| script_s);
+        Instruction { order: self.script.order_at(script_s), reason: "the script is over" }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::GaitChoice;
+
+    fn walk(speed_m_s: f64) -> Command {
+        Command { gait: GaitChoice::Gait(0), speed_m_s, ..Command::default() }
+    }
+
+    fn script() -> Script {
+        let entry = |time_s, speed_m_s| Entry { time_s, command: walk(speed_m_s), line: 1 };
+        Script { entries: vec![entry(1.0, 0.1), entry(2.0, 0.2)], end_s: 3.0 }
+    }
+
+    fn status(time_s: f64, activity: Activity, permission: Permission) -> Status {
+        Status {
+            time_s,
+            activity,
+            permission,
+            speed_m_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+            gait: None,
+            late_cycles: 0,
+            hottest_c: 0.0,
+            lowest_v: 0.0,
+            is_recording_lost: false,
+        }
+    }
+
+    #[test]
+    fn each_entry_holds_until_the_next() {
+        let stand = Order::Drive(Command::default());
+        let (slow, fast) = (Order::Drive(walk(0.1)), Order::Drive(walk(0.2)));
+        let said = [0.0, 0.99, 1.0, 1.99, 2.0, 2.99, 3.0, 1e9].map(|time_s| script().order_at(time_s));
+        assert_eq!(said, [stand, stand, slow, slow, fast, fast, Order::Stop, Order::Stop]);
+    }
+
+    #[test]
+    fn its_time_begins_when_the_robot_stands_and_waits_while_it_is_held() {
+        use Permission::{Hold, Move};
+        let mut playback = Playback::new(script());
+        let mut at =
+            |time_s, activity, permission| playback.instruction(&status(time_s, activity, permission)).order;
+        let stand = Order::Drive(Command::default());
+        assert_eq!(at(0.0, Activity::Limp, Move), stand);
+        assert_eq!(at(7.0, Activity::Rising, Move), stand);
+        assert_eq!(at(8.0, Activity::Standing, Move), stand);
+        assert_eq!(at(9.5, Activity::Walking, Move), Order::Drive(walk(0.1)));
+        assert_eq!(at(11.5, Activity::Walking, Hold), Order::Drive(walk(0.1)));
+        assert_eq!(at(11.6, Activity::Walking, Move), Order::Drive(walk(0.1)));
+        assert_eq!(at(12.1, Activity::Walking, Move), Order::Drive(walk(0.2)));
+        assert_eq!(at(13.1, Activity::Walking, Move), Order::Stop);
+    }
+}

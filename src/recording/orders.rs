@@ -1,0 +1,139 @@
+//! An order as it is recorded: flat fields, since readers of recordings know no unions.
+
+use serde::{Deserialize, Serialize};
+
+use crate::motion::{Command, GaitChoice, Order, Posture};
+
+/// An [`Order`] in the fields of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OrderFields {
+    order: Word,
+    /// Only beside [`Word::Drive`].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    command: Option<CommandFields>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Word {
+    Go,
+    Drive,
+    Stop,
+    StopAtOnce,
+}
+
+/// A [`Command`] in the fields of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct CommandFields {
+    choice: ChoiceWord,
+    /// Only beside [`ChoiceWord::Gait`]: index into the gaits of the robot file.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    gait: Option<usize>,
+    speed_m_s: f64,
+    yaw_rate_rad_s: f64,
+    rise_m: f64,
+    pitch_rad: f64,
+    roll_rad: f64,
+    sway_m: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ChoiceWord {
+    Stand,
+    Auto,
+    Gait,
+}
+
+impl From<Order> for OrderFields {
+    fn from(order: Order) -> OrderFields {
+        let (order, command) = match order {
+            Order::Go => (Word::Go, None),
+            Order::Drive(command) => (Word::Drive, Some(command.into())),
+            Order::Stop => (Word::Stop, None),
+            Order::StopAtOnce => (Word::StopAtOnce, None),
+        };
+        OrderFields { order, command }
+    }
+}
+
+impl TryFrom<OrderFields> for Order {
+    type Error = &'static str;
+
+    fn try_from(fields: OrderFields) -> Result<Order, Self::Error> {
+        Ok(match fields.order {
+            Word::Go => Order::Go,
+            Word::Drive => {
+                Order::Drive(fields.command.ok_or("an order to drive without a command")?.try_into()?)
+            }
+            Word::Stop => Order::Stop,
+            Word::StopAtOnce => Order::StopAtOnce,
+        })
+    }
+}
+
+impl From<Command> for CommandFields {
+    fn from(command: Command) -> CommandFields {
+        let (choice, gait) = match command.gait {
+            GaitChoice::Stand => (ChoiceWord::Stand, None),
+            GaitChoice::Auto => (ChoiceWord::Auto, None),
+            GaitChoice::Gait(index) => (ChoiceWord::Gait, Some(index)),
+        };
+        let Posture { rise_m, pitch_rad, roll_rad, sway_m } = command.posture;
+        let Command { speed_m_s, yaw_rate_rad_s, .. } = command;
+        CommandFields { choice, gait, speed_m_s, yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m }
+    }
+}
+
+impl TryFrom<CommandFields> for Command {
+    type Error = &'static str;
+
+    fn try_from(fields: CommandFields) -> Result<Command, Self::Error> {
+        let CommandFields { speed_m_s, yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m, .. } = fields;
+        let gait = match fields.choice {
+            ChoiceWord::Stand => GaitChoice::Stand,
+            ChoiceWord::Auto => GaitChoice::Auto,
+            ChoiceWord::Gait => GaitChoice::Gait(fields.gait.ok_or("a command for a gait that names none")?),
+        };
+        Ok(Command {
+            gait,
+            speed_m_s,
+            yaw_rate_rad_s,
+            posture: Posture { rise_m, pitch_rad, roll_rad, sway_m },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_order_comes_back_to_the_last_bit() {
+        let command = |gait| Command {
+            gait,
+            speed_m_s: 0.1 + 0.2,
+            yaw_rate_rad_s: -1.0 / 3.0,
+            posture: Posture { rise_m: 1e-9, pitch_rad: -0.1, roll_rad: 0.7, sway_m: -0.02 },
+        };
+        let drives =
+            [GaitChoice::Stand, GaitChoice::Auto, GaitChoice::Gait(4)].map(command).map(Order::Drive);
+        for order in [Order::Go, Order::Stop, Order::StopAtOnce].into_iter().chain(drives) {
+            let text = serde_json::to_string(&OrderFields::from(order)).unwrap();
+            let fields: OrderFields = serde_json::from_str(&text).unwrap();
+            assert_eq!(Order::try_from(fields), Ok(order), "{text}");
+        }
+    }
+
+    #[test]
+    fn orders_that_lack_something_are_refused() {
+        for text in [
+            r#"{"order": "drive"}"#,
+            r#"{"order": "drive", "command": {"choice": "gait", "speed_m_s": 0, "yaw_rate_rad_s": 0, "rise_m": 0,
+               "pitch_rad": 0, "roll_rad": 0, "sway_m": 0}}"#,
+        ] {
+            let fields: OrderFields = serde_json::from_str(text).unwrap();
+            assert!(Order::try_from(fields).is_err(), "{text}");
+        }
+    }
+}
