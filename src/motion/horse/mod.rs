@@ -7,6 +7,7 @@
 mod generator;
 #[cfg(test)]
 mod tests;
+pub mod thesis_rule;
 
 use glam::DVec3;
 
