@@ -7,14 +7,15 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::ik::{Limbs, Method, Solver};
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::horse::{HorsePlan, Walk};
-use hippocamp::motion::posture_pull;
+use hippocamp::motion::horse::{HorsePlan, Rates, Walk};
+use hippocamp::motion::{Command, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
@@ -30,10 +31,9 @@ fn trotting() -> (Robot, HorsePlan, Walk) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
     let robot = config::load(&path).unwrap().robot;
     let Motion::Horse(horse) = robot.motion.clone();
-    let gait = horse.gaits.iter().find(|gait| gait.name == "trot").unwrap();
-    let mut plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, gait);
-    plan.speed_m_s = 0.13;
-    let walk = Walk::cruising(&plan, plan.speed_m_s);
+    let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
+    let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
+    let walk = Walk::cruising(&plan, trot, Rates { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });
     (robot, plan, walk)
 }
 
@@ -48,7 +48,7 @@ fn targets_of_a_period() -> (Robot, HorsePlan, Vec<Targets>) {
         .map(|cycle| {
             let s = 1.8 + f64::from(cycle) * dt_s;
             walk.advance(s);
-            walk.write(&plan, s, plan.settings.stand_height_m, &mut targets);
+            walk.write_level(&plan, s, &mut targets);
             targets.clone()
         })
         .collect();
@@ -71,6 +71,45 @@ fn leg(bencher: Bencher, name: &str) {
         cycle = (cycle + 1) % targets.len();
         let target = black_box(targets[cycle].tips_in_body[1]);
         solver.solve(method, target, targets[cycle].posture_pull, &mut angles)
+    });
+}
+
+/// One leg whose target stays: the finish alone, one step of it.
+#[divan::bench]
+fn leg_that_stands(bencher: Bencher) {
+    let (robot, plan, targets) = targets_of_a_period();
+    let chain = &robot.chains[1];
+    let mut solver = Solver::new(chain, robot.joints_of(chain));
+    let mut angles = plan.sit_pose_rad[chain.joints.clone()].to_vec();
+    let target = &targets[0];
+    bencher.bench_local(|| {
+        solver.solve(
+            Method::CcdThenFinish,
+            black_box(target.tips_in_body[1]),
+            target.posture_pull,
+            &mut angles,
+        )
+    });
+}
+
+/// One leg, from limp poses to targets it does not reach: sweeps, finish and the search of all cells.
+#[divan::bench(args = [0, 1])]
+fn leg_out_of_reach(bencher: Bencher, leg: usize) {
+    let (robot, _, _) = targets_of_a_period();
+    let chain = &robot.chains[leg];
+    let joints = robot.joints_of(chain);
+    let mut solver = Solver::new(chain, joints);
+    let mut round = 0.0_f64;
+    bencher.bench_local(|| {
+        round += 1.0;
+        let place = |share: f64| (0.5 * (1.0 + (share * round).sin())).clamp(0.0, 1.0);
+        let mut angles: [f64; 4] = std::array::from_fn(|index| {
+            let (low, high) = joints[index].goal_range_rad();
+            low + place(0.7 + 0.31 * joints[index].stiffness) * (high - low)
+        });
+        let away = chain.length_m(joints) * (1.05 + 0.3 * place(1.3));
+        let target = chain.root_m + away * DVec3::new((2.1 * round).sin(), 0.0, (2.1 * round).cos());
+        solver.solve(Method::CcdThenFinish, black_box(target), 0.1, &mut angles)
     });
 }
 
@@ -204,7 +243,7 @@ fn stages_to_the_bus(bencher: Bencher) {
     bencher.bench_local(|| {
         s += dt_s;
         walk.advance(s);
-        walk.write(&plan, s, plan.settings.stand_height_m, &mut targets);
+        walk.write_level(&plan, s, &mut targets);
         limbs.solve(&targets, &mut joints);
         let command = safety.check(dt_s, dt_s, &joints, &mut state);
         counts::goals(&robot, command, &mut goals);

@@ -65,6 +65,7 @@ pub fn measured(servo: &Servo, reply: &Feedback) -> JointState {
     JointState {
         is_known: true,
         age_s: 0.0,
+        is_damaged: false,
         position_rad: servo.angle_of(f64::from(reply.position)),
         speed_rad_s: servo.speed_of(reply.speed),
         load_share: direction * f64::from(reply.load) * servo.model.load_unit_share,

@@ -9,7 +9,10 @@ pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {
     for ((known, joint), slot) in state.joints.iter_mut().zip(&robot.joints).zip(slots) {
         match (slot, &joint.servo) {
             (Slot::Fresh(reply), Some(servo)) => *known = counts::measured(servo, reply),
-            _ => known.age_s += gap_s,
+            _ => {
+                known.age_s += gap_s;
+                known.is_damaged |= *slot == Slot::Corrupt;
+            }
         }
     }
 }

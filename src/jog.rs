@@ -7,8 +7,8 @@ use crate::bus::{Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::motion::{Generator, Jog, Order};
-use crate::run::{End, Status, find_servos, perform};
+use crate::motion::{Generator, Jog};
+use crate::run::{End, Operator, find_servos, perform};
 use crate::telemetry::Outcome;
 
 /// How a jog went.
@@ -28,8 +28,8 @@ pub struct JogReport {
 
 /// Turns joint number `joint` of `robot` to `goal_rad`, held to its range, holds it for a second and lets it go.
 ///
-/// `order` is asked, and given the status, once a cycle; it must not block. Any order to stop takes the torque
-/// off at once.
+/// The `operator` is asked once a cycle. Any order to stop lets the joint go
+/// where it is, its torque falling to nothing over the robot's `torque_ramp_s`.
 ///
 /// # Errors
 /// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
@@ -38,15 +38,15 @@ pub fn jog<P: Ports>(
     joint: usize,
     goal_rad: f64,
     ports: P,
-    mut order: impl FnMut(&Status) -> Order,
+    mut operator: impl Operator,
 ) -> Result<JogReport, StartError> {
-    let buses = find_servos(robot, ports)?;
+    let buses = find_servos(robot, ports, &mut operator)?;
     let jog = Jog::new(robot, joint, goal_rad);
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
     let start = cycle.buses_mut().ports_mut().now();
     let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut order);
+        perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut operator);
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),

@@ -1,8 +1,11 @@
 //! A recording judged again: its invariants from what was recorded, and the controller run anew on the
 //! recorded replies, which must send the same goals.
 //!
-//! Comes in: a [`Recording`]. Goes out: a [`Replay`]. Both checks end where the first cycle was dropped, since
-//! what the servos said in it is not known.
+//! Comes in: a [`Recording`]. Goes out: a [`Replay`]. Invariants are checked in every recorded cycle. The
+//! controller is run up to the first cycle that is not there: what the servos said in it is not known, and
+//! everything the controller does later depends on it.
+
+use std::ops::RangeInclusive;
 
 use crate::bus::ServoGoal;
 use crate::capability::{HorseCapability, ReachError};
@@ -10,7 +13,7 @@ use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
 use crate::motion::horse::HorsePlan;
-use crate::recording::{Recording, RunHeader, Sample};
+use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::{FeetReport, JointsReport, Telemetry};
 
 /// Furthest a planned standing foot may be from where it landed, m: rounding.
@@ -21,10 +24,14 @@ const RESIDUAL_MAX_M: f64 = 1e-6;
 /// What came of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
-    /// Cycles that were judged: all up to the first that was dropped.
+    /// Cycles in the recording, all judged by what was recorded of them.
     pub cycles: u64,
-    /// Number of the first cycle that is not in the recording though later ones are.
-    pub first_gap: Option<u64>,
+    /// Numbers of the cycles that were run and are not in the recording, as far as it tells.
+    pub gaps: Vec<RangeInclusive<u64>>,
+    /// How many of the recorded cycles the controller ran again: those before the first gap.
+    pub cycles_run_again: u64,
+    /// True if the recording ends before the run did: what came then is not known.
+    pub is_cut_short: bool,
     /// Joints, from the recorded goals and measurements.
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
@@ -49,9 +56,14 @@ pub struct Difference {
 }
 
 impl Replay {
-    /// True if everything holds and nothing differs.
+    /// True if everything that could be judged holds and nothing differs.
     pub fn agrees(&self) -> bool {
         self.violations.is_empty() && self.difference.is_none()
+    }
+
+    /// True if every cycle of the run was judged in every way.
+    pub fn is_complete(&self) -> bool {
+        self.gaps.is_empty() && !self.is_cut_short
     }
 }
 
@@ -61,9 +73,6 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// The gait is not in the robot file.
-    #[error("the recorded gait {0} is not in the recorded robot file")]
-    NoSuchGait(String),
 }
 
 /// Judges `recording`.
@@ -75,34 +84,41 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
     let header = &recording.header;
     let mut controller = Controller::new(robot, plan(robot, header)?, header.ik, header.walk_for_s);
     let mut telemetry = Telemetry::new(robot);
-    let mut difference = None;
-    let mut cycles = 0;
-    let mut first_gap = None;
+    let (mut gaps, mut difference) = (Vec::new(), None);
+    let (mut next, mut cycles_run_again) = (0, 0);
     for sample in &recording.samples {
-        if sample.times.number != cycles {
-            first_gap = Some(cycles);
-            break;
+        let number = sample.times.number;
+        if number > next {
+            gaps.push(next..=number - 1);
+            telemetry.note_gap();
         }
-        cycles += 1;
+        next = number + 1;
         telemetry.observe(robot, &sample.record());
-        if difference.is_none() {
-            difference = run_again(robot, &mut controller, sample);
+        if gaps.is_empty() {
+            cycles_run_again += 1;
+            // Behind the first difference everything may differ.
+            difference = difference.or_else(|| run_again(robot, &mut controller, sample));
         }
     }
+    if recording.cycles_of_run() > next {
+        gaps.push(next..=recording.cycles_of_run() - 1);
+    }
     let (joints, feet) = (telemetry.joints_report(), telemetry.feet_report());
-    let violations = violations(&joints, &feet, header.ik);
-    Ok(Replay { cycles, first_gap, joints, feet, violations, difference })
+    Ok(Replay {
+        cycles: telemetry.totals().0,
+        gaps,
+        cycles_run_again,
+        is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
+        joints,
+        feet,
+        violations: violations(&joints, &feet, header.ik),
+        difference,
+    })
 }
 
 fn plan(robot: &Robot, header: &RunHeader) -> Result<HorsePlan, ReplayError> {
     let Motion::Horse(horse) = &robot.motion;
-    let gait = horse
-        .gaits
-        .iter()
-        .find(|gait| gait.name == header.gait)
-        .ok_or_else(|| ReplayError::NoSuchGait(header.gait.clone()))?;
-    let plan = HorseCapability::of(robot, horse)?.plan(horse, gait);
-    Ok(HorsePlan { speed_m_s: header.speed_m_s, ..plan })
+    Ok(HorseCapability::of(robot, horse)?.plan(horse, header.command))
 }
 
 /// One cycle of the controller on the recorded replies; what it does otherwise than the recorded one did.

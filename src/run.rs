@@ -1,7 +1,7 @@
 //! A whole run: find the servos, repeat the cycle at its rate, end in the robot's safe stop, report.
 //!
 //! The clock and the waiting are the ports'; orders come in and status goes out through the caller's
-//! functions, which must not block. Whatever ends the loop, a panic included, the servos end in the stop
+//! [`Operator`], which must not block. Whatever ends the loop, a panic included, the servos end in the stop
 //! action.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,8 +18,8 @@ use crate::signals::{JointState, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
-/// A cycle that begins this share of a period after its deadline counts as late.
-const LATE_SHARE: f64 = 0.1;
+/// A cycle that begins more than this share of a period after its deadline counts as late.
+pub const LATE_SHARE: f64 = 0.1;
 /// Goals of the end are sent for this many cycles at least, in case one is lost.
 const LAST_CYCLES: u32 = 5;
 /// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.
@@ -53,6 +53,31 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
+    /// The recording has broken off, which stops the robot.
+    pub is_recording_lost: bool,
+}
+
+/// Who gives the orders and looks on.
+pub trait Operator {
+    /// Hears, before the loop, what was noticed of the servos that is no reason not to start.
+    fn hear(&mut self, _note: &str) {}
+
+    /// What is wanted now. Asked once a cycle, so it must not block nor allocate.
+    fn order(&mut self, status: &Status) -> Order;
+
+    /// Why it ordered the robot to stop, in words, where that was not a person's wish.
+    fn why_stopped(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The loop is over, and the servos have been told its last goals.
+    fn loop_ended(&mut self) {}
+}
+
+impl<F: FnMut(&Status) -> Order> Operator for F {
+    fn order(&mut self, status: &Status) -> Order {
+        self(status)
+    }
 }
 
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
@@ -70,7 +95,9 @@ pub fn run<P: Ports>(
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same, every cycle handed to the `recorder`, which is finished once the robot has stopped.
+/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped. A
+/// recording that breaks off stops the robot as an operator would: a run that was to be recorded has lost its
+/// purpose. One whose disk is only slow misses cycles, and the robot goes on.
 ///
 /// # Errors
 /// As [`run`].
@@ -79,15 +106,16 @@ pub fn run_recorded<P: Ports>(
     plan: RunPlan,
     ports: P,
     mut recorder: Option<Recorder>,
-    mut order: impl FnMut(&Status) -> Order,
+    mut operator: impl Operator,
 ) -> Result<Report, StartError> {
-    let buses = find_servos(robot, ports)?;
-    let (gait, speed_m_s) = (plan.horse.gait.name.clone(), plan.horse.speed_m_s);
+    let buses = find_servos(robot, ports, &mut operator)?;
+    let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
+    let speed_m_s = plan.horse.command.speed_m_s;
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
-    let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut order);
+    let End { outcome, mut reason, is_heard } =
+        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
     cycle.buses_mut().disarm_watchdogs();
@@ -102,6 +130,11 @@ pub fn run_recorded<P: Ports>(
         ];
         recorder.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
     });
+    if let Some(error) = recording.as_ref().and_then(|recording| recording.error.as_ref())
+        && reason == RECORDING_LOST
+    {
+        reason = format!("{reason}: {error}");
+    }
     Ok(Report {
         robot: robot.name.clone(),
         gait,
@@ -122,6 +155,18 @@ pub fn run_recorded<P: Ports>(
     })
 }
 
+/// Why a run without its recording ends; what it broke off for is known when it is finished.
+const RECORDING_LOST: &str = "stopped because the recording broke off";
+
+/// Who wanted a stop before the plan was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stopper {
+    Nobody,
+    Operator,
+    /// The recording, by breaking off.
+    Recording,
+}
+
 /// How the cycle ended.
 pub(crate) struct End {
     pub(crate) outcome: Outcome,
@@ -131,26 +176,41 @@ pub(crate) struct End {
 }
 
 /// The buses of `robot` with all its servos found, limp, and watching over the loop to come.
-pub(crate) fn find_servos<P: Ports>(robot: &Robot, ports: P) -> Result<Buses<P>, StartError> {
+pub(crate) fn find_servos<P: Ports>(
+    robot: &Robot,
+    ports: P,
+    operator: &mut impl Operator,
+) -> Result<Buses<P>, StartError> {
     let mut buses = Buses::new(robot, ports);
     buses.prepare(robot)?;
+    buses.notes().iter().for_each(|note| operator.hear(note));
     buses.arm_watchdogs(robot)?;
     Ok(buses)
 }
 
 /// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
-/// for the end that was planned.
+/// for the end that was planned. The operator hears of the end when all servos have been told it.
 pub(crate) fn perform<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     done: &str,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
+    operator: &mut impl Operator,
 ) -> End {
-    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, order)));
-    match ended {
-        Ok(was_ordered_to_stop) => verdict(robot, cycle, was_ordered_to_stop, done),
+    let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, recorder, operator)));
+    let end = match ended {
+        Ok(stopper) => {
+            let planned = match stopper {
+                Stopper::Nobody => (Outcome::Completed, done),
+                Stopper::Operator => match operator.why_stopped() {
+                    Some(why) => (Outcome::StoppedBySafety, why),
+                    None => (Outcome::Completed, "stopped by the operator"),
+                },
+                Stopper::Recording => (Outcome::Failed, RECORDING_LOST),
+            };
+            verdict(robot, cycle, planned)
+        }
         Err(_) => {
             // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
@@ -164,21 +224,23 @@ pub(crate) fn perform<P: Ports>(
             }
             End { outcome: Outcome::Failed, reason, is_heard }
         }
-    }
+    };
+    operator.loop_ended();
+    end
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; true if `order` wanted that.
+/// Repeats the cycle on absolute deadlines until the stop action is complete; who wanted that.
 fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
     start: Time,
     recorder: &mut Option<Recorder>,
-    order: &mut impl FnMut(&Status) -> Order,
-) -> bool {
+    operator: &mut impl Operator,
+) -> Stopper {
     let period = Duration::from_secs_f64(robot.period_s());
     let late = period.mul_f64(LATE_SHARE);
     let mut deadline = start;
-    let mut was_ordered_to_stop = false;
+    let mut stopper = Stopper::Nobody;
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
@@ -186,8 +248,19 @@ fn repeat<P: Ports>(
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
-        let wanted = order(&status(cycle, start));
-        was_ordered_to_stop |= wanted.is_stop();
+        let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
+        let mut wanted = operator.order(&status(cycle, start, is_recording_lost));
+        if wanted.is_stop() {
+            if stopper == Stopper::Nobody {
+                stopper = Stopper::Operator;
+            }
+        } else if is_recording_lost {
+            wanted = Order::Stop;
+            // The end that was planned has nothing to do with it.
+            if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {
+                stopper = Stopper::Recording;
+            }
+        }
         cycle.step(wanted);
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
@@ -198,7 +271,7 @@ fn repeat<P: Ports>(
             // Every servo has answered an exchange that told it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return was_ordered_to_stop;
+                return stopper;
             }
         }
         // Deadlines that have passed already are skipped, not made up for.
@@ -210,7 +283,7 @@ fn repeat<P: Ports>(
     }
 }
 
-fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
+fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
     Status {
@@ -221,21 +294,24 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time) -> Status {
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+        is_recording_lost,
     }
 }
 
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, was_ordered_to_stop: bool, done: &str) -> End {
+/// How a loop ended that would have ended as `planned`, had safety and the servos had nothing to say.
+fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &str)) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
-        (Outcome::StoppedBySafety, if lost.is_empty() { why } else { format!("{why}; {lost}") })
+        let mut reasons = vec![why];
+        reasons.extend(cycle.buses().strangers());
+        reasons.extend((!lost.is_empty()).then_some(lost));
+        (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
-    } else if was_ordered_to_stop {
-        (Outcome::Completed, "stopped by the operator".to_owned())
     } else {
-        (Outcome::Completed, done.to_owned())
+        (planned.0, planned.1.to_owned())
     };
     End { outcome, reason, is_heard }
 }

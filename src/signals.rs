@@ -4,7 +4,7 @@
 //! Frames: `_in_body` is the trunk's frame, `_in_world` the ground's, in which the plan begins at x = 0;
 //! both x forward, y left, z up, metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
@@ -36,6 +36,8 @@ pub struct Targets {
     pub tips_in_body: Vec<DVec3>,
     /// The planned place of the trunk, world frame, m.
     pub trunk_in_world: DVec3,
+    /// The planned turn of the trunk, from the body frame to the world frame.
+    pub trunk_turn: DQuat,
     /// Where each leg's foot is planned to be; empty while nothing walks.
     pub feet: Vec<FootTarget>,
     /// Share of the way to their neutral posture that joints to spare go in one cycle.
@@ -51,6 +53,9 @@ pub struct FootTarget {
     pub in_world: DVec3,
     /// Forward distance from the neutral foot point, body frame, m.
     pub excursion_m: f64,
+    /// Way of the plane its leg works in, fore and aft, since the walk began, m: a foot that stands falls behind
+    /// the trunk by as much.
+    pub plane_way_m: f64,
     /// True in the air.
     pub is_swing: bool,
     /// Largest acceleration of this stride's swing curve, m/s^2; 0 in stance.
@@ -107,6 +112,8 @@ pub struct JointState {
     pub is_known: bool,
     /// Time since it was last heard, s.
     pub age_s: f64,
+    /// True if it has sent damaged replies since.
+    pub is_damaged: bool,
     /// Joint angle, rad.
     pub position_rad: f64,
     /// Joint speed, rad/s.
@@ -137,7 +144,7 @@ pub enum ServoGoal {
 }
 
 /// A servo's reply, in its own counts and register units; [`crate::counts`] turns it into SI units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Feedback {
     /// Present position, counts; already sign-decoded.
     pub position: i32,
@@ -174,6 +181,7 @@ impl Targets {
             torque_share: 1.0,
             tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
             trunk_in_world: DVec3::ZERO,
+            trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
             posture_pull: 0.0,
         }

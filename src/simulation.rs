@@ -1,6 +1,6 @@
 //! The simulated hardware of a robot file: the same buses and servos, limp, somewhere.
 
-use hw_sim::{BuildError, BusConfig, FaultScript, ServoConfig, World};
+use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ServoConfig, World};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -38,6 +38,20 @@ pub fn world_from_pose(
     seed: u64,
     faults: &FaultScript,
 ) -> Result<World, BuildError> {
+    World::new(&buses(robot, pose), faults.clone(), seed)
+}
+
+/// Reads a fault script, of a file called `file_name`, for the buses of `robot`.
+///
+/// # Errors
+/// Every mistake in it; buses and servos the robot does not have are some.
+pub fn fault_script(robot: &Robot, text: &str, file_name: &str) -> Result<FaultScript, FaultError> {
+    let pose = vec![0.0; robot.joints.len()];
+    FaultScript::for_buses(text, file_name, Some(&buses(robot, &pose)))
+}
+
+/// The buses of `robot` with their servos where the joints are at `pose` (rad).
+fn buses(robot: &Robot, pose: &[f64]) -> Vec<BusConfig> {
     let mut buses: Vec<BusConfig> = robot
         .buses
         .iter()
@@ -65,5 +79,5 @@ pub fn world_from_pose(
             });
         }
     }
-    World::new(&buses, faults.clone(), seed)
+    buses
 }

@@ -9,7 +9,7 @@ use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::model::{Joint, Motion, Robot};
-use hippocamp::motion::{Activity, Order};
+use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
 use hw_sim::{FaultScript, Shaft};
@@ -36,9 +36,8 @@ fn prepared(robot: &Robot, faults: &str) -> Buses<SimPorts> {
 fn trotting<'r>(robot: &'r Robot, faults: &str) -> Cycle<'r, SimPorts> {
     let Motion::Horse(horse) = &robot.motion;
     let capability = HorseCapability::of(robot, horse).unwrap();
-    let trot = horse.gaits.iter().find(|gait| gait.name == "trot").unwrap();
-    let mut plan = capability.plan(horse, trot);
-    plan.speed_m_s = 0.2;
+    let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
+    let plan = capability.plan(horse, Command::ahead(trot, 0.2));
     Cycle::new(robot, plan, Method::CcdThenFinish, 60.0, prepared(robot, faults))
 }
 

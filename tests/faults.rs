@@ -150,9 +150,18 @@ fn lasting_faults() -> Vec<Lasting> {
         Lasting {
             robot: "horse-dynamixel.toml",
             faults: "[[fault]]\nkind = 'silent'\nat_s = 6.0\nbus = 'right_hind'\nid = 11",
-            holds_after_s: coast_s,
+            holds_after_s: coast_s.clone(),
             says: &["servo 11", "bus right_hind", "right_hind.stifle", "not heard"],
             cut_off: 11..=11,
+            jammed: None,
+        },
+        // It hears all, and what it says is damaged.
+        Lasting {
+            robot: "horse.toml",
+            faults: "[[fault]]\nkind = 'bit-flip'\nat_s = 6.0\nbus = 'main'\nid = 7",
+            holds_after_s: coast_s,
+            says: &["servo 7", "left_fore.elbow", "sent only damaged replies for", "loose plugs"],
+            cut_off: NONE,
             jammed: None,
         },
         // How long a jam takes to be noticed depends on where in its stride it jams: three strides at most.

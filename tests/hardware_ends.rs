@@ -1,113 +1,85 @@
-//! Every way out of a run on serial lines: the real program, killed, stopped, or left without its port, and
-//! what its servos do then. In real time, over pseudo-terminals.
+//! Every way out of a run on serial lines: the real program, killed, stopped, or left without its port, its disk or
+//! its mind, and what its servos do then. In real time, over pseudo-terminals.
+//!
+//! Times are the simulated servos' own: from the cause until the request that is looked for has crossed the wire,
+//! all of it.
+//! - Torque off: every servo has been told to let go.
+//! - The stop action has begun: the goals of its first cycle. Which cycle that is, the recording tells; or, where the
+//!   recording itself is gone, it is the first whose goals differ from those of an undisturbed walk.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
+
+mod common;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use hippocamp::config::{self, Unit, UnitBus, UnitJoint, write_unit};
+use hippocamp::bus::ServoGoal;
 use hippocamp::model::Robot;
-use hippocamp::platform::{monotonic, sleep_until};
-use hippocamp::simulation;
-use hw_sim::FaultScript;
-use hw_sim::pty::PtyServer;
-use tempfile::TempDir;
-use toml::value::Date;
+use hippocamp::motion::Activity;
+use hippocamp::platform::monotonic;
+use hippocamp::recording::{Ending, Recording, Sample};
+use hippocamp::signals::Permission;
+use hw_sim::World;
 
-/// Nothing here should take longer, even on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+use common::built::Built;
+use common::frames::{all_let_go_ns, frames};
+use common::reference::Reference;
+use common::{ROBOTS, servo};
 
-/// A robot behind pseudo-terminals, with a calibrated unit file that says so.
-struct Rig {
-    robot: Robot,
-    robot_file: PathBuf,
-    unit_file: PathBuf,
-    server: Option<PtyServer>,
-    _folder: TempDir,
+/// Real time is for one robot at a time.
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    // A test that failed before is no reason for this one.
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn rig(file: &str) -> Rig {
-    rig_with(file, "")
+/// How long the servos may wait for torque off or the beginning of the stop action.
+const GATE_NS: u64 = 200_000_000;
+
+/// Where in a run something happens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Moment {
+    /// The torque is rising.
+    TorqueUp,
+    /// The feet lift the trunk.
+    Rise,
+    Walk,
 }
 
-fn rig_with(file: &str, faults: &str) -> Rig {
-    let folder = tempfile::tempdir().unwrap();
-    let robot_file = folder.path().join(file);
-    // A robot that rises quickly, and whose adapter is a terminal.
-    let text = fs::read_to_string(Path::new("config").join(file)).unwrap();
-    fs::write(&robot_file, text.replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 ")).unwrap();
-    let robot = config::load(&robot_file).unwrap().robot;
-    let mut without_adapters = robot.clone();
-    for bus in &mut without_adapters.buses {
-        bus.adapter_latency_us = 0;
-    }
-    let world = simulation::world(&without_adapters, 1, &FaultScript::from_toml(faults).unwrap()).unwrap();
-    let server = PtyServer::start(world, folder.path()).unwrap();
-    let mut unit = Unit {
-        robot_file: file.to_owned(),
-        buses: robot
-            .buses
-            .iter()
-            .zip(server.paths())
-            .map(|(bus, path)| UnitBus { name: bus.name.clone(), device: path.display().to_string() })
-            .collect(),
-        joints: robot
-            .joints
-            .iter()
-            .map(|joint| UnitJoint {
-                name: joint.name.clone(),
-                zero_count: joint.servo.unwrap().zero_count,
-                direction_checked: true,
-                serial: None,
-                firmware: None,
-            })
-            .collect(),
-        ..Unit::default()
-    };
-    unit.seal(&robot, Date { year: 2026, month: 11, day: 22 });
-    let unit_file = folder.path().join("built.unit.toml");
-    write_unit(&unit_file, &unit).unwrap();
-    Rig { robot, robot_file, unit_file, server: Some(server), _folder: folder }
-}
+const MOMENTS: [Moment; 3] = [Moment::TorqueUp, Moment::Rise, Moment::Walk];
 
-impl Rig {
-    fn start(&self) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_hippocamp"))
-            .arg("run")
-            .arg(&self.robot_file)
-            .arg("--unit")
-            .arg(&self.unit_file)
-            .args(["--for", "60"])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap()
-    }
-
-    /// How many servos truly have torque.
-    fn with_torque(&self) -> usize {
-        let Some(server) = &self.server else { return 0 };
-        let servos = self.robot.joints.iter().filter_map(|joint| joint.servo);
-        server.with_world(|world| {
-            servos
-                .filter(|servo| world.shaft(servo.bus, servo.id.0).is_some_and(|shaft| shaft.torque_on))
-                .count()
-        })
-    }
-
-    /// Waits until all servos have torque, or none.
-    fn wait_for_torque(&self, on: bool) -> Duration {
-        let start = monotonic();
-        let wanted = if on { self.robot.joints.len() } else { 0 };
-        while self.with_torque() != wanted {
-            assert!(monotonic() - start < PATIENCE, "{} servos have torque", self.with_torque());
-            sleep_until(monotonic() + Duration::from_millis(1));
+impl Moment {
+    /// The cycle in which it is.
+    fn cycle(self, robot: &Robot, reference: &Reference) -> usize {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
+        let cycles = |s: f64| (s * robot.rate_hz) as usize;
+        match self {
+            Moment::TorqueUp => reference.first(Activity::Rising) + cycles(0.3),
+            Moment::Rise => reference.first(Activity::Standing) - cycles(0.7),
+            Moment::Walk => reference.first(Activity::Walking) + cycles(1.0),
         }
-        monotonic() - start
     }
+}
+
+/// Waits until a run is there.
+fn wait_for(moment: Moment, built: &Built, reference: &Reference) {
+    let moving = reference.first(Activity::Rising);
+    let cycles = moment.cycle(&built.robot, reference) - moving;
+    let is_there = |world: &mut World| {
+        let frames = frames(&built.robot, world, 0);
+        frames.iter().filter(|frame| !frame.goals.is_empty()).count() >= cycles
+    };
+    built.wait_for("such moment", || built.with_world(is_there));
+}
+
+/// The present on the servos' clock, ns.
+fn now_ns(built: &Built) -> u64 {
+    built.with_world(|world| world.now_ns())
 }
 
 fn signal(child: &Child, name: &str) {
@@ -115,57 +87,349 @@ fn signal(child: &Child, name: &str) {
     assert!(status.success());
 }
 
+#[allow(clippy::cast_precision_loss, reason = "milliseconds for people")]
+fn assert_in_time(what: &str, from_ns: u64, until_ns: u64) {
+    assert!(until_ns >= from_ns, "{what}: {} ns before its cause", from_ns - until_ns);
+    println!("{what} after {:.1} ms", (until_ns - from_ns) as f64 / 1e6);
+    assert!(until_ns - from_ns <= GATE_NS, "{what} after {} ns", until_ns - from_ns);
+}
+
+/// Waits until every servo was told to let go, and asserts that it was soon enough.
+fn assert_lets_go(what: &str, built: &Built, from_ns: u64) {
+    let let_go = || built.with_world(|world| all_let_go_ns(&built.robot, world, from_ns));
+    built.wait_for("torque off", || let_go().is_some());
+    assert_in_time(what, from_ns, let_go().unwrap());
+    assert_eq!(built.with_torque(), 0, "{what}");
+}
+
+/// When the goals of the first cycle of which `is` holds, or of a later one if they were lost, had crossed the line of
+/// `bus` after `from_ns`, ns.
+fn first_cycle_ns(
+    built: &Built,
+    recording: &Recording,
+    bus: usize,
+    from_ns: u64,
+    is: impl Fn(&Sample) -> bool,
+) -> u64 {
+    let goals = |sample: &Sample| -> Vec<(u8, u64)> {
+        let all = built.robot.joints.iter().map(servo).zip(&sample.goals);
+        let of_bus = all.filter(|(servo, _)| servo.bus == bus);
+        of_bus
+            .filter_map(|(servo, goal)| match goal {
+                ServoGoal::Move { position, .. } => Some((servo.id.0, u64::try_from(*position).unwrap())),
+                ServoGoal::Limp => None,
+            })
+            .collect()
+    };
+    let frames = built.with_world(|world| frames(&built.robot, world, bus));
+    // What lies between the clocks of the run and of the servos: a late exchange is further off, none is nearer.
+    let moving = recording.samples.iter().filter(|sample| !goals(sample).is_empty());
+    let heard = frames.iter().filter(|frame| !frame.goals.is_empty());
+    let between =
+        moving.zip(heard).take(50).map(|(sample, frame)| frame.at_ns.saturating_sub(sample.times.began.0));
+    let between_ns = between.min().unwrap() - u64::try_from(built.period().as_nanos()).unwrap() / 10;
+    let crossed_ns = recording
+        .samples
+        .iter()
+        .skip_while(|sample| sample.times.began.0 + between_ns < from_ns)
+        .skip_while(|sample| !is(sample))
+        .find_map(|sample| {
+            let frame = frames.iter().find(|frame| frame.at_ns >= sample.times.began.0 + between_ns)?;
+            (!frame.goals.is_empty() && frame.goals == goals(sample)).then_some(frame.at_ns)
+        });
+    crossed_ns.unwrap()
+}
+
 #[test]
 fn a_killed_controller_leaves_no_torque() {
-    for file in ["horse.toml", "horse-dynamixel.toml"] {
-        let rig = rig(file);
-        let mut child = rig.start();
-        rig.wait_for_torque(true);
-        signal(&child, "KILL");
-        let took = rig.wait_for_torque(false);
-        assert!(!child.wait().unwrap().success());
-        println!("{file}: torque off {took:.1?} after SIGKILL");
+    let _alone = alone();
+    for file in ROBOTS {
+        for moment in MOMENTS {
+            let built = Built::new(file);
+            let reference = Reference::of(&built.robot);
+            let (place, part) = recording_of(&built);
+            fs::write(&place, "an earlier one").unwrap();
+            let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
+            wait_for(moment, &built, &reference);
+            let cause_ns = now_ns(&built);
+            signal(&child, "KILL");
+            assert!(!child.wait().unwrap().success());
+            assert_lets_go(&format!("{file}, {moment:?}, SIGKILL: torque off"), &built, cause_ns);
+            assert_eq!(fs::read(&place).unwrap(), b"an earlier one");
+            // A second may not have been written yet.
+            if moment == Moment::Walk {
+                assert!(matches!(Recording::read(&part).unwrap().ending, Ending::CutShort { .. }));
+            }
+        }
     }
 }
 
 #[test]
-fn a_controller_that_is_told_to_stop_ends_limp_by_itself() {
-    for name in ["TERM", "INT", "HUP"] {
-        let rig = rig("horse.toml");
-        let mut child = rig.start();
-        rig.wait_for_torque(true);
-        signal(&child, name);
-        let code = child.wait().unwrap().code();
-        assert_eq!((code, rig.with_torque()), (Some(0), 0), "SIG{name}");
+fn a_controller_that_is_told_to_stop_takes_its_stop_action_whatever_the_signal() {
+    let _alone = alone();
+    for moment in MOMENTS {
+        std::thread::scope(|scope| {
+            for name in ["TERM", "INT", "HUP"] {
+                scope.spawn(move || told_to_stop("horse.toml", moment, name));
+            }
+        });
+        told_to_stop("horse-dynamixel.toml", moment, "TERM");
+    }
+}
+
+fn told_to_stop(file: &str, moment: Moment, name: &str) {
+    let built = Built::new(file);
+    let reference = Reference::of(&built.robot);
+    let (place, part) = recording_of(&built);
+    let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
+    wait_for(moment, &built, &reference);
+    let cause_ns = now_ns(&built);
+    signal(&child, name);
+    let code = child.wait().unwrap().code();
+    assert_eq!((code, built.with_torque()), (Some(0), 0), "{file}, SIG{name}");
+    let recording = Recording::read(&place).unwrap();
+    assert!(matches!(recording.ending, Ending::Outcome(_)) && !part.exists());
+    let began_ns =
+        first_cycle_ns(&built, &recording, 0, cause_ns, |sample| sample.activity == Activity::Stopping);
+    assert_in_time(&format!("{file}, {moment:?}, SIG{name}: stop action"), cause_ns, began_ns);
+    let before = recording
+        .samples
+        .iter()
+        .rev()
+        .find(|sample| sample.activity != Activity::Stopping && sample.activity != Activity::Done);
+    let expected = if moment == Moment::Walk { Activity::Walking } else { Activity::Rising };
+    assert_eq!(before.unwrap().activity, expected);
+}
+
+/// Where this run's recording is to be, and where it is till then.
+fn recording_of(built: &Built) -> (PathBuf, PathBuf) {
+    (built.folder.path().join("run.mcap"), built.folder.path().join("run.mcap.part"))
+}
+
+/// The moment a panic that was provoked says it was, on the servos' clock, ns; and all that was said.
+fn panicked_ns(built: &Built, said: &str) -> u64 {
+    let (_, rest) = said.split_once("a panic that a test wants, at ").unwrap_or_else(|| panic!("{said}"));
+    let at_ns: u64 = rest.split_once(" ns").unwrap().0.parse().unwrap();
+    let before = u64::try_from(monotonic().as_nanos()).unwrap();
+    at_ns - (before - now_ns(built))
+}
+
+#[test]
+#[cfg(debug_assertions)]
+fn a_controller_that_panics_lets_go_before_it_says_a_word() {
+    let _alone = alone();
+    for file in ROBOTS {
+        for moment in MOMENTS {
+            let built = Built::new(file);
+            let cycle = moment.cycle(&built.robot, &Reference::of(&built.robot));
+            let mut command = built.run();
+            command.env("HIPPOCAMP_PANIC", format!("loop:{cycle}")).env("RUST_BACKTRACE", "1");
+            let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+            let mut said = String::new();
+            for line in BufReader::new(child.stderr.take().unwrap()).lines() {
+                let line = line.unwrap();
+                if line.contains("panicked") {
+                    assert_eq!(built.with_torque(), 0, "{file}, {moment:?}: first the robot, then the word");
+                }
+                said += &(line + "\n");
+            }
+            assert_eq!(child.wait().unwrap().code(), Some(1));
+            assert_lets_go(
+                &format!("{file}, {moment:?}, panic: torque off"),
+                &built,
+                panicked_ns(&built, &said),
+            );
+            assert!(said.contains("hippocamp::run::perform"), "no backtrace: {said}");
+        }
+    }
+}
+
+/// The size a recording of this robot has in the middle of the second that is being written at `moment`.
+fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
+    let file = built.folder.path().join("reference.mcap");
+    let mut command = built.run();
+    assert!(command.args(["--virtual", "--for", "5", "--record"]).arg(&file).status().unwrap().success());
+    let summary = mcap::Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap();
+    let cycle = u64::try_from(moment.cycle(&built.robot, reference)).unwrap();
+    let number = |time_ns: u64| time_ns / u64::try_from(built.period().as_nanos()).unwrap();
+    let chunks = summary.chunk_indexes.iter();
+    let chunk = chunks
+        .filter(|chunk| number(chunk.message_end_time) >= cycle)
+        .min_by_key(|chunk| chunk.message_end_time);
+    let chunk = chunk.unwrap();
+    chunk.chunk_start_offset + chunk.chunk_length / 2
+}
+
+/// Asserts that the robot began its stop action in time after `cause_ns`, came to its end by itself, and said why.
+fn assert_stops_without_its_recording(
+    what: &str,
+    built: &Built,
+    reference: &Reference,
+    child: &mut Child,
+    cause_ns: impl FnOnce() -> u64,
+    why: &str,
+) {
+    assert_eq!((child.wait().unwrap().code(), built.with_torque()), (Some(1), 0), "{what}");
+    let frames = built.with_world(|world| frames(&built.robot, world, 0));
+    let cause_ns = cause_ns();
+    let began_ns = reference.left_at_ns(&frames, cause_ns).unwrap();
+    assert_in_time(&format!("{what}: stop action"), cause_ns, began_ns);
+    let report = fs::read_to_string(built.folder.path().join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let reason = report["reason"].as_str().unwrap();
+    assert!(
+        reason.starts_with("stopped because the recording broke off") && reason.contains(why),
+        "{reason}"
+    );
+    let (place, part) = recording_of(built);
+    assert!(!place.exists());
+    let recording = Recording::read(&part).unwrap();
+    assert!(matches!(recording.ending, Ending::CutShort { .. }) && recording.samples.len() > 50);
+}
+
+/// `command` with its recording and its report.
+fn with_files<'c>(command: &'c mut Command, built: &Built) -> &'c mut Command {
+    let report = built.folder.path().join("report.json");
+    command.arg("--record").arg(recording_of(built).0).arg("--report").arg(report)
+}
+
+#[test]
+fn a_controller_whose_disk_is_full_takes_its_stop_action() {
+    let _alone = alone();
+    for moment in [Moment::Rise, Moment::Walk] {
+        let built = Built::new("horse.toml");
+        let reference = Reference::of(&built.robot);
+        // A limit on the file stands for a full disk: in blocks of 512 bytes.
+        let blocks = bytes_at(moment, &built, &reference) / 512;
+        let mut run = built.run();
+        let run = with_files(&mut run, &built);
+        let mut limited = Command::new("sh");
+        limited.args(["-c", &format!("ulimit -f {blocks} && exec \"$@\""), "sh"]);
+        limited.arg(run.get_program()).args(run.get_args()).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = limited.spawn().unwrap();
+        let part = recording_of(&built).1;
+        let mut cause_ns = 0;
+        built.wait_for("full disk", || {
+            cause_ns = now_ns(&built);
+            part.metadata().is_ok_and(|file| file.len() == blocks * 512)
+        });
+        let what = format!("{moment:?}, full disk");
+        assert_stops_without_its_recording(
+            &what,
+            &built,
+            &reference,
+            &mut child,
+            || cause_ns,
+            "File too large",
+        );
     }
 }
 
 #[test]
-fn a_controller_without_its_port_ends_by_itself() {
-    let mut rig = rig("horse.toml");
-    let mut child = rig.start();
-    rig.wait_for_torque(true);
-    rig.server = None;
+#[cfg(debug_assertions)]
+fn a_controller_whose_recording_thread_is_gone_takes_its_stop_action() {
+    let _alone = alone();
+    for moment in [Moment::Rise, Moment::Walk] {
+        let built = Built::new("horse.toml");
+        let reference = Reference::of(&built.robot);
+        let bytes = bytes_at(moment, &built, &reference);
+        let said_file = built.folder.path().join("said");
+        let mut run = built.run();
+        let run = with_files(&mut run, &built).env("HIPPOCAMP_PANIC", format!("recording:{bytes}"));
+        let mut child = run.stderr(fs::File::create(&said_file).unwrap()).spawn().unwrap();
+        let cause_ns = || panicked_ns(&built, &fs::read_to_string(&said_file).unwrap());
+        let what = format!("{moment:?}, recording thread gone");
+        assert_stops_without_its_recording(&what, &built, &reference, &mut child, cause_ns, "panicked");
+    }
+}
+
+#[test]
+fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_action() {
+    let _alone = alone();
+    for moment in MOMENTS {
+        let built = Built::new("horse-dynamixel.toml");
+        let reference = Reference::of(&built.robot);
+        let place = recording_of(&built).0;
+        let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
+        wait_for(moment, &built, &reference);
+        let cause_ns = now_ns(&built);
+        built.with_world(|world| world.unplug(3, u64::MAX));
+        assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
+        let recording = Recording::read(&place).unwrap();
+        for bus in 0..3 {
+            let held_ns = first_cycle_ns(&built, &recording, bus, cause_ns, |sample| sample.is_held);
+            assert_in_time(
+                &format!("{moment:?}, port of another bus gone: hold on bus {bus}"),
+                cause_ns,
+                held_ns,
+            );
+        }
+        // The hold is borne for hold_s; then the stop action begins, and ends.
+        let permitted = |wanted| move |sample: &Sample| sample.state.permission == wanted;
+        let held_until_ns = first_cycle_ns(&built, &recording, 0, cause_ns, permitted(Permission::Stop));
+        let stopping_ns =
+            first_cycle_ns(&built, &recording, 0, cause_ns, |sample| sample.activity == Activity::Stopping);
+        assert_in_time(&format!("{moment:?}, port gone for hold_s: stop action"), held_until_ns, stopping_ns);
+        assert_eq!(built.with_torque(), 4, "those behind the port");
+        // Their own watchdog has stopped them (ROBOTIS e-manual, X-series: Bus Watchdog, 98, reads -1).
+        let tripped = |world: &mut World| {
+            built
+                .robot
+                .joints
+                .iter()
+                .map(servo)
+                .filter(|servo| servo.bus == 3)
+                .all(|servo| world.register(3, servo.id.0, 98) == Some(0xFF))
+        };
+        assert!(built.with_world(tripped));
+        built.with_world(|world| world.plug_in(3));
+        built.wait_for("guard that lets go", || built.with_torque() == 0);
+    }
+}
+
+#[test]
+fn a_controller_without_its_only_port_ends_by_itself() {
+    let _alone = alone();
+    let mut built = Built::new("horse.toml");
+    let reference = Reference::of(&built.robot);
+    let mut child = built.run().spawn().unwrap();
+    wait_for(Moment::Walk, &built, &reference);
+    built.server = None;
     assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
 }
 
 #[test]
 fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
-    // Away long enough for the controller to give up.
-    let rig = rig_with("horse.toml", "[[fault]]\nkind = 'unplugged'\nat_s = 6.0\nfor_s = 12.0");
-    let mut child = rig.start();
-    rig.wait_for_torque(true);
+    let _alone = alone();
+    let built = Built::new("horse.toml");
+    let mut child = built.run().spawn().unwrap();
+    built.wait_for("torque", || built.with_torque() == built.robot.joints.len());
+    built.with_world(|world| world.unplug(0, u64::MAX));
     assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
-    assert_eq!(rig.with_torque(), rig.robot.joints.len(), "nobody can reach them");
-    rig.wait_for_torque(false);
+    assert_eq!(built.with_torque(), built.robot.joints.len(), "nobody can reach them");
+    let cause_ns = now_ns(&built);
+    built.with_world(|world| world.plug_in(0));
+    assert_lets_go("adapter back: torque off", &built, cause_ns);
+}
+
+#[test]
+fn a_start_that_fails_leaves_an_earlier_recording_alone() {
+    let _alone = alone();
+    let built = Built::new("horse.toml");
+    built.with_world(|world| world.unplug(0, u64::MAX));
+    let (place, part) = recording_of(&built);
+    fs::write(&place, "an earlier one").unwrap();
+    assert!(!built.run().arg("--record").arg(&place).status().unwrap().success());
+    assert_eq!((fs::read(&place).unwrap(), part.exists()), (b"an earlier one".to_vec(), false));
 }
 
 #[test]
 fn without_a_calibration_nothing_is_opened_and_nothing_moves() {
-    let rig = rig("horse.toml");
-    let text = fs::read_to_string(&rig.unit_file).unwrap();
-    fs::write(&rig.unit_file, text.replacen("direction_checked = true", "direction_checked = false", 1))
-        .unwrap();
-    assert_eq!(rig.start().wait().unwrap().code(), Some(2));
-    assert_eq!(rig.with_torque(), 0);
+    let _alone = alone();
+    let built = Built::new("horse.toml");
+    let text = fs::read_to_string(&built.unit_file).unwrap();
+    let text = text.replacen("direction_checked = true", "direction_checked = false", 1);
+    fs::write(&built.unit_file, text).unwrap();
+    assert_eq!(built.run().status().unwrap().code(), Some(2));
+    assert_eq!(built.with_torque(), 0);
 }

@@ -1,12 +1,12 @@
 //! One joint, through safety: on simulated buses, and as the command.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
-use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::rc::Rc;
+mod common;
 
-use hippocamp::bus::{PortError, Ports, SimPorts};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::{Spy, config_file, shipped};
 use hippocamp::config;
 use hippocamp::jog::{JogReport, jog};
 use hippocamp::model::Robot;
@@ -14,67 +14,36 @@ use hippocamp::motion::{Activity, Order};
 use hippocamp::run::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
-use hippocamp::units::Time;
-use hw_sim::{FaultScript, Shaft};
+use hw_sim::{FaultScript, Shaft, World};
 
-/// Simulated ports that are looked at while they are used: which shafts had torque, how fast they turned.
-struct Watched {
-    inner: SimPorts,
-    seen: Rc<RefCell<Seen>>,
-    servos: Vec<(usize, u8)>,
-}
-
+/// What a look at the shafts after each wait shows: which had torque, how fast they turned.
 #[derive(Default)]
 struct Seen {
     had_torque: Vec<bool>,
     fastest_rad_s: Vec<f64>,
+    /// The hip's torque limit register at each look at which it had torque.
+    hip_limits: Vec<u16>,
     /// At the last look.
     shafts: Vec<Shaft>,
 }
 
-impl Watched {
-    fn look(&self) {
-        let mut seen = self.seen.borrow_mut();
-        let shaft = |&(bus, id): &(usize, u8)| self.inner.world().shaft(bus, id).unwrap();
-        let shafts: Vec<Shaft> = self.servos.iter().map(shaft).collect();
-        seen.had_torque.resize(shafts.len(), false);
-        seen.fastest_rad_s.resize(shafts.len(), 0.0);
+impl Seen {
+    /// Looks at the shafts of `servos`, by bus and id, and at the hip's torque limit.
+    fn look(&mut self, world: &World, servos: &[(usize, u8)], limit_address: u16) {
+        let shafts: Vec<Shaft> = servos.iter().map(|&(bus, id)| world.shaft(bus, id).unwrap()).collect();
+        self.had_torque.resize(shafts.len(), false);
+        self.fastest_rad_s.resize(shafts.len(), 0.0);
         for (index, shaft) in shafts.iter().enumerate() {
-            seen.had_torque[index] |= shaft.torque_on;
-            seen.fastest_rad_s[index] = seen.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
+            self.had_torque[index] |= shaft.torque_on;
+            self.fastest_rad_s[index] = self.fastest_rad_s[index].max(shaft.speed_rad_s.abs());
         }
-        seen.shafts = shafts;
+        if shafts[HIP].torque_on {
+            let (bus, id) = servos[HIP];
+            let byte = |address| world.register(bus, id, address).unwrap();
+            self.hip_limits.push(u16::from_le_bytes([byte(limit_address), byte(limit_address + 1)]));
+        }
+        self.shafts = shafts;
     }
-}
-
-impl Ports for Watched {
-    fn now(&mut self) -> Time {
-        self.inner.now()
-    }
-    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
-        self.inner.discard_input(bus)
-    }
-    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
-        self.inner.send(bus, bytes)
-    }
-    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
-        self.inner.receive(bus, into)
-    }
-    fn wait_for_input(&mut self, deadline: Time) {
-        self.inner.wait_for_input(deadline);
-    }
-    fn wait_until(&mut self, deadline: Time) {
-        self.inner.wait_until(deadline);
-        self.look();
-    }
-}
-
-fn robot(name: &str) -> Robot {
-    config::load(&config_file(name)).unwrap().robot
-}
-
-fn config_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
 }
 
 const HIP: usize = 1;
@@ -88,20 +57,18 @@ fn jogged(
     faults: &str,
     order: impl FnMut(&Status) -> Order,
 ) -> (JogReport, Seen) {
-    let robot = robot(name);
+    let robot = shipped(name);
     let pose: Vec<f64> =
         robot.joints.iter().map(|joint| joint.middle_rad() + start_deg.to_radians()).collect();
     let faults = FaultScript::from_toml(faults).unwrap();
     let world = simulation::world_from_pose(&robot, &pose, 1, &faults).unwrap();
-    let seen = Rc::new(RefCell::new(Seen::default()));
-    let servos = robot.joints.iter().map(|joint| joint.servo.map(|servo| (servo.bus, servo.id.0)).unwrap());
-    let ports = Watched {
-        inner: SimPorts::on_virtual_clock(world),
-        seen: Rc::clone(&seen),
-        servos: servos.collect(),
-    };
+    let servos: Vec<_> =
+        robot.joints.iter().map(|joint| joint.servo.map(|servo| (servo.bus, servo.id.0)).unwrap()).collect();
+    let limit_address = robot.joints[HIP].servo.unwrap().model.registers.torque_limit.address;
+    let mut seen = Seen::default();
+    let ports = Spy::new(world, |ports| seen.look(ports.world(), &servos, limit_address));
     let report = jog(&robot, HIP, goal_deg.to_radians(), ports, order).unwrap();
-    (report, Rc::try_unwrap(seen).ok().unwrap().into_inner())
+    (report, seen)
 }
 
 fn only_the_hip_had_torque(seen: &Seen) {
@@ -109,6 +76,19 @@ fn only_the_hip_had_torque(seen: &Seen) {
         assert_eq!(*had_torque, index == HIP, "joint {index}");
     }
     assert!(seen.shafts.iter().all(|shaft| !shaft.torque_on), "all limp afterwards");
+}
+
+/// From nothing and to nothing over `torque_ramp_s`: no step of the torque limit is larger than the steepest part
+/// of a quintic step allows.
+fn its_torque_rose_and_fell_smoothly(robot: &Robot, seen: &Seen) {
+    let full = f64::from(robot.joints[HIP].servo.unwrap().model.torque_limit_full);
+    let step = 1.875 * full * robot.period_s() / robot.safety.torque_ramp_s + 1.0;
+    let limits: Vec<f64> = seen.hip_limits.iter().map(|limit| f64::from(*limit)).collect();
+    let (first, last) = (limits[0], limits[limits.len() - 1]);
+    assert!(first <= step && last <= step, "from {first} to {last} of {full}");
+    for pair in limits.windows(2) {
+        assert!((pair[1] - pair[0]).abs() <= step, "{} to {} of {full}", pair[0], pair[1]);
+    }
 }
 
 #[test]
@@ -130,7 +110,12 @@ fn it_goes_there_slowly_and_is_let_go() {
         // No faster than slow_rate_deg_s, 30; a servo may overtake its goal for a moment.
         let fastest_deg_s = seen.fastest_rad_s[HIP].to_degrees();
         assert!(fastest_deg_s > 10.0 && fastest_deg_s < 45.0, "{name}: {fastest_deg_s}");
-        assert_eq!(activities, [Activity::Limp, Activity::Jogging, Activity::Done], "{name}");
+        assert_eq!(
+            activities,
+            [Activity::Limp, Activity::Jogging, Activity::Stopping, Activity::Done],
+            "{name}"
+        );
+        its_torque_rose_and_fell_smoothly(&shipped(name), &seen);
     }
 }
 
@@ -153,15 +138,19 @@ fn the_goal_is_held_to_the_range_and_a_joint_outside_is_brought_in() {
 }
 
 #[test]
-fn an_order_to_stop_takes_the_torque_off_at_once() {
-    for stop in [Order::Stop, Order::StopAtOnce] {
-        let (report, seen) = jogged("horse-dynamixel.toml", -100.0, 0.0, "", |status| {
-            if status.time_s > 1.3 { stop } else { Order::Go }
-        });
+fn an_order_to_stop_lets_it_go_where_it_is() {
+    // 1.1 s after power-up and later: on the way; before, while the torque still rises.
+    for (stop, at_s) in [(Order::Stop, 1.3), (Order::StopAtOnce, 1.3), (Order::Stop, 0.5)] {
+        let name = "horse-dynamixel.toml";
+        let (report, seen) =
+            jogged(name, -100.0, 0.0, "", |status| if status.time_s > at_s { stop } else { Order::Go });
         assert_eq!((report.outcome, report.reason.as_str()), (Outcome::Completed, "stopped by the operator"));
         let measured_deg = report.measured_rad.unwrap().to_degrees();
-        assert!(measured_deg < -85.0 && measured_deg > -99.0, "on the way: {measured_deg}");
+        let slowed_deg = seen.shafts[HIP].speed_rad_s.abs().to_degrees();
+        assert!(measured_deg < -84.9 && measured_deg > -99.0, "on the way: {measured_deg}");
+        assert!(slowed_deg < 1.0, "at rest: {slowed_deg}");
         only_the_hip_had_torque(&seen);
+        its_torque_rose_and_fell_smoothly(&shipped(name), &seen);
     }
     let (report, seen) = jogged("horse.toml", -100.0, 0.0, "", |_| Order::Stop);
     assert_eq!(report.measured_rad, None);
@@ -289,7 +278,7 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
     let folder = tempfile::tempdir().unwrap();
     let robot_file = folder.path().join("horse.toml");
     std::fs::copy(config_file("horse.toml"), &robot_file).unwrap();
-    let file_robot = robot("horse.toml");
+    let file_robot = shipped("horse.toml");
     let mut built = file_robot.clone();
     for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
         // No horn sits where the robot file would have it.
@@ -315,7 +304,6 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
         direction_checked: true,
-        serial: None,
         firmware: None,
     };
     unit.joints = built.joints.iter().map(entry).collect();

@@ -8,12 +8,13 @@ use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
 use common::{ROBOTS, plan, shipped};
+use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
 use hippocamp::cycle::Cycle;
-use hippocamp::ik::Method;
+use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order};
-use hippocamp::signals::Permission;
+use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
 use hippocamp::simulation;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
@@ -163,4 +164,16 @@ fn an_allocation_in_the_cycle_is_caught() {
     assert!(!output.status.success(), "nothing was caught");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("memory allocation of"), "{said}");
+}
+
+/// A walk seldom asks for what a leg cannot reach, and never searches its branches.
+#[test]
+fn inverse_kinematics_allocates_nothing_out_of_reach() {
+    let robot = shipped("horse.toml");
+    let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
+    let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
+    targets.aim = Aim::Tips;
+    targets.tips_in_body.fill(DVec3::new(0.3, 0.0, 0.3));
+    assert_no_alloc(|| limbs.solve(&targets, &mut joints));
+    assert!(joints.residual_m.iter().all(|residual_m| *residual_m > 0.1), "{:?}", joints.residual_m);
 }

@@ -85,7 +85,13 @@ fn attribute<'p>(page: &'p str, name: &str) -> Option<&'p str> {
 
 /// Opens `address` in Chromium for some seconds of its virtual time; the page as it is then.
 fn open(chromium: &str, folder: &Path, address: &str) -> String {
+    open_in(chromium, folder, address, "1200,800")
+}
+
+/// The same in a window of this size.
+fn open_in(chromium: &str, folder: &Path, address: &str, size: &str) -> String {
     run(Command::new(chromium)
+        .arg(format!("--window-size={size}"))
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"])
         .args(["--no-first-run", "--disable-sync", "--virtual-time-budget=10000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
@@ -128,5 +134,34 @@ fn the_page_draws_the_feet_where_the_robot_has_them() {
         let drawn_m = glam::DVec3::from_array(tip) * 1e-3;
         // Angles are rounded to a hundredth of a degree in the page: a tenth of a millimetre on this robot.
         assert!(drawn_m.distance(*limb.last().unwrap() + trunk) < 2e-4, "{drawn_m}");
+    }
+}
+
+#[test]
+fn the_page_fits_windows_of_every_width() {
+    let Some(chromium) = tool("HIPPOCAMP_CHROMIUM") else { return };
+    let folder = folder("chromium_fits");
+    let (page, measured) = (folder.join("run.html"), folder.join("measured.html"));
+    run(hippocamp().args(["run", "config/horse.toml", "--virtual", "--for", "3", "--html"]).arg(&page));
+    // A frame of the width wanted round the page: the browser's own window may have a least width.
+    let text = std::fs::read_to_string(&page).unwrap();
+    for width in [320, 400, 700, 1200] {
+        let frame = format!(
+            "<body><iframe width={width} height=800 style='border:0' id=page></iframe>\n\
+             <script>\nconst page = document.getElementById('page');\n\
+             page.onload = () => setTimeout(() => {{\n\
+             const inside = page.contentDocument;\n\
+             document.body.setAttribute('data-error', inside.body.dataset.error || 'none');\n\
+             document.body.setAttribute('data-frame', inside.body.dataset.frame);\n\
+             document.body.setAttribute('data-wide', inside.documentElement.scrollWidth);\n\
+             }}, 500);\npage.srcdoc = {};</script>",
+            serde_json::to_string(&text).unwrap().replace('<', "\\u003c")
+        );
+        std::fs::write(&measured, frame).unwrap();
+        let shown = open_in(&chromium, &folder, &format!("file://{}", measured.display()), "1300,900");
+        assert_eq!(attribute(&shown, "data-error"), Some("none"), "{width}");
+        assert!(attribute(&shown, "data-frame").is_some_and(|frame| frame != "undefined"), "{width}");
+        let wide: u32 = attribute(&shown, "data-wide").expect("it was measured").parse().unwrap();
+        assert!(wide <= width, "{wide} pixels of page in a window of {width}");
     }
 }

@@ -12,7 +12,7 @@ use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::{Activity, Order};
+use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::platform::{monotonic, thread_time};
 use hippocamp::run::{RunPlan, Status, run};
 use hippocamp::signals::Permission;
@@ -36,12 +36,11 @@ struct Rig {
     _folder: TempDir,
 }
 
-fn rig(file: &str, faults: &str) -> Rig {
+fn rig(file: &str) -> Rig {
     let robot = config::load(&Path::new("config").join(file)).unwrap().robot;
     let Motion::Horse(horse) = &robot.motion;
     let capability = HorseCapability::of(&robot, horse).unwrap();
-    let mut horse = capability.plan(horse, &horse.gaits[0]);
-    horse.speed_m_s = 0.05;
+    let horse = capability.plan(horse, Command::ahead(0, 0.05));
     let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
@@ -49,7 +48,7 @@ fn rig(file: &str, faults: &str) -> Rig {
     for bus in &mut without_adapters.buses {
         bus.adapter_latency_us = 0;
     }
-    let world = simulation::world(&without_adapters, 1, &FaultScript::from_toml(faults).unwrap()).unwrap();
+    let world = simulation::world(&without_adapters, 1, &FaultScript::default()).unwrap();
     let server = PtyServer::start(world, folder.path()).unwrap();
     let devices =
         robot.buses.iter().zip(server.paths()).map(|(bus, path)| Device::of(bus, path.clone())).collect();
@@ -73,7 +72,7 @@ impl Rig {
 
 /// Walks, and comes to a proper end, on a machine that may be busy with other things.
 fn walks(file: &str) {
-    let rig = rig(file, "");
+    let rig = rig(file);
     let mut most_with_torque = 0;
     let report = rig
         .run(|status| {
@@ -107,7 +106,7 @@ fn the_dynamixel_horse_walks_on_four_lines() {
 
 #[test]
 fn at_another_rate_no_servo_answers_and_the_start_says_so() {
-    let mut rig = rig("horse.toml", "");
+    let mut rig = rig("horse.toml");
     rig.robot.buses[0].baud = 500_000;
     rig.devices[0].baud = 500_000;
     let error = rig.run(|_| Order::Go).unwrap_err();
@@ -118,7 +117,7 @@ fn at_another_rate_no_servo_answers_and_the_start_says_so() {
 
 #[test]
 fn adapters_plugged_the_wrong_way_round_are_found_out() {
-    let mut rig = rig("horse-dynamixel.toml", "");
+    let mut rig = rig("horse-dynamixel.toml");
     let first = rig.devices[0].path.clone();
     rig.devices[0].path = std::mem::replace(&mut rig.devices[1].path, first);
     let error = rig.run(|_| Order::Go).unwrap_err();
@@ -128,7 +127,7 @@ fn adapters_plugged_the_wrong_way_round_are_found_out() {
 
 #[test]
 fn a_port_gone_for_good_ends_the_run_safely_and_without_spinning() {
-    let rig = rig("horse-dynamixel.toml", "");
+    let rig = rig("horse-dynamixel.toml");
     let ports = SerialPorts::open(&rig.devices).unwrap();
     let Rig { robot, plan, devices, server, _folder } = rig;
     let mut server = Some(server);
@@ -152,11 +151,15 @@ fn a_port_gone_for_good_ends_the_run_safely_and_without_spinning() {
 #[test]
 fn an_adapter_unplugged_and_put_back_is_found_again() {
     // Out for a moment while the robot rises: it holds, and goes on when it hears its servos again.
-    let faults = "[[fault]]\nkind = 'unplugged'\nbus = 'right_fore'\nat_s = 1.5\nfor_s = 0.3\n";
-    let rig = rig("horse-dynamixel.toml", faults);
-    let mut has_held = false;
+    let rig = rig("horse-dynamixel.toml");
+    let right_fore = rig.robot.buses.iter().position(|bus| bus.name == "right_fore").unwrap();
+    let (mut is_out, mut has_held) = (false, false);
     let report = rig
         .run(|status| {
+            if status.activity == Activity::Rising && !is_out {
+                is_out = true;
+                rig.server.with_world(|world| world.unplug(right_fore, 300_000_000));
+            }
             has_held |= status.permission == Permission::Hold;
             Order::Go
         })
@@ -168,7 +171,7 @@ fn an_adapter_unplugged_and_put_back_is_found_again() {
 
 #[test]
 fn a_line_served_anew_under_the_same_path_comes_back() {
-    let Rig { robot, devices, server, _folder: folder, .. } = rig("horse.toml", "");
+    let Rig { robot, devices, server, _folder: folder, .. } = rig("horse.toml");
     let mut ports = SerialPorts::open(&devices).unwrap();
     let deadline = ports.now() + Duration::from_secs(60);
     assert_no_alloc(|| assert_answers_a_ping(&mut ports, deadline));

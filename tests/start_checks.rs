@@ -2,45 +2,16 @@
 //! those of another robot than the one that is started.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
-use hippocamp::bus::{Buses, Disagreement, PortError, Ports, SimPorts, StartError, TransactionError};
+mod common;
+
+use common::Spy;
+use hippocamp::bus::{Buses, Disagreement, SimPorts, StartError, TransactionError};
 use hippocamp::config;
 use hippocamp::model::servo_model::{Protocol, ServoModel};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::simulation;
-use hippocamp::units::{ServoId, Time};
+use hippocamp::units::ServoId;
 use hw_sim::FaultScript;
-
-/// Simulated ports that remember what was sent, and whose lines have names.
-struct Spy {
-    inner: SimPorts,
-    sent: Vec<Vec<u8>>,
-    gone: Option<usize>,
-}
-
-impl Ports for Spy {
-    fn now(&mut self) -> Time {
-        self.inner.now()
-    }
-    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
-        if self.gone == Some(bus) { Err(PortError::Gone { bus }) } else { self.inner.discard_input(bus) }
-    }
-    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
-        self.sent.push(bytes.to_vec());
-        self.inner.send(bus, bytes)
-    }
-    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
-        self.inner.receive(bus, into)
-    }
-    fn wait_for_input(&mut self, deadline: Time) {
-        self.inner.wait_for_input(deadline);
-    }
-    fn wait_until(&mut self, deadline: Time) {
-        self.inner.wait_until(deadline);
-    }
-    fn device(&self, bus: usize) -> Option<&str> {
-        ["/dev/one", "/dev/two", "/dev/three"].get(bus).copied()
-    }
-}
 
 fn dynamixel_horse() -> Robot {
     config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot
@@ -52,12 +23,25 @@ fn feetech_horse() -> Robot {
 
 /// Starts `robot` on the servos of `built`; what was said, and what was sent.
 fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
+    let (result, buses) = start_with(robot, built, gone, "");
+    (result, buses.into_ports().sent)
+}
+
+/// The same with `faults`.
+fn start_with(
+    robot: &Robot,
+    built: &Robot,
+    gone: Option<usize>,
+    faults: &str,
+) -> (Result<(), StartError>, Buses<Spy<fn(&SimPorts)>>) {
     let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
-    let world = simulation::world_from_pose(built, &pose, 1, &FaultScript::default()).unwrap();
-    let ports = Spy { inner: SimPorts::on_virtual_clock(world), sent: Vec::new(), gone };
+    let faults = FaultScript::from_toml(faults).unwrap();
+    let world = simulation::world_from_pose(built, &pose, 1, &faults).unwrap();
+    let mut ports = Spy::new(world, (|_| {}) as fn(&SimPorts));
+    (ports.gone, ports.devices) = (gone, &["/dev/one", "/dev/two", "/dev/three"]);
     let mut buses = Buses::new(robot, ports);
     let result = buses.prepare(robot);
-    (result, buses.into_ports().sent)
+    (result, buses)
 }
 
 /// Instruction numbers of Dynamixel Protocol 2.0 and of Feetech: Write 0x03, Sync Write 0x83.
@@ -222,4 +206,85 @@ fn a_swap_hides_no_servo_that_is_missing() {
     let (all, said) = refused(&robot, &built);
     assert_eq!(all.len(), 3, "{said}");
     assert!(said.contains("servo 1 of joint") && said.contains("servo 16 of joint"), "{said}");
+}
+
+/// What `robot` says of servos of its own with `faults`, after a look that nothing was written.
+fn said_with(robot: &Robot, faults: &str) -> String {
+    let (result, buses) = start_with(robot, robot, None, faults);
+    let said = result.expect_err(faults).to_string();
+    assert_eq!(writes(&buses.into_ports().sent, robot.buses[0].protocol), 0, "nothing is written: {said}");
+    said
+}
+
+#[test]
+fn a_servo_that_is_too_hot_gets_no_torque() {
+    let robot = feetech_horse();
+    let hot = "[[fault]]\nat_s = 0\nkind = 'hot'\nid = 7\nbus = 'main'\ncelsius = ";
+    assert!((robot.safety.temperature_c - 65.0).abs() < 1e-9);
+    let said = said_with(&robot, &format!("{hot}66"));
+    assert!(
+        said.starts_with(
+            "servo 7 of joint left_fore.elbow on bus main is at 66 C, and 65 C is the most (temperature_max_c): let \
+             it cool first\n"
+        ),
+        "{said}"
+    );
+    assert_eq!(start_with(&robot, &robot, None, &format!("{hot}65")).0, Ok(()));
+}
+
+#[test]
+fn a_supply_that_is_not_the_servos_own_gets_no_torque() {
+    // STS3215-12V: 9 to 12.6 V; XM430: 10 to 14.8 V.
+    for (robot, bad, good) in
+        [(feetech_horse(), [8.9, 12.8], [9.0, 12.6]), (dynamixel_horse(), [9.9, 15.0], [10.0, 14.8])]
+    {
+        let supply = |volts: f64| format!("[[fault]]\nat_s = 0\nkind = 'low-voltage'\nvolts = {volts:.1}\n");
+        for volts in bad {
+            let said = said_with(&robot, &supply(volts));
+            let expected = format!(
+                "servo 1 of joint left_hind.pelvis on bus {} sees {volts:.1} V, and needs {:.1} to {:.1} V: ",
+                robot.buses[0].name, good[0], good[1]
+            );
+            assert!(said.starts_with(&expected), "{said}");
+            assert_eq!(said.lines().count(), 17, "all 16 are told: {said}");
+        }
+        for volts in good {
+            assert_eq!(start_with(&robot, &robot, None, &supply(volts)).0, Ok(()), "{volts} V");
+        }
+    }
+}
+
+#[test]
+fn a_servo_whose_replies_are_all_damaged_is_not_called_silent() {
+    for robot in [feetech_horse(), dynamixel_horse()] {
+        let bus = &robot.buses[0].name;
+        let said =
+            said_with(&robot, &format!("[[fault]]\nat_s = 0\nkind = 'bit-flip'\nbus = '{bus}'\nid = 3\n"));
+        assert!(
+            said.starts_with(&format!(
+                "servo 3 of joint left_hind.stifle on bus {bus} sent only damaged replies to a ping, in 3 tries: "
+            )),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn another_firmware_than_at_calibration_is_worth_a_word_and_starts() {
+    // hw-sim: Dynamixel 46, Feetech 3.10.
+    for (mut robot, same, other) in [(feetech_horse(), "3.10", "3.9"), (dynamixel_horse(), "46", "45")] {
+        let built = robot.clone();
+        let bus = robot.buses[0].name.clone();
+        robot.joints[0].servo.as_mut().unwrap().firmware = Some(same.parse().unwrap());
+        robot.joints[1].servo.as_mut().unwrap().firmware = Some(other.parse().unwrap());
+        let (result, buses) = start_with(&robot, &built, None, "");
+        assert_eq!(result, Ok(()));
+        assert_eq!(
+            buses.notes(),
+            [format!(
+                "servo 2 of joint left_hind.hip on bus {bus} has firmware {same}, the unit file says {other}: an \
+                 update can reset what a servo was set to; calibrate the robot again"
+            )]
+        );
+    }
 }

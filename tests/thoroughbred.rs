@@ -5,12 +5,12 @@
 use std::path::Path;
 
 use glam::DVec3;
-use hippocamp::capability::{HorseCapability, top_speed};
+use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::{HorseMotion, Motion, Robot};
-use hippocamp::motion::horse::Walk;
-use hippocamp::motion::posture_pull;
+use hippocamp::motion::horse::{Rates, Walk};
+use hippocamp::motion::{Command, posture_pull};
 use hippocamp::signals::{Aim, JointTargets, Targets};
 
 fn thoroughbred() -> (Robot, HorseMotion) {
@@ -35,22 +35,21 @@ fn top_speeds_are_what_the_reach_allows() {
     let (robot, horse) = thoroughbred();
     let capability = HorseCapability::of(&robot, &horse).unwrap();
     for (name, expected) in [("walk", 2.26), ("trot", 5.10), ("canter", 10.85), ("gallop", 13.3)] {
-        let gait = horse.gaits.iter().find(|gait| gait.name == name).unwrap();
-        let mut plan = capability.plan(&horse, gait);
-        plan.half_excursion_m = 0.8 / 0.99;
-        let top = top_speed::of_gait(&robot, &plan);
-        assert!((top.by_reach_m_s / expected - 1.0).abs() < 0.005, "{name}: {}", top.by_reach_m_s);
+        let gait = horse.gaits.iter().position(|gait| gait.name == name).unwrap();
+        let plan = capability.plan(&horse, Command::default());
+        let top_m_s = plan.top_speed_by_reach_m_s(gait, 0.8 / 0.99);
+        assert!((top_m_s / expected - 1.0).abs() < 0.005, "{name}: {top_m_s}");
     }
 }
 
 /// Lift-off times of the first whole stride, by leg, as the solved joints show them.
 fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
     let capability = HorseCapability::of(robot, horse).unwrap();
-    let gait = horse.gaits.iter().find(|gait| gait.name == name).unwrap();
-    let mut plan = capability.plan(horse, gait);
-    plan.speed_m_s = top_speed::of_gait(robot, &plan).by_reach_m_s;
-    let period_s = gait.period_s(horse.swing_time_s);
-    let mut walk = Walk::cruising(&plan, plan.speed_m_s);
+    let gait = horse.gaits.iter().position(|gait| gait.name == name).unwrap();
+    let plan = capability.plan(horse, Command::default());
+    let period_s = horse.gaits[gait].period_s(horse.swing_time_s);
+    let top = Rates { speed_m_s: capability.top_speeds[gait].by_reach_m_s, yaw_rate_rad_s: 0.0 };
+    let mut walk = Walk::cruising(&plan, gait, top);
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     targets.aim = Aim::Tips;
@@ -66,7 +65,7 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
             break;
         }
         walk.advance(s);
-        walk.write(&plan, s, horse.stand_height_m, &mut targets);
+        walk.write_level(&plan, s, &mut targets);
         limbs.solve(&targets, &mut joints);
         if s < period_s {
             continue;
@@ -100,12 +99,16 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
 #[test]
 fn solved_legs_step_in_the_order_and_beats_of_each_gait() {
     let (robot, horse) = thoroughbred();
-    // Lags after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3).
+    // Lags after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3; ours: rotary, left).
     let expected = [
         ("walk", [0.0, 0.2, 0.5, 0.7]),
         ("trot", [0.0, 0.5, 0.5, 0.0]),
         ("canter", [0.0, 0.2, 0.2, 0.4]),
+        ("canter-left", [0.0, 0.2, 0.8, 0.0]),
         ("gallop", [0.0, 0.35, 0.2, 0.55]),
+        ("gallop-left", [0.0, 0.35, 0.8, 0.15]),
+        ("rotary-gallop", [0.0, 0.55, 0.2, 0.35]),
+        ("rotary-gallop-left", [0.0, 0.15, 0.8, 0.35]),
     ];
     for (name, lags) in expected {
         let gait = horse.gaits.iter().find(|gait| gait.name == name).unwrap();

@@ -29,6 +29,19 @@ enum Decoder {
     Feetech(feetech::packet::Decoder),
 }
 
+/// A request that every servo of a bus has heard whole, as it crossed the line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HeardRequest {
+    /// When its last byte had crossed, ns since power-up.
+    pub at_ns: u64,
+    /// Id it is for; 0xFE for all.
+    pub id: u8,
+    /// Instruction, in the protocol's own numbers.
+    pub instruction: u8,
+    /// What follows the instruction, without checksum or stuffing.
+    pub parameters: Vec<u8>,
+}
+
 #[derive(Debug)]
 pub(crate) struct Bus {
     pub(crate) name: String,
@@ -44,6 +57,8 @@ pub(crate) struct Bus {
     host_until_ns: u64,
     /// Bytes for the host with the time each gets there, in order.
     inbox: VecDeque<(u64, u8)>,
+    /// Requests so far; none unless they are wanted.
+    pub(crate) requests: Option<Vec<HeardRequest>>,
     rng: Pcg64Mcg,
 }
 
@@ -70,6 +85,7 @@ impl Bus {
             latency_ns: u64::from(config.adapter_latency_us) * 1_000,
             host_until_ns: 0,
             inbox: VecDeque::new(),
+            requests: None,
             rng: Pcg64Mcg::seed_from_u64(seed),
         }
     }
@@ -157,6 +173,7 @@ impl Bus {
                     decoder.reset();
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
+                self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 let hears = self.hears(now_ns);
                 dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
                 dynamixel::answer::answer(&request, &mut self.servos, &hears)
@@ -166,11 +183,19 @@ impl Bus {
                     decoder.reset();
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
+                self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 let hears = self.hears(now_ns);
                 feetech::answer::answer(&request, &mut self.servos, &hears)
             }
         };
         self.schedule(now_ns, slots);
+    }
+
+    /// Keeps a request for those who look on, if any do.
+    fn keep(&mut self, at_ns: u64, id: u8, instruction: u8, parameters: &[u8]) {
+        if let Some(requests) = &mut self.requests {
+            requests.push(HeardRequest { at_ns, id, instruction, parameters: parameters.to_vec() });
+        }
     }
 
     /// The servo that answers to this id now.

@@ -1,6 +1,7 @@
 //! Why a world cannot be built, or a bus not used.
 
 use crate::config::Protocol;
+use crate::faults::FaultError;
 
 /// The bus's adapter is not there: a scripted unplug is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -84,26 +85,7 @@ pub enum BuildError {
         /// What it may be.
         expected: &'static str,
     },
-    /// A fault names a bus that does not exist.
-    #[error("fault {entry} names bus `{bus}`; there are {known}")]
-    FaultOnUnknownBus {
-        /// Place in the script, from 1.
-        entry: usize,
-        /// The name.
-        bus: String,
-        /// Buses there are.
-        known: String,
-    },
-    /// A fault names a servo that does not exist.
-    #[error("fault {entry} names servo {id} of bus `{bus}`; there are {known}")]
-    FaultOnUnknownServo {
-        /// Place in the script, from 1.
-        entry: usize,
-        /// Bus name.
-        bus: String,
-        /// The id.
-        id: u8,
-        /// Ids on that bus.
-        known: String,
-    },
+    /// Faults on buses or servos that do not exist.
+    #[error(transparent)]
+    Faults(#[from] FaultError),
 }

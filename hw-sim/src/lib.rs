@@ -50,6 +50,7 @@ mod servo;
 mod wire;
 mod world;
 
+pub use bus::HeardRequest;
 pub use config::{BusConfig, Protocol, ServoConfig};
 pub use error::{BuildError, Unplugged};
 pub use faults::{FaultError, FaultScript};

@@ -58,6 +58,19 @@ impl PtyServer {
     /// # Errors
     /// When there is no terminal to be had, or a link cannot be made in `folder`.
     pub fn start(world: World, folder: &Path) -> io::Result<PtyServer> {
+        PtyServer::start_prepared(world, folder, || {})
+    }
+
+    /// The same from a thread that does `prepare` first: such as to ask the system for a priority, since no other
+    /// program delays the servos of a real line.
+    ///
+    /// # Errors
+    /// As [`PtyServer::start`].
+    pub fn start_prepared(
+        world: World,
+        folder: &Path,
+        prepare: impl FnOnce() + Send + 'static,
+    ) -> io::Result<PtyServer> {
         let mut lines = Vec::new();
         for (bus, (name, baud)) in world.lines().enumerate() {
             let mut line = Line { bus, link: folder.join(name), baud, terminal: None };
@@ -71,9 +84,10 @@ impl PtyServer {
             is_to_stop: AtomicBool::new(false),
         });
         let theirs = Arc::clone(&shared);
-        let server = std::thread::Builder::new()
-            .name("simulated servos".to_owned())
-            .spawn(move || serve(&theirs, &mut lines))?;
+        let server = std::thread::Builder::new().name("simulated servos".to_owned()).spawn(move || {
+            prepare();
+            serve(&theirs, &mut lines);
+        })?;
         Ok(PtyServer { shared, links, server: Some(server) })
     }
 

@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use crate::body::{Body, FreeJoints, ShaftState};
-use crate::bus::Bus;
+use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{FaultScript, HostStalls};
@@ -120,6 +120,38 @@ impl World {
     /// Whether a script has the adapter of a bus out now, or there is no such bus.
     pub fn is_unplugged(&self, bus: usize) -> bool {
         self.buses.get(bus).is_none_or(|bus| bus.is_unplugged(self.now_ns))
+    }
+
+    /// Pulls the adapter of a bus out for `for_ns` from now on, or for good with [`u64::MAX`]; does nothing if there
+    /// is no such bus. As the scripted fault `unplugged`, for those who want it at a moment no clock knows beforehand.
+    pub fn unplug(&mut self, bus: usize, for_ns: u64) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.faults.unplug(self.now_ns, for_ns);
+        }
+        self.advance_to(self.now_ns);
+    }
+
+    /// Puts the adapter of a bus back, whoever has pulled it out.
+    pub fn plug_in(&mut self, bus: usize) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.faults.plug_in(self.now_ns);
+        }
+    }
+
+    /// From now on keeps every request that crosses a line whole, for [`World::requests`]; what was kept before is
+    /// forgotten.
+    pub fn keep_requests(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.requests = Some(Vec::new()));
+    }
+
+    /// Forgets all requests, and keeps no more.
+    pub fn forget_requests(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.requests = None);
+    }
+
+    /// The requests that were kept of a bus, in the order in which they crossed its line.
+    pub fn requests(&self, bus: usize) -> &[HeardRequest] {
+        self.buses.get(bus).and_then(|bus| bus.requests.as_deref()).unwrap_or_default()
     }
 
     /// Name and line rate (bit/s) of every bus, in the order of configuration.

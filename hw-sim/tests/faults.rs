@@ -2,7 +2,7 @@
 
 mod common;
 use common::*;
-use hw_sim::{BuildError, FaultScript, Unplugged, World};
+use hw_sim::{BusConfig, FaultScript, Unplugged, World};
 
 fn one(script: &str) -> World {
     world_with_faults(feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 2)]), script)
@@ -99,6 +99,22 @@ fn unplugging_cuts_a_request_off_so_that_nobody_acts_on_it() {
 }
 
 #[test]
+fn an_adapter_pulled_out_by_hand_is_as_one_a_script_pulls_out() {
+    let mut world = one("");
+    world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
+    world.advance_to(50_000);
+    world.unplug(0, S);
+    assert_eq!(world.host_send(0, &[1]), Err(Unplugged));
+    world.advance_to(S);
+    assert_eq!((world.register(0, 1, 41), world.is_unplugged(0)), (Some(0), true));
+    world.advance_to(S + 50_000);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    world.unplug(0, u64::MAX);
+    world.plug_in(0);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+}
+
+#[test]
 fn late_host_is_given_once_when_due() {
     let mut world = one("[[fault]]\nat_s = 1\nkind = 'late-host'\ndelay_ms = 30");
     assert_eq!(world.host_stall_ns(), 0);
@@ -160,9 +176,29 @@ fn faults_on_what_does_not_exist_name_what_does() {
         let bus = feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 4)]);
         World::new(&[bus], FaultScript::from_toml(script).unwrap(), 0).err().unwrap()
     };
-    let no_bus = build("[[fault]]\nat_s = 0\nkind = 'echo'\nbus = 'wings'");
-    assert_eq!(no_bus.to_string(), "fault 1 names bus `wings`; there are `legs`");
-    let no_servo = build("[[fault]]\nat_s = 0\nkind = 'silent'\nbus = 'legs'\nid = 2");
-    assert_eq!(no_servo.to_string(), "fault 1 names servo 2 of bus `legs`; there are 1, 4");
-    assert!(matches!(no_servo, BuildError::FaultOnUnknownServo { id: 2, .. }));
+    let both = build(
+        "[[fault]]\nat_s = 0\nkind = 'echo'\nbus = 'wings'\n[[fault]]\nat_s = 0\nkind = 'silent'\nid = 2",
+    );
+    assert_eq!(
+        both.to_string(),
+        "fault script:4: fault[0].bus = \"wings\": expected the name of a bus: \"legs\"\n\
+         fault script:8: fault[1].id = 2: expected the id of a servo: 1, 4 on \"legs\""
+    );
+}
+
+#[test]
+fn an_id_needs_no_bus_where_only_one_has_it() {
+    let buses = || {
+        let legs = feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 2)]);
+        let arms = BusConfig { name: "arms".into(), ..feetech_bus(vec![servo("STS3215-12V", 2)]) };
+        [legs, arms]
+    };
+    let silent = |id: u8| FaultScript::from_toml(&format!("[[fault]]\nat_s = 0\nkind = 'silent'\nid = {id}"));
+    let mut world = World::new(&buses(), silent(1).unwrap(), 0).unwrap();
+    let ping = |id: u8| feetech(id, 1, &[]);
+    assert_eq!(exchange(&mut world, &ping(1)), []);
+    assert_eq!(exchange(&mut world, &ping(2)), feetech(2, 0, &[]));
+    let error = World::new(&buses(), silent(2).unwrap(), 0).err().unwrap().to_string();
+    assert!(error.contains("fault[0].id = 2: expected an id that only one bus has"), "{error}");
+    assert!(error.contains("\"legs\", \"arms\" have this one"), "{error}");
 }

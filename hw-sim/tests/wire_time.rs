@@ -142,3 +142,17 @@ fn buses_run_at_the_same_time_and_input_on_any_of_them_ends_the_wait() {
     assert!(!world.advance_to_input(2 * S));
     assert_eq!(world.now_ns(), 2 * S);
 }
+
+#[test]
+fn a_request_is_kept_with_the_time_its_last_byte_had_crossed_if_anybody_wants_it() {
+    let mut world = world(feetech_bus(vec![servo("STS3215-12V", 1)]));
+    world.host_send(0, &feetech(1, 1, &[])).unwrap();
+    world.advance_to(S);
+    assert!(world.requests(0).is_empty());
+    world.keep_requests();
+    world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
+    world.advance_to(2 * S);
+    let [request] = world.requests(0) else { panic!("{:?}", world.requests(0)) };
+    assert_eq!((request.at_ns, request.id, request.instruction), (S + 80_000, 1, 3));
+    assert_eq!(request.parameters, [41, 9]);
+}

@@ -77,10 +77,10 @@ pub enum TransactionError {
         /// How often.
         tries: u32,
     },
-    /// Something came back, but never whole.
+    /// Replies came back, but never an undamaged one.
     #[error(
-        "{place} answered {request} with bytes that do not pass their check or have the wrong length, in \
-         {tries} tries: check that no other servo has id {id}, and the bus for loose plugs and long cables",
+        "{place} sent only damaged replies to {request}, in {tries} tries: they do not pass their check or have the \
+         wrong length; check that no other servo has id {id}, and the bus for loose plugs and long cables",
         id = place.id
     )]
     Corrupt {

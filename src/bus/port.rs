@@ -3,6 +3,7 @@
 //! On hardware one implementation polls all descriptors at once; in simulation another advances an
 //! event queue. All buses share it, so all are exchanged at the same time without a thread per bus.
 
+use crate::model::Robot;
 use crate::units::Time;
 
 /// Why a port could not be used.
@@ -53,5 +54,15 @@ pub trait Ports {
     /// none where it has no such name.
     fn device(&self, _bus: usize) -> Option<&str> {
         None
+    }
+
+    /// From now on the servos of `robot` are known to be on their buses: a line that was gone and is back is used
+    /// again only if they are still there. Nothing to do where lines do not change hands.
+    fn expect_servos(&mut self, _robot: &Robot) {}
+
+    /// The lines that came back with other servos and were not used again: a sentence each, for people. To be asked
+    /// when the loop is over.
+    fn strangers(&self) -> Vec<String> {
+        Vec::new()
     }
 }

@@ -3,11 +3,14 @@
 //! Stands beside the pipeline: `check` prints it, and a run is planned within it.
 
 pub mod bus_costs;
+mod follower;
+mod postures;
 pub mod reach;
 pub mod top_speed;
 
-use crate::model::{Gait, HorseMotion, Robot};
-use crate::motion::horse::HorsePlan;
+use crate::model::{HorseMotion, Robot};
+use crate::motion::Command;
+use crate::motion::horse::{HorsePlan, Pace, ReachTable};
 pub use reach::{Reach, ReachError};
 pub use top_speed::TopSpeed;
 
@@ -16,35 +19,51 @@ pub use top_speed::TopSpeed;
 pub struct HorseCapability {
     /// Reach of each leg, in the order of [`crate::model::LEG_NAMES`].
     pub reaches: [Reach; 4],
+    /// Reach by posture.
+    pub table: ReachTable,
     /// Joint angles of the sitting robot, rad.
     pub sit_pose_rad: Vec<f64>,
+    /// How fast each gait can go, in the order of the robot file.
+    pub top_speeds: Vec<TopSpeed>,
+    /// True if servos turn its joints.
+    pub is_driven: bool,
 }
 
 impl HorseCapability {
-    /// Works out the reach and the sitting pose of `robot`.
+    /// Works out reach, sitting pose and top speeds of `robot`.
     ///
     /// # Errors
     /// When a leg cannot stand or sit as the file says.
     pub fn of(robot: &Robot, horse: &HorseMotion) -> Result<HorseCapability, ReachError> {
         let reaches = reach::of_legs(robot, horse)?;
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
-        Ok(HorseCapability { reaches, sit_pose_rad })
+        let table = postures::table(robot, horse, &reaches);
+        let is_driven = !robot.buses.is_empty();
+        let mut capability =
+            HorseCapability { reaches, table, sit_pose_rad, top_speeds: Vec::new(), is_driven };
+        capability.top_speeds = top_speed::of_gaits(robot, &capability.plan(horse, Command::default()));
+        Ok(capability)
     }
 
     /// The half-excursion every leg has, m.
     pub fn half_excursion_m(&self) -> f64 {
-        self.reaches.iter().map(|reach| reach.half_excursion_m).fold(f64::INFINITY, f64::min)
+        self.table.level.half_excursion_m
     }
 
-    /// A plan to stand, in the terms of `gait`; its speed is 0.
-    pub fn plan(&self, horse: &HorseMotion, gait: &Gait) -> HorsePlan {
+    /// A plan to do as `command` says.
+    pub fn plan(&self, horse: &HorseMotion, command: Command) -> HorsePlan {
         HorsePlan {
             settings: horse.clone(),
             neutral_in_body: self.reaches.map(|reach| reach.neutral_in_body),
-            half_excursion_m: self.half_excursion_m(),
+            reach: self.table.clone(),
             sit_pose_rad: self.sit_pose_rad.clone(),
-            gait: gait.clone(),
-            speed_m_s: 0.0,
+            paces: self
+                .top_speeds
+                .iter()
+                .map(|top| Pace { forward_m_s: top.m_s(), backward_m_s: top.backward_m_s })
+                .collect(),
+            is_driven: self.is_driven,
+            command,
         }
     }
 }

@@ -1,29 +1,23 @@
 //! How far a leg reaches: its half-excursion E and neutral foot point, from lengths, ranges and heights.
 //!
-//! E is the largest half-width of a whole stride, stance on the ground and swing through the air, that the
-//! leg follows within its ranges, at the neutral point that makes it largest. The swing's path through the
-//! body frame depends on the duty factor (a short stance swings further out at its ends), so the strides
-//! with the robot's smallest and largest duty factor must both pass.
+//! How far fore and aft a foot can be within the joints' ranges is found at every height of a stride, since legs
+//! reach less far, or have holes, higher up. E is the half-width of the largest steady strides inside that,
+//! round the neutral point that makes it largest.
 
 use glam::DVec3;
 
-use crate::ik::{Method, Solver};
+use super::follower::Follower;
+use crate::ik::{Method, REACHED_M, Solver};
 use crate::model::{HorseMotion, Joint, LEG_NAMES, Robot};
 use crate::motion::curves::SwingCurve;
+use crate::motion::horse::{LegReach, Reachable, StridePoint};
 
-/// A place counts as reached when the tip comes this close, m.
-const REACHED_M: f64 = 5e-5;
-/// How the pose is pulled to neutral while following a stride, as a walk does.
+/// How the pose is pulled to neutral, as in a walk.
 const PULL: f64 = 0.1;
-/// Steps a leg's length is scanned in.
-const STEPS_A_LENGTH: f64 = 400.0;
-/// Steps a stride is followed in.
+/// Steps a swing is looked at in.
 const STEPS_A_STRIDE: u32 = 128;
-/// Halvings of the search for E.
-const HALVINGS: u32 = 10;
-/// Places tried as neutral point, and how often the search narrows round the best.
-const NEUTRALS: u32 = 8;
-const NARROWINGS: u32 = 3;
+/// Places tried as neutral point.
+const NEUTRALS: u32 = 400;
 
 /// What one leg reaches when the trunk stands at its height.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,159 +66,70 @@ pub fn of_legs(robot: &Robot, horse: &HorseMotion) -> Result<[Reach; 4], ReachEr
 }
 
 fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Result<Reach, ReachError> {
-    let chain = &robot.chains[horse.legs[leg]];
-    let joints = robot.joints_of(chain);
-    let middle: Vec<f64> = joints.iter().map(Joint::middle_rad).collect();
-    let tip = robot.tip_in_body(chain, middle.iter().copied());
-    let mut follower = Follower {
-        solver: Solver::new(chain, joints),
-        angles: middle,
-        side_m: tip.y,
-        ground_m: -horse.stand_height_m,
-        length_m: chain.length_m(joints),
-    };
-    let start_m = follower.find_ground(tip.x).ok_or(ReachError::Unreachable { leg: LEG_NAMES[leg] })?;
-    let start = follower.angles.clone();
-    let fore_m = follower.edge(start_m, 1.0);
-    follower.angles.copy_from_slice(&start);
-    let aft_m = follower.edge(start_m, -1.0);
-
+    let name = LEG_NAMES[leg];
+    let mut follower = Follower::new(robot, horse, leg);
+    let start_m = follower.find_ground().ok_or(ReachError::Unreachable { leg: name })?;
+    let (aft_m, fore_m) = follower.ends_on_ground(start_m);
+    let middle_m = 0.5 * (aft_m + fore_m);
+    follower.go_along(start_m, middle_m);
+    let ends =
+        follower.ends_by_height(middle_m, f64::INFINITY).ok_or(ReachError::CannotSwing { leg: name })?;
     let strides = strides_of(horse);
-    let (mut low_m, mut high_m) = (aft_m, fore_m);
-    let mut best = (0.0, 0.5 * (aft_m + fore_m));
-    for _ in 0..NARROWINGS {
-        for place in 0..=NEUTRALS {
-            let neutral_m = low_m + (high_m - low_m) * f64::from(place) / f64::from(NEUTRALS);
-            let limit_m = (neutral_m - aft_m).min(fore_m - neutral_m);
-            if limit_m > best.0 {
-                follower.go_to(start_m, &start, neutral_m);
-                let excursion_m = follower.half_excursion(neutral_m, limit_m, &strides);
-                if excursion_m > best.0 {
-                    best = (excursion_m, neutral_m);
-                }
-            }
-        }
-        let width_m = (high_m - low_m) / f64::from(NEUTRALS);
-        (low_m, high_m) = ((best.1 - width_m).max(aft_m), (best.1 + width_m).min(fore_m));
-    }
-    let (half_excursion_m, neutral_m) = best;
-    if half_excursion_m <= 0.0 {
-        return Err(ReachError::CannotSwing { leg: LEG_NAMES[leg] });
-    }
-    Ok(Reach { neutral_in_body: DVec3::new(neutral_m, tip.y, follower.ground_m), half_excursion_m })
-}
-
-/// A stride round the neutral point, in the body frame: forward as a share of E, height in m.
-type Stride = Vec<(f64, f64)>;
-
-/// The strides with the smallest and the largest duty factor of the robot's gaits, each from mid-stance
-/// round to mid-stance.
-fn strides_of(horse: &HorseMotion) -> [Stride; 2] {
-    let swing = SwingCurve { time_s: 1.0, lift_m: horse.swing_lift_m, ramp_share: horse.swing_ramp_share };
-    let factors = || horse.gaits.iter().map(|gait| gait.duty_factor);
-    [factors().fold(f64::INFINITY, f64::min), factors().fold(0.0, f64::max)].map(|duty_factor| {
-        // In units of the swing time and the trunk's way in it: period and half the stance's way.
-        let period = 1.0 / (1.0 - duty_factor);
-        let half_stance = 0.5 * duty_factor * period;
-        let mut stride: Stride = (0..=STEPS_A_STRIDE)
-            .map(|step| f64::from(step) / f64::from(STEPS_A_STRIDE) * period)
-            .map(|since_middle| {
-                let u = since_middle - half_stance;
-                if u <= 0.0 {
-                    (-since_middle, 0.0)
-                } else if u >= 1.0 {
-                    (period - since_middle, 0.0)
-                } else {
-                    (-half_stance + period * swing.way(u) - u, swing.height_m(u))
-                }
-            })
-            .collect();
-        let extreme = stride.iter().fold(0.0_f64, |extreme, (forward, _)| extreme.max(forward.abs()));
-        for (forward, _) in &mut stride {
-            *forward /= extreme;
-        }
-        stride
-    })
-}
-
-/// A leg's pose, followed from place to place.
-struct Follower {
-    solver: Solver,
-    angles: Vec<f64>,
-    side_m: f64,
-    ground_m: f64,
-    length_m: f64,
-}
-
-impl Follower {
-    fn reaches(&mut self, x_m: f64, height_m: f64) -> bool {
-        let target = DVec3::new(x_m, self.side_m, self.ground_m + height_m);
-        self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles).residual_m <= REACHED_M
-    }
-
-    /// The reachable place on the ground nearest to `x_m`; leaves the pose there.
-    fn find_ground(&mut self, x_m: f64) -> Option<f64> {
-        let middle = self.angles.clone();
-        let mut offset_m = 0.0;
-        while offset_m <= self.length_m {
-            for place_m in [x_m + offset_m, x_m - offset_m] {
-                self.angles.copy_from_slice(&middle);
-                if self.reaches(place_m, 0.0) {
-                    return Some(place_m);
-                }
-            }
-            offset_m += 5.0 * self.length_m / STEPS_A_LENGTH;
-        }
-        None
-    }
-
-    /// The last place on the ground reached without a break from `start_m` on, forward (`direction` 1) or
-    /// back (-1).
-    fn edge(&mut self, start_m: f64, direction: f64) -> f64 {
-        let (mut place_m, mut step_m) = (start_m, direction * self.length_m / STEPS_A_LENGTH);
-        let finest_m = 1e-3 * step_m.abs();
-        let mut good = self.angles.clone();
-        while step_m.abs() > finest_m {
-            if self.reaches(place_m + step_m, 0.0) {
-                place_m += step_m;
-                good.copy_from_slice(&self.angles);
-            } else {
-                step_m *= 0.5;
-                self.angles.copy_from_slice(&good);
-            }
-        }
-        place_m
-    }
-
-    /// Takes the pose from `start` at `start_m` along the ground to `neutral_m`.
-    fn go_to(&mut self, start_m: f64, start: &[f64], neutral_m: f64) {
-        self.angles.copy_from_slice(start);
-        for step in 1..=STEPS_A_STRIDE {
-            self.reaches(start_m + (neutral_m - start_m) * f64::from(step) / f64::from(STEPS_A_STRIDE), 0.0);
-        }
-    }
-
-    /// Largest E up to `limit_m` at which every stride round `neutral_m` is followed from the present pose.
-    fn half_excursion(&mut self, neutral_m: f64, limit_m: f64, strides: &[Stride]) -> f64 {
-        let start = self.angles.clone();
-        let mut follows = |excursion_m: f64| {
-            strides.iter().all(|stride| {
-                self.angles.copy_from_slice(&start);
-                stride
-                    .iter()
-                    .all(|(forward, height_m)| self.reaches(neutral_m + excursion_m * forward, *height_m))
-            })
+    let around = |neutral_m: f64| {
+        let leg = LegReach {
+            aft_m: ends.map(|(aft_m, _)| (neutral_m - aft_m).max(0.0)),
+            fore_m: ends.map(|(_, fore_m)| (fore_m - neutral_m).max(0.0)),
         };
-        if follows(limit_m) {
-            return limit_m;
-        }
-        let (mut low_m, mut high_m) = (0.0, limit_m);
-        for _ in 0..HALVINGS {
-            let middle_m = 0.5 * (low_m + high_m);
-            if follows(middle_m) { low_m = middle_m } else { high_m = middle_m }
-        }
-        low_m
+        reachable([leg; 4], follower.heights_m(), horse, &strides, f64::INFINITY).half_excursion_m
+    };
+    let place = |step: u32| aft_m + (fore_m - aft_m) * f64::from(step) / f64::from(NEUTRALS);
+    let best = (1..NEUTRALS).map(|step| (around(place(step)), place(step)));
+    let (half_excursion_m, neutral_m) =
+        best.fold((0.0, middle_m), |best, found| if found.0 > best.0 { found } else { best });
+    if half_excursion_m <= 0.0 {
+        return Err(ReachError::CannotSwing { leg: name });
     }
+    let neutral_in_body = DVec3::new(neutral_m, follower.side_m(), -horse.stand_height_m);
+    Ok(Reach { neutral_in_body, half_excursion_m })
+}
+
+/// Where feet can be whose legs reach as `legs` say, with the E of steady `strides` up to `limit_m`.
+pub(super) fn reachable(
+    legs: [LegReach; 4],
+    levels_m: (f64, f64),
+    horse: &HorseMotion,
+    strides: &[StridePoint],
+    limit_m: f64,
+) -> Reachable {
+    let half_bob_m = 0.5 * horse.gaits.iter().map(|gait| gait.bob.rise_m).fold(0.0, f64::max);
+    Reachable { half_excursion_m: 0.0, legs, levels_m, half_bob_m }.with_half_excursion_of(strides, limit_m)
+}
+
+/// Paths of the strides with the smallest and the largest duty factor of the robot's gaits. The swing's path
+/// depends on it: after a short stance a foot swings further out at both ends.
+pub(super) fn strides_of(horse: &HorseMotion) -> Vec<StridePoint> {
+    let factors = || horse.gaits.iter().map(|gait| gait.duty_factor);
+    [factors().fold(f64::INFINITY, f64::min), factors().fold(0.0, f64::max)]
+        .into_iter()
+        .flat_map(|duty_factor| stride(horse, duty_factor))
+        .collect()
+}
+
+/// The swing of a stride with `duty_factor`; what the foot does on the ground lies between its ends.
+fn stride(horse: &HorseMotion, duty_factor: f64) -> Vec<StridePoint> {
+    let swing = SwingCurve { time_s: 1.0, lift_m: horse.swing_lift_m, ramp_share: horse.swing_ramp_share };
+    // In units of the swing time and the trunk's way in it: period and half the stance's way.
+    let period = 1.0 / (1.0 - duty_factor);
+    let half_stance = 0.5 * duty_factor * period;
+    let mut stride: Vec<StridePoint> = (0..=STEPS_A_STRIDE)
+        .map(|step| f64::from(step) / f64::from(STEPS_A_STRIDE))
+        .map(|u| StridePoint { forward: -half_stance + period * swing.way(u) - u, up_m: swing.height_m(u) })
+        .collect();
+    let furthest = stride.iter().map(|point| point.forward.abs()).fold(0.0, f64::max);
+    for point in &mut stride {
+        point.forward /= furthest;
+    }
+    stride
 }
 
 /// Joint angles of the sitting robot: feet on their neutral points, trunk at the sitting height; the

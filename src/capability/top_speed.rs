@@ -1,8 +1,8 @@
 //! The fastest each gait can go: by the legs' reach, and by the servos' speed.
 
 use crate::ik::{Limbs, Method};
-use crate::model::Robot;
-use crate::motion::horse::{HorsePlan, Walk};
+use crate::model::{Gait, Robot};
+use crate::motion::horse::{HorsePlan, Rates, Walk};
 use crate::signals::{Aim, JointTargets, Targets};
 
 /// How fast a gait can go, and what stops it from going faster.
@@ -14,10 +14,12 @@ pub struct TopSpeed {
     pub by_servos_m_s: f64,
     /// The joint that limits it, index into the robot's joints; none if the reach does.
     pub joint: Option<usize>,
+    /// Both limits going backwards, m/s, 0 or more.
+    pub backward_m_s: f64,
 }
 
 impl TopSpeed {
-    /// The speed the robot is held to, m/s.
+    /// The speed the robot is held to going forward, m/s.
     pub fn m_s(&self) -> f64 {
         self.by_reach_m_s.min(self.by_servos_m_s)
     }
@@ -27,48 +29,81 @@ impl TopSpeed {
 /// peaks of acceleration that fall between the cycles looked at here but not between those of a run.
 const RATE_SHARE: f64 = 0.97;
 const ACCELERATION_SHARE: f64 = 0.75;
-/// Halvings of the search for the speed the servos can do: 0.1 % of the speed by reach.
-const HALVINGS: u32 = 10;
+/// Speeds tried, and how close two of them come, as a share of the speed by reach.
+const TRIES: u32 = 12;
+const FOUND: f64 = 1e-3;
 
-/// Top speed of `plan`'s gait.
-pub fn of_gait(robot: &Robot, plan: &HorsePlan) -> TopSpeed {
-    let by_reach_m_s = plan.top_speed_by_reach_m_s();
-    let (mut low, mut high) = (0.0, by_reach_m_s);
-    let mut joint = None;
-    if let Some(limiting) = overloaded_joint(robot, plan, high) {
-        joint = Some(limiting);
-        for _ in 0..HALVINGS {
-            let speed = 0.5 * (low + high);
-            match overloaded_joint(robot, plan, speed) {
-                Some(limiting) => (high, joint) = (speed, Some(limiting)),
-                None => low = speed,
-            }
-        }
-    } else {
-        low = high;
+/// Top speeds of the gaits of `plan`.
+pub fn of_gaits(robot: &Robot, plan: &HorsePlan) -> Vec<TopSpeed> {
+    let gaits = &plan.settings.gaits;
+    let mut found: Vec<TopSpeed> = Vec::with_capacity(gaits.len());
+    for (index, gait) in gaits.iter().enumerate() {
+        // One leg alone does not know the lags: gaits that differ in nothing else are as fast.
+        let same =
+            |other: &Gait| other.duty_factor.to_bits() == gait.duty_factor.to_bits() && other.bob == gait.bob;
+        let top = match gaits[..index].iter().position(same) {
+            Some(known) => found[known].clone(),
+            None => of_gait(robot, plan, index),
+        };
+        found.push(top);
     }
-    TopSpeed { by_reach_m_s, by_servos_m_s: low, joint }
+    found
 }
 
-/// The joint that comes nearest to its limits in a steady stride at `speed_m_s`, if it passes them.
-fn overloaded_joint(robot: &Robot, plan: &HorsePlan, speed_m_s: f64) -> Option<usize> {
+fn of_gait(robot: &Robot, plan: &HorsePlan, gait: usize) -> TopSpeed {
+    let by_reach_m_s = plan.top_speed_by_reach_m_s(gait, plan.reach.level.half_excursion_m);
+    let (by_servos_m_s, joint) = by_servos(robot, plan, gait, by_reach_m_s);
+    let (backward_m_s, _) = by_servos(robot, plan, gait, -by_reach_m_s);
+    TopSpeed { by_reach_m_s, by_servos_m_s, joint, backward_m_s: backward_m_s.abs() }
+}
+
+/// The fastest the servos can do in the direction of `by_reach_m_s`, up to it, and the joint that limits it.
+fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) -> (f64, Option<usize>) {
+    let (mut low, mut high) = (0.0, by_reach_m_s);
+    let (mut load, mut joint) = largest_load(robot, plan, gait, by_reach_m_s);
+    if load <= 1.0 {
+        return (by_reach_m_s, None);
+    }
+    let mut speed = by_reach_m_s;
+    for _ in 0..TRIES {
+        // Loads grow about as the speed does; where they do not, halving finds it.
+        let guess = 0.9995 * speed / load;
+        let is_between = (guess - low) * (high - guess) > 0.0;
+        speed = if is_between { guess } else { 0.5 * (low + high) };
+        let limiting;
+        (load, limiting) = largest_load(robot, plan, gait, speed);
+        if load > 1.0 {
+            (high, joint) = (speed, limiting);
+        } else {
+            low = speed;
+        }
+        if (high - low).abs() <= FOUND * by_reach_m_s.abs() {
+            break;
+        }
+    }
+    (low, joint)
+}
+
+/// What the most loaded joint does in a steady stride at `speed_m_s`, as a share of what it may, and the joint.
+fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) -> (f64, Option<usize>) {
     let dt_s = robot.period_s();
-    let period_s = plan.gait.period_s(plan.settings.swing_time_s);
-    let mut walk = Walk::cruising(plan, speed_m_s);
+    let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
+    let mut walk = Walk::cruising(plan, gait, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     targets.aim = Aim::Tips;
     targets.posture_pull = crate::motion::posture_pull(dt_s);
     joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
     let mut speeds: Vec<f64> = vec![0.0; robot.joints.len()];
-    let mut worst = (1.0, None);
+    let mut before = joints.angles_rad.clone();
+    let mut worst = (0.0, None);
     let mut cycle = 0_u32;
     // Two strides to settle, one to measure.
     while f64::from(cycle) * dt_s < 3.0 * period_s {
         let s = f64::from(cycle) * dt_s;
-        let before = joints.angles_rad.clone();
+        before.copy_from_slice(&joints.angles_rad);
         walk.advance(s);
-        walk.write(plan, s, plan.settings.stand_height_m, &mut targets);
+        walk.write_level(plan, s, &mut targets);
         limbs.solve(&targets, &mut joints);
         for (index, joint) in robot.joints.iter().enumerate() {
             let speed = (joints.angles_rad[index] - before[index]) / dt_s;
@@ -89,5 +124,5 @@ fn overloaded_joint(robot: &Robot, plan: &HorsePlan, speed_m_s: f64) -> Option<u
         }
         cycle += 1;
     }
-    worst.1
+    worst
 }

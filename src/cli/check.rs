@@ -6,8 +6,8 @@ use anyhow::Result;
 
 use super::load::{Loaded, load};
 use super::write_whole;
-use crate::capability::{bus_costs, top_speed};
-use crate::model::{LEG_NAMES, Robot};
+use crate::capability::bus_costs;
+use crate::model::{Gait, LEG_NAMES, Robot};
 use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
@@ -73,14 +73,27 @@ fn print_legs(loaded: &Loaded) {
 fn print_gaits(loaded: &Loaded) {
     let robot = &loaded.file.robot;
     say!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
-    for gait in &loaded.horse.gaits {
-        let top = top_speed::of_gait(robot, &loaded.capability.plan(&loaded.horse, gait));
+    for (gait, top) in loaded.horse.gaits.iter().zip(&loaded.capability.top_speeds) {
         let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
             format!("the speed or acceleration of {}", robot.joints[joint].name)
         });
         let by_servos =
             if robot.buses.is_empty() { "-".to_owned() } else { format!("{:.3}", top.by_servos_m_s) };
         say!("{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s);
+    }
+    print_own_gaits(&loaded.horse.gaits);
+}
+
+/// Names the gaits that come from the robot file, if any do.
+fn print_own_gaits(gaits: &[Gait]) {
+    let built_in = Gait::built_in();
+    let own = gaits.iter().filter(|gait| !built_in.contains(gait)).map(|gait| {
+        let is_replaced = built_in.iter().any(|known| known.name == gait.name);
+        format!("{}{}", gait.name, if is_replaced { " (in the place of the built-in one)" } else { "" })
+    });
+    let own: Vec<String> = own.collect();
+    if !own.is_empty() {
+        say!("from the robot file: {}", own.join(", "));
     }
 }
 

@@ -1,23 +1,36 @@
 //! The guard: a process that outlives the controller and takes the torque off if it dies without its safe stop.
 //!
 //! Feetech servos hold their last goal for ever, so a controller that is killed would leave the robot standing
-//! under torque. The controller starts the guard before any torque is on and holds one end of a pipe to it. The
-//! word at a safe end is [`SAFE`]; a pipe that closes without it means that the controller is gone, and its
-//! ports, which nobody else could use till then, are free.
+//! under torque. The controller starts the guard before any torque is on and holds one end of a pipe to it. From
+//! the first cycle of the loop to its last the controller writes a [`BEAT`] a cycle; then it [`REST`]s. Either sees
+//! the other's end:
+//!
+//! - the pipe closes: the controller is gone, and its ports, which nobody else could use till then, are free;
+//! - the beats stop for [`SILENCE`]: it hangs, or was stopped; the guard kills it, which frees its ports;
+//! - a beat cannot be written: the guard is gone, or hangs; the controller stops the robot.
+//!
+//! At a safe end the controller kills its guard, which then has nothing left to do.
 #![allow(clippy::print_stdout, reason = "a word to the controller")]
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, IsTerminal, Write};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::pipe::fcntl_setpipe_size;
+use rustix::process::{PidfdFlags, Signal, getppid, pidfd_open, pidfd_send_signal};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::BadInput;
 use super::ports::{PortOption, devices};
 use crate::bus::Buses;
 use crate::bus::serial::{Device, SerialPorts};
@@ -25,8 +38,16 @@ use crate::config;
 use crate::model::Robot;
 use crate::platform::{monotonic, sleep_until};
 
-/// What the controller says at a safe end.
-const SAFE: &[u8] = b"safe\n";
+/// What the controller says once a cycle, and what it says when its loop is over.
+const BEAT: u8 = b'.';
+const REST: u8 = b'-';
+/// How long the loop may be silent. Servos hold their last goal meanwhile, which is harmless for a moment; to fall
+/// because the machine was busy for a moment is not.
+const SILENCE: Duration = Duration::from_secs(1);
+/// The guard looks this often. A guard that was itself held up, with the whole machine perhaps, counts one look.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Beats a guard that hangs may leave unread, some ten seconds of them: the smallest pipe there is, bytes.
+const PIPE_BYTES: usize = 4096;
 /// What the guard says when it is ready.
 const READY: &str = "ready";
 /// How long after one another the guard tries a bus it could not reach, when it says so, and when it gives up.
@@ -38,7 +59,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub(super) struct Guard {
     child: Child,
-    pipe: Option<ChildStdin>,
+    pipe: OwnedFd,
     /// True from the first torque until an end that all servos have heard.
     is_needed: bool,
 }
@@ -62,16 +83,23 @@ impl Guard {
         let (Some(pipe), Some(words)) = (child.stdin.take(), child.stdout.take()) else {
             bail!("the guard has no pipes");
         };
+        never_wait(pipe.as_fd()).context("the pipe to the guard")?;
+        fcntl_setpipe_size(&pipe, PIPE_BYTES).context("the pipe to the guard")?;
         let mut word = String::new();
         BufReader::new(words).read_line(&mut word).context("the guard said nothing")?;
         if word.trim() != READY {
             bail!("the guard did not get ready");
         }
-        Ok(Guard { child, pipe: Some(pipe), is_needed: false })
+        Ok(Guard { child, pipe: pipe.into(), is_needed: false })
     }
 }
 
 impl Guard {
+    /// For the loop that the guard is to listen to.
+    pub(super) fn heart(&self) -> Result<Heart> {
+        Ok(Heart(self.pipe.try_clone().context("the pipe to the guard")?))
+    }
+
     /// Does `work`, which puts torque on. Unless it fails to start, or ends so that every servo has heard it
     /// (`is_heard`), the guard takes the torque off once this process, or its hold on it, is gone.
     pub(super) fn over<R>(
@@ -87,20 +115,83 @@ impl Guard {
     }
 }
 
+fn never_wait(end: BorrowedFd<'_>) -> rustix::io::Result<()> {
+    fcntl_setfl(end, fcntl_getfl(end)? | OFlags::NONBLOCK)
+}
+
 impl Drop for Guard {
     fn drop(&mut self) {
-        if self.is_needed {
-            return;
+        if !self.is_needed {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
         }
-        if let Some(mut pipe) = self.pipe.take() {
-            let _ = pipe.write_all(SAFE);
+    }
+}
+
+/// How the loop tells the guard that it is alive. Never waits, allocates nothing.
+#[derive(Debug)]
+pub(super) struct Heart(OwnedFd);
+
+impl Heart {
+    /// To be called once a cycle. False if the guard is gone, or has not listened for long.
+    pub(super) fn beat(&self) -> bool {
+        // Only one byte, which is written or not. One that a signal kept from being written is followed by others.
+        matches!(rustix::io::write(&self.0, &[BEAT]), Ok(_) | Err(Errno::INTR))
+    }
+
+    /// To be called when the loop is over: from now on silence means nothing.
+    pub(super) fn rest(&self) {
+        let _ = rustix::io::write(&self.0, &[REST]);
+    }
+}
+
+/// What a guard finds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Found {
+    /// The controller let go of the pipe without a safe end.
+    Gone,
+    /// Its loop fell silent.
+    Silent,
+}
+
+/// Waits for an end of the controller at the other end of `pipe`.
+fn listen(pipe: BorrowedFd<'_>) -> Result<Found> {
+    let mut bytes = [0; PIPE_BYTES];
+    let (mut is_beating, mut silence) = (false, Duration::ZERO);
+    let look_every = Timespec::try_from(LOOK_EVERY).context("the guard's clock")?;
+    loop {
+        // No event but a hang-up ends the wait: the loop's beats do not take its processor away for the guard.
+        match poll(&mut [PollFd::new(&pipe, PollFlags::empty())], Some(&look_every)) {
+            Ok(_) => {}
+            Err(Errno::INTR) => continue,
+            Err(error) => return Err(error).context("the controller cannot be heard"),
         }
-        let _ = self.child.wait();
+        match rustix::io::read(pipe, &mut bytes) {
+            Ok(0) => return Ok(Found::Gone),
+            Ok(count) => {
+                is_beating = bytes[count - 1] == BEAT;
+                silence = Duration::ZERO;
+            }
+            Err(Errno::AGAIN | Errno::INTR) if is_beating => silence += LOOK_EVERY,
+            Err(Errno::AGAIN | Errno::INTR) => {}
+            Err(error) => return Err(error).context("the controller cannot be heard"),
+        }
+        if silence >= SILENCE {
+            return Ok(Found::Silent);
+        }
     }
 }
 
 /// `hippocamp guard`: waits for the end of the controller.
 pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
+    if std::io::stdin().is_terminal() {
+        return Err(BadInput(
+            "'guard' is for the program's own use: 'run' and 'jog' start it beside themselves on real servos, and it \
+             takes their torque off if the controller dies; nothing was touched"
+                .to_owned(),
+        )
+        .into());
+    }
     // Whatever ends the controller's terminal or session must not end the guard before its work.
     let ignored = Arc::new(AtomicBool::new(false));
     for signal in [SIGHUP, SIGINT, SIGTERM] {
@@ -108,22 +199,35 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     }
     let robot = config::load(robot_file)?.robot;
     let devices = devices(&robot, ports)?;
+    let pipe = std::io::stdin();
+    never_wait(pipe.as_fd()).context("the pipe from the controller")?;
+    // It waits for the word, so that it cannot have ended and its number be another's by now.
+    let controller = getppid().context("the guard is for the program's own use")?;
+    let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
     println!("{READY}");
 
-    let mut heard = Vec::new();
-    std::io::stdin().read_to_end(&mut heard).context("the controller cannot be heard")?;
-    if heard == SAFE {
-        return Ok(());
-    }
+    let what = match listen(pipe.as_fd())? {
+        Found::Gone => "the controller did not end safely".to_owned(),
+        Found::Silent => {
+            let _ = pidfd_send_signal(&controller, Signal::KILL);
+            let silence_s = SILENCE.as_secs_f64();
+            format!("the controller's loop gave no sign of life for {silence_s} s, and was killed")
+        }
+    };
+    take_torque_off(&robot, devices, &what)
+}
+
+/// Takes the torque off all servos, and says `what` happened.
+fn take_torque_off(robot: &Robot, devices: Vec<Device>, what: &str) -> Result<()> {
     // Each bus by itself: one whose adapter is gone must not keep the others under torque.
     let mut pending: Vec<(Robot, Device)> =
-        devices.into_iter().enumerate().map(|(bus, device)| (only_bus(&robot, bus), device)).collect();
+        devices.into_iter().enumerate().map(|(bus, device)| (only_bus(robot, bus), device)).collect();
     let start = monotonic();
     let mut has_said = false;
     loop {
         pending.retain(|(robot, device)| !is_limp(robot, device));
         if pending.is_empty() {
-            tell("the controller did not end safely: its guard took the torque off all servos");
+            tell(&format!("{what}: its guard took the torque off all servos"));
             return Ok(());
         }
         let buses: Vec<&str> = pending.iter().map(|(robot, _)| robot.buses[0].name.as_str()).collect();
@@ -134,8 +238,8 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
         }
         if !has_said && waited > WORD_AFTER {
             tell(&format!(
-                "THE CONTROLLER DID NOT END SAFELY, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its \
-                 guard goes on trying to take their torque off"
+                "{what}, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its guard goes on trying to \
+                 take their torque off"
             ));
             has_said = true;
         }
@@ -165,4 +269,57 @@ fn is_limp(robot: &Robot, device: &Device) -> bool {
 /// To the terminal, if there still is one.
 fn tell(words: &str) {
     let _ = writeln!(std::io::stderr(), "\nhippocamp: {words}");
+}
+
+#[cfg(test)]
+mod tests {
+    use rustix::pipe::{PipeFlags, pipe_with};
+
+    use super::*;
+
+    /// The guard's end of a pipe, and the loop's.
+    fn pipe() -> (OwnedFd, Heart) {
+        let (near, far) = pipe_with(PipeFlags::CLOEXEC | PipeFlags::NONBLOCK).unwrap();
+        fcntl_setpipe_size(&far, PIPE_BYTES).unwrap();
+        (near, Heart(far))
+    }
+
+    #[test]
+    fn a_guard_that_is_gone_is_noticed_at_the_next_beat() {
+        let (near, heart) = pipe();
+        assert!(heart.beat());
+        drop(near);
+        assert!(!heart.beat());
+    }
+
+    #[test]
+    fn a_guard_that_does_not_listen_is_noticed_and_waited_for_never() {
+        let (_near, heart) = pipe();
+        let beats = std::iter::repeat_with(|| heart.beat()).take_while(|is_heard| *is_heard).count();
+        // At 100 Hz 41 s, at 500 Hz 8 s.
+        assert_eq!(beats, PIPE_BYTES);
+    }
+
+    #[test]
+    fn a_loop_that_falls_silent_is_noticed_and_one_that_has_ended_is_not() {
+        let (near, heart) = pipe();
+        heart.beat();
+        let start = monotonic();
+        assert_eq!(listen(near.as_fd()).unwrap(), Found::Silent);
+        assert!(monotonic() - start >= SILENCE);
+
+        for is_begun in [true, false] {
+            let (near, heart) = pipe();
+            if is_begun {
+                heart.beat();
+                heart.rest();
+            }
+            let closing = std::thread::spawn(move || {
+                sleep_until(monotonic() + 2 * SILENCE);
+                drop(heart);
+            });
+            assert_eq!(listen(near.as_fd()).unwrap(), Found::Gone, "begun: {is_begun}");
+            closing.join().unwrap();
+        }
+    }
 }

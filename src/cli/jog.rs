@@ -4,15 +4,15 @@ use anyhow::Result;
 
 use super::guard::Guard;
 use super::load::load;
+use super::operator::{OnHardware, Terminal};
 use super::ports::{self, Choice};
-use super::run::{exit_code, orders_from_signals, outcome_words};
+use super::run::{exit_code, outcome_words};
 use super::unit;
 use super::{BadInput, JogArguments};
 use crate::bus::{Ports, SimPorts};
 use crate::config::nearest;
 use crate::jog::{JogReport, jog as jog_robot};
 use crate::model::{Joint, Robot};
-use crate::motion::Order;
 use crate::simulation;
 
 /// Where the limp joints of the simulated robot are.
@@ -32,13 +32,15 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
             let world = simulation::world(robot, SEED, &hw_sim::FaultScript::default())
                 .map_err(|error| BadInput(error.to_string()))?;
             say!("{line}");
-            drive(robot, index, goal_rad, SimPorts::of(world, is_virtual))?
+            drive(robot, index, goal_rad, SimPorts::of(world, is_virtual), None)?
         }
         Choice::Devices(ports) => {
             let guard = Guard::start(&options.robot, &ports)?;
             let ports = ports::open(robot, &ports)?;
             say!("{line}");
-            guard.over(|| drive(robot, index, goal_rad, ports), |report| report.is_end_heard)?
+            let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
+            guard
+                .over(|| drive(robot, index, goal_rad, ports, Some(hardware)), |report| report.is_end_heard)?
         }
     };
     say!("{}: {}", outcome_words(report.outcome), report.reason);
@@ -51,13 +53,14 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
 }
 
 /// Jogs the joint until it is done, or the operator or safety stops it.
-fn drive(robot: &Robot, joint: usize, goal_rad: f64, ports: impl Ports) -> Result<JogReport> {
-    let orders = orders_from_signals()?;
-    let mut order = Order::Go;
-    Ok(jog_robot(robot, joint, goal_rad, ports, |_| {
-        order = orders.try_recv().unwrap_or(order);
-        order
-    })?)
+fn drive(
+    robot: &Robot,
+    joint: usize,
+    goal_rad: f64,
+    ports: impl Ports,
+    hardware: Option<OnHardware>,
+) -> Result<JogReport> {
+    Ok(jog_robot(robot, joint, goal_rad, ports, Terminal::new(None, hardware)?)?)
 }
 
 /// The joint of this name.

@@ -6,12 +6,18 @@ mod check;
 mod guard;
 mod jog;
 mod load;
+mod operator;
+mod panics;
 mod ports;
+#[cfg(debug_assertions)]
+mod provoke;
+mod record;
 mod replay;
 mod run;
 mod status;
 mod unit;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,10 +34,13 @@ const FAILED: u8 = 1;
 const BAD_INPUT: u8 = 2;
 /// Safety stopped the robot.
 const STOPPED_BY_SAFETY: u8 = 3;
+/// A replay found nothing wrong, but could not judge all of the run.
+const NOT_ALL_JUDGED: u8 = 4;
 
 /// Drives servo-driven horses (and octopus arms to come) on real or simulated servo buses.
 ///
-/// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 1 anything else.
+/// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
+/// be judged, 1 anything else.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
 struct Arguments {
@@ -56,8 +65,8 @@ enum Command {
     /// Judges a recording again.
     ///
     /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
-    /// the servos answered, which must give the same goals. Exit codes: 0 it agrees, 1 it differs, 2 the file is
-    /// no recording.
+    /// the servos answered, which must give the same goals. Exit codes: 0 all of it agrees, 1 something differs,
+    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short.
     #[command(
         after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
     )]
@@ -108,6 +117,9 @@ struct UnitArguments {
     /// Run on simulated buses and a virtual clock, as fast as it can.
     #[arg(long = "virtual", conflicts_with = "ports")]
     is_virtual: bool,
+    /// On hardware: keep the loop to this processor, counted from 0.
+    #[arg(long, value_name = "N")]
+    processor: Option<usize>,
 }
 
 /// Options of `jog`.
@@ -129,7 +141,7 @@ struct JogArguments {
 struct RunArguments {
     /// The robot file.
     robot: PathBuf,
-    /// Gait: one of the robot file's [default: the file's first].
+    /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
     /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
@@ -141,12 +153,14 @@ struct RunArguments {
     #[command(flatten)]
     unit: UnitArguments,
     /// Where the limp joints of the simulated robot are at the start, and all other chance.
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports")]
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
+          allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     faults: Option<PathBuf>,
-    /// Write the report of the run to this file (JSON).
+    /// Write the report of the run to this file (JSON). A cycle counts as late when it begins more than a tenth of
+    /// a period after its time; the robot then goes on from where it is.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
@@ -155,12 +169,13 @@ struct RunArguments {
     /// Write a page that plays the run to this file; opens in any browser, without a network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// On hardware: keep the loop to this processor, counted from 0.
-    #[arg(long, value_name = "N")]
-    processor: Option<usize>,
     /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
     #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
     ik: Ik,
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number, 0 or more, at most {}", u64::MAX))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -185,16 +200,20 @@ impl From<Ik> for Method {
 /// Writes `text` beside the file first, so that the file is never half written.
 fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
     refuse_inputs(path)?;
-    // A device, a pipe or a link is written to; a new file must not take its place.
-    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
-    let written = if is_special {
-        std::fs::write(path, text)
-    } else {
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".part");
-        std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path))
+    let written = match part_of(path) {
+        None => std::fs::write(path, text),
+        Some(part) => std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)),
     };
     written.with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// Where what is to be at `path` is written until it is whole; none for a device, a pipe or a link, which is written
+/// to: a new file must not take its place.
+fn part_of(path: &Path) -> Option<PathBuf> {
+    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
+    let mut part = OsString::from(path);
+    part.push(".part");
+    (!is_special).then_some(part.into())
 }
 
 /// No output of any command takes the place of a robot, unit or fault file.

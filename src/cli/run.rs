@@ -1,29 +1,30 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 
-use std::fs::{self, File};
+use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-use crossbeam_channel::{Receiver, bounded};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
-use signal_hook::iterator::Signals;
-
 use super::guard::Guard;
 use super::load::{Loaded, load};
+use super::operator::{OnHardware, Terminal};
+use super::panics::said_afterwards;
 use super::ports::{self, Choice};
+#[cfg(debug_assertions)]
+use super::provoke;
+use super::record::RecordingFile;
 use super::replay::write_page;
 use super::status::StatusLine;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
 use crate::bus::{Ports, SerialPorts, SimPorts};
-use crate::capability::top_speed;
-use crate::model::{Gait, HorseMotion, Robot};
-use crate::motion::Order;
+use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
-use crate::platform;
+use crate::motion::{Command, GaitChoice};
 use crate::recording::{Recorder, RunHeader};
-use crate::run::{RunPlan, run_recorded};
+use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
 
@@ -75,25 +76,34 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     };
     // A page is made from a recording; one that was not asked for is gone afterwards.
     let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
-    let recording_file = options.record.as_deref().or(passing_file.as_deref());
-    let created = recording_file.map(create_recording).transpose()?;
+    let recording_place = options.record.as_deref().or(passing_file.as_deref());
+    let (recording, file) = recording_place.map(RecordingFile::create).transpose()?.unzip();
 
     say!(
         "{}: {} at {:.3} m/s for {} s on {choice}",
         robot.name,
-        horse.gait.name,
-        horse.speed_m_s,
+        horse.gait_name(horse.command.gait),
+        horse.command.speed_m_s,
         options.walk_for_s
     );
     let plan = RunPlan { horse, method: options.ik.into(), walk_for_s: options.walk_for_s };
-    let recorder = created.map(|(path, file)| recorder(robot, &plan, options, path, file)).transpose()?;
-    let mut report = match ports {
-        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None)?,
+    #[cfg(debug_assertions)]
+    let file = file.map(provoke::Sink::new);
+    let recorder = recording.as_ref().zip(file);
+    let recorder =
+        recorder.map(|(of, file)| recorder_into(file, of.written(), robot, &plan, options)).transpose()?;
+    let ended = said_afterwards(|| match ports {
+        AnyPorts::Simulated(ports) => drive(robot, plan, ports, recorder, None),
         AnyPorts::Serial(ports, guard) => {
-            let real_time = Some(RealTime { processor: options.processor });
-            guard.over(|| drive(robot, plan, ports, recorder, real_time), |report| report.is_end_heard)?
+            let hardware = OnHardware { processor: options.unit.processor, heart: guard.heart()? };
+            guard.over(|| drive(robot, plan, ports, recorder, Some(hardware)), |report| report.is_end_heard)
         }
-    };
+    });
+    if ended.is_err() {
+        recording.iter().for_each(RecordingFile::discard);
+    }
+    let mut report = ended?;
+    let recorded = recording.map(|recording| keep(&recording, &mut report));
     if passing_file.is_some() {
         // The recording behind a page is no result of its own, unless it is not whole.
         report.recording =
@@ -102,10 +112,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let written = report_file.map_or(Ok(()), |path| write_report(path, &report));
     print_summary(robot, &report);
     written?;
-    if let (Some(page), Some(recording)) = (page_file, recording_file) {
-        let written = write_page(recording, page);
-        if let Some(passing) = &passing_file {
-            let _ = fs::remove_file(passing);
+    if let (Some(page), Some(recorded)) = (page_file, recorded) {
+        let written = write_page(&recorded, page);
+        if passing_file.is_some() {
+            let _ = fs::remove_file(recorded);
         }
         written?;
     }
@@ -119,49 +129,27 @@ enum AnyPorts {
     Serial(SerialPorts, Guard),
 }
 
-/// The loop is to ask for real time, on a processor of its own if one is named.
-struct RealTime {
-    processor: Option<usize>,
-}
-
 /// Runs the robot until it is done, or the operator or safety stops it, and shows its status.
-/// Where hardware waits, it asks for real time once all other threads are there.
 fn drive(
     robot: &Robot,
     plan: RunPlan,
     ports: impl Ports,
     recorder: Option<Recorder>,
-    real_time: Option<RealTime>,
+    hardware: Option<OnHardware>,
 ) -> Result<Report> {
-    let orders = orders_from_signals()?;
-    let mut status_line = StatusLine::start();
-    let mut order = Order::Go;
-    let mut real_time = real_time;
-    let report = run_recorded(robot, plan, ports, recorder, |status| {
-        // In the first cycle, when all memory is taken and all other threads are there.
-        if let Some(RealTime { processor }) = real_time.take() {
-            for note in platform::request_real_time(processor) {
-                say!("  {note}");
-            }
-        }
-        status_line.show(status);
-        order = orders.try_recv().unwrap_or(order);
-        order
-    });
-    drop(status_line);
-    Ok(report?)
+    let terminal = Terminal::new(Some(StatusLine::start()), hardware)?;
+    #[cfg(debug_assertions)]
+    let terminal = provoke::Loop::new(terminal);
+    Ok(run_recorded(robot, plan, ports, recorder, terminal)?)
 }
 
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
 fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
-    let faults = fault_script(options.faults.as_deref())?;
-    simulation::world(robot, options.seed, &faults).map_err(|error| {
-        let said = match &options.faults {
-            Some(path) => format!("{}: {error}", path.display()),
-            None => error.to_string(),
-        };
-        BadInput(said).into()
-    })
+    let faults = match &options.faults {
+        Some(path) => fault_script(robot, path)?,
+        None => hw_sim::FaultScript::default(),
+    };
+    Ok(simulation::world(robot, options.seed, &faults)?)
 }
 
 /// Exit code of a run that ended so.
@@ -184,58 +172,75 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
 
 /// The gait asked for, at the speed asked for, held to what the robot can do.
 fn plan(options: &RunArguments, loaded: &Loaded) -> Result<HorsePlan> {
-    let gait = gait(options.gait.as_deref(), &loaded.horse)?;
-    let mut plan = loaded.capability.plan(&loaded.horse, gait);
-    let top = top_speed::of_gait(&loaded.file.robot, &plan);
-    if top.m_s() <= 0.0 {
-        let joint = top.joint.map_or("a joint", |joint| loaded.file.robot.joints[joint].name.as_str());
+    let plan = loaded.capability.plan(&loaded.horse, Command::default());
+    let choice = gait(options.gait.as_deref(), &plan)?;
+    let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
+    let top_m_s = plan.top_speed_m_s(choice);
+    let joint = match choice {
+        GaitChoice::Gait(gait) => loaded.capability.top_speeds[gait].joint,
+        GaitChoice::Stand | GaitChoice::Auto => None,
+    };
+    let joint = joint.map(|joint| loaded.file.robot.joints[joint].name.as_str());
+    let name = plan.gait_name(choice);
+    if top_m_s <= 0.0 && choice != GaitChoice::Stand {
         return Err(BadInput(format!(
-            "{} cannot {}: even on the spot {joint} would pass its speed or acceleration limit; a longer \
+            "{} cannot {name}: even on the spot {} would pass its speed or acceleration limit; a longer \
              swing_time_s or a lower swing_lift_mm asks less of it",
-            loaded.file.robot.name, gait.name
+            loaded.file.robot.name,
+            joint.unwrap_or("a joint")
         ))
         .into());
     }
-    plan.speed_m_s = match options.speed {
-        None => DEFAULT_SPEED_SHARE * top.m_s(),
+    let speed_m_s = match options.speed {
+        None => plan.command.speed_m_s,
         Some(speed) if !speed.is_finite() || speed < 0.0 => {
             return Err(BadInput(format!("--speed {speed}: expected a speed in m/s, 0 or more")).into());
         }
-        Some(speed) if speed > top.m_s() => {
-            let limit = top.joint.map_or("the legs reach no further".to_owned(), |joint| {
-                format!("{} can turn no faster", loaded.file.robot.joints[joint].name)
+        Some(speed) if speed > top_m_s && choice != GaitChoice::Stand => {
+            let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
+                format!("{joint} can turn no faster")
             });
-            say!("{speed} m/s is too fast for {}: held at {:.3} m/s ({limit})", gait.name, top.m_s());
-            top.m_s()
+            say!("{speed} m/s is too fast for {name}: held at {top_m_s:.3} m/s ({limit})");
+            top_m_s
         }
         Some(speed) => speed,
     };
-    Ok(plan)
+    let command = Command { speed_m_s, ..plan.command };
+    Ok(HorsePlan { command, ..plan })
 }
 
-fn gait<'h>(wanted: Option<&str>, horse: &'h HorseMotion) -> Result<&'h Gait> {
-    let names = || horse.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
-    let found = match wanted {
-        None => horse.gaits.first(),
-        Some(name) => horse.gaits.iter().find(|gait| gait.name == name),
-    };
-    found.ok_or_else(|| {
-        BadInput(format!("--gait {}: expected one of {}", wanted.unwrap_or("(none)"), names())).into()
+fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
+    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
+    let Some(wanted) = wanted else { return Ok(GaitChoice::Gait(0)) };
+    plan.gait_choice(wanted).ok_or_else(|| {
+        BadInput(format!("--gait {wanted}: expected auto, stand, or one of {}", names())).into()
     })
 }
 
-fn fault_script(path: Option<&Path>) -> Result<hw_sim::FaultScript> {
-    let Some(path) = path else { return Ok(hw_sim::FaultScript::default()) };
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
-    hw_sim::FaultScript::from_toml(&text)
-        .map_err(|error| BadInput(format!("{}: {error}", path.display())).into())
+fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
+    let file_name = path.display().to_string();
+    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
+    simulation::fault_script(robot, &text, &file_name).map_err(|error| {
+        let count = error.mistakes.len();
+        let counted = if count == 1 { "1 mistake".to_owned() } else { format!("{count} mistakes") };
+        BadInput(format!("{error}\n{counted}; nothing was started")).into()
+    })
 }
 
-/// A recording that could not be written is better known before the robot has walked.
-fn create_recording(path: &Path) -> Result<(&Path, File)> {
-    let file =
-        File::create(path).map_err(|error| BadInput(format!("the recording {}: {error}", path.display())))?;
-    Ok((path, file))
+/// Puts a recording that is whole in its place, and says in the report where it is; returns that.
+fn keep(recording: &RecordingFile, report: &mut Report) -> PathBuf {
+    if let Some(of) = &mut report.recording
+        && of.error.is_none()
+    {
+        match recording.keep() {
+            Ok(place) => {
+                of.file = place.display().to_string();
+                return place.to_owned();
+            }
+            Err(error) => of.error = Some(format!("it could not be put in its place: {error}")),
+        }
+    }
+    recording.written().to_owned()
 }
 
 /// Where a recording is kept until the page is made of it.
@@ -245,13 +250,17 @@ fn beside_page(page: &Path) -> PathBuf {
     beside.into()
 }
 
-fn recorder(
+/// Records into `sink`, which is the file at `path`.
+fn recorder_into(
+    sink: impl Write + Send + 'static,
+    path: &Path,
     robot: &Robot,
     plan: &RunPlan,
     options: &RunArguments,
-    path: &Path,
-    file: File,
 ) -> Result<Recorder> {
+    // A recording that outgrows a limit of the system's breaks off; it must not kill the controller.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("signals could not be caught")?;
     let robot_text = fs::read_to_string(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
@@ -263,7 +272,7 @@ fn recorder(
         &options.robot.display().to_string(),
         u64::try_from(started_ns).unwrap_or_default(),
     );
-    Recorder::start(robot, header, robot_text, path.display().to_string(), file, options.unit.is_virtual)
+    Recorder::start(robot, header, robot_text, path.display().to_string(), sink, options.unit.is_virtual)
         .context("the recording could not be started")
 }
 
@@ -286,29 +295,17 @@ fn write_report(path: &Path, report: &Report) -> Result<()> {
     write_whole(path, &(text + "\n"))
 }
 
-/// The first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the robot) orders a stop, the second one at once.
-pub(super) fn orders_from_signals() -> Result<Receiver<Order>> {
-    let (sender, receiver) = bounded(8);
-    let mut signals =
-        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP]).context("signals could not be caught")?;
-    std::thread::spawn(move || {
-        let orders = std::iter::once(Order::Stop).chain(std::iter::repeat(Order::StopAtOnce));
-        for (_, order) in signals.forever().zip(orders) {
-            let _ = sender.try_send(order);
-        }
-    });
-    Ok(receiver)
-}
-
 fn print_summary(robot: &Robot, report: &Report) {
     say!("{}: {}", outcome_words(report.outcome), report.reason);
+    let computing = report.loop_times.work_us.map_or_else(String::new, |work_us| {
+        format!("; computing a cycle {} us at most, {} us half of the time", work_us.max, work_us.p50)
+    });
     say!(
-        "  {:.1} s, {} cycles, {} late; computing a cycle {} us at most, {} us half of the time",
+        "  {:.1} s, {} cycles, {} late by more than {} ms{computing}",
         report.duration_s,
         report.cycles,
         report.late_cycles,
-        report.loop_times.work_us.max,
-        report.loop_times.work_us.p50
+        LATE_SHARE * robot.period_s() * 1e3
     );
     say!(
         "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",

@@ -15,6 +15,9 @@ const AXIS_TOLERANCE: f64 = 1e-3;
 /// A last link shorter than this has no direction worth the name.
 const LINK_SHORTEST_MM: f64 = 1e-6;
 
+/// Roots nearer to each other than this are one place: two servos do not fit.
+const ROOTS_APART_MM: f64 = 1.0;
+
 /// What could be read of a chain; `limb` only if all of it was good.
 pub(super) struct ChainEntry<'a> {
     pub(super) name: Option<&'a str>,
@@ -32,7 +35,9 @@ pub(super) struct Limb {
 /// Reads all chains, in file order.
 pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<ChainEntry<'a>> {
     let mut names = Unique::default();
-    let chains = file.list("chain", "the limbs", |section| Some(read_chain(section, &mut names, servos)));
+    let mut roots = Roots::default();
+    let chains =
+        file.list("chain", "the limbs", |section| Some(read_chain(section, &mut names, &mut roots, servos)));
     if chains.is_empty() {
         file.fault("chain", "at least one limb, [[chain]]");
     }
@@ -43,13 +48,34 @@ pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<
     chains.into_iter().flatten().collect()
 }
 
+/// The roots seen so far, with their lines.
+#[derive(Default)]
+struct Roots {
+    seen: Vec<(DVec3, usize)>,
+}
+
+impl Roots {
+    /// Two limbs cannot both begin in one place: the second is a copy whose root was forgotten.
+    fn refuse_twin(&mut self, section: &Section<'_>, root_mm: DVec3) {
+        if let Some((_, line)) = self.seen.iter().find(|(seen, _)| seen.distance(root_mm) < ROOTS_APART_MM) {
+            section
+                .fault("root_mm", format!("a place of its own: by line {line} another chain begins there"));
+        }
+        self.seen.push((root_mm, section.line("root_mm")));
+    }
+}
+
 fn read_chain<'a>(
     section: &Section<'a>,
     names: &mut Unique<'a>,
+    roots: &mut Roots,
     servos: &mut ServoPlaces<'_>,
 ) -> ChainEntry<'a> {
     let name = names.name(section, "the chain's name");
     let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
+    if let Some(root_mm) = root {
+        roots.refuse_twin(section, root_mm);
+    }
     let rpy = section.vector_or(
         "root_rpy_deg",
         "roll, pitch and yaw of the chain in the body, in degrees",

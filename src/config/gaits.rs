@@ -1,18 +1,22 @@
-//! `[[motion.gait]]`, and the gaits a horse knows without it.
+//! `[[motion.gait]]`, beside the gaits a horse knows without it.
 
 use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;
-use crate::model::Gait;
+use crate::model::{Bob, Gait};
 
-/// Reads the gaits of `[motion]`; the built-in table where there are none.
+/// The built-in gaits and those of `[motion]`: one with a built-in gait's name takes its place.
 pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
     let mut names = Unique::default();
-    let gaits = motion.list("gait", "the gaits", |section| read_gait(section, &mut names));
-    if gaits.is_empty() {
-        return Some(Gait::built_in());
+    let own = motion.list("gait", "the gaits", |section| read_gait(section, &mut names));
+    let mut gaits = Gait::built_in();
+    for own in own.into_iter().collect::<Option<Vec<_>>>()? {
+        match gaits.iter_mut().find(|gait| gait.name == own.name) {
+            Some(built_in) => *built_in = own,
+            None => gaits.push(own),
+        }
     }
-    gaits.into_iter().collect()
+    Some(gaits)
 }
 
 fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> {
@@ -20,7 +24,34 @@ fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> 
     let duty_factor =
         section.number("duty_factor", "the share of the period a foot stands", Limits::Between(0.0, 1.0));
     let lags = read_lags(section);
-    Some(Gait { name: name?.to_owned(), duty_factor: duty_factor?, lags: lags? })
+    let bob = read_bob(section);
+    let auto_froude_max = section.has("auto_froude_max").then(|| {
+        let meaning = "the Froude number above which gait auto takes the next faster gait";
+        section.number("auto_froude_max", meaning, Limits::Positive)
+    });
+    Some(Gait {
+        name: name?.to_owned(),
+        duty_factor: duty_factor?,
+        lags: lags?,
+        bob: bob?,
+        auto_froude_max: match auto_froude_max {
+            Some(number) => Some(number?),
+            None => None,
+        },
+    })
+}
+
+fn read_bob(section: &Section<'_>) -> Option<Bob> {
+    let rise = section.number_or(
+        "bob_mm",
+        "how far the trunk rises and falls, from lowest to highest, in mm",
+        Limits::NotNegative,
+        0.0,
+    );
+    let per_stride = section.integer_or("bobs_per_stride", "how often in a stride", 1..=4, 2);
+    let meaning = "when the trunk is highest, in strides since the left hind's lift-off";
+    let highest_at = section.number_or("bob_highest_at", meaning, Limits::FromToBelow(0.0, 1.0), 0.0);
+    Some(Bob { rise_m: rise? / 1000.0, per_stride: per_stride?, highest_at: highest_at? })
 }
 
 fn read_lags(section: &Section<'_>) -> Option<[f64; 4]> {

@@ -14,6 +14,9 @@ enum Kind {
 
 const KINDS: [(&str, Kind); 1] = [("horse", Kind::Horse)];
 
+/// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
+const YAW_RATE_MAX_DEG_S: f64 = 20.0;
+
 /// Keys of `motion.legs`, in the order of [`crate::model::LEG_NAMES`].
 const LEG_KEYS: [&str; 4] = ["left_hind", "left_fore", "right_hind", "right_fore"];
 
@@ -54,6 +57,12 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
         "the trunk's largest acceleration in m/s^2",
         Limits::Positive,
     );
+    let yaw_rate = section.number_or(
+        "yaw_rate_max_deg_s",
+        "the fastest turn of the trunk in degrees/s",
+        Limits::AboveToMost(0.0, 360.0),
+        YAW_RATE_MAX_DEG_S,
+    );
     let gaits = gaits::read(section);
     Some(HorseMotion {
         legs: legs?,
@@ -63,6 +72,7 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
         swing_lift_m: lift? / 1000.0,
         swing_ramp_share: swing_ramp_share?,
         acceleration_m_s2: acceleration_m_s2?,
+        yaw_rate_max_rad_s: yaw_rate?.to_radians(),
         gaits: gaits?,
     })
 }

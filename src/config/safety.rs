@@ -4,24 +4,80 @@ use super::number::Limits;
 use super::reader::Section;
 use crate::model::{SafetySettings, ServoModel};
 
-/// Share of no-load speed that leaves a servo torque to follow with.
-const RATE_SHARE: f64 = 0.7;
-/// Above what the built-in gaits ask of a small robot, below what a jump in the goal would.
-const ACCELERATION_MAX_DEG_S2: f64 = 10_000.0;
-/// A quarter turn in three seconds: slow enough to step back from.
-const SLOW_RATE_DEG_S: f64 = 30.0;
-/// All of the stall torque.
-const TORQUE_SHARE: f64 = 1.0;
-/// Long enough for a limp robot to settle into the grip.
-const TORQUE_RAMP_S: f64 = 1.0;
-/// Ten cycles at 100 Hz: a few lost replies pass unnoticed.
-const COAST_S: f64 = 0.1;
-/// Time for a plug to be put back.
-const HOLD_S: f64 = 2.0;
-/// Twice what a healthy servo lags in a trot.
-const TRACKING_ERROR_MAX_DEG: f64 = 20.0;
-/// Rides out the shock of a footfall and the dip of a supply.
-const FAULT_DELAY_S: f64 = 0.5;
+/// A key of `[safety]`. No limit can be set so wide that it limits nothing: the meaning says why it ends there.
+struct Setting {
+    key: &'static str,
+    meaning: &'static str,
+    limits: Limits,
+    default: f64,
+}
+
+/// The default leaves a servo torque to follow with.
+const RATE_SHARE: Setting = Setting {
+    key: "rate_share",
+    meaning: "a share of the no-load speed",
+    limits: Limits::AboveToMost(0.0, 1.0),
+    default: 0.7,
+};
+/// The default lies above what the built-in gaits ask of a small robot, and below what a jump in the goal would.
+/// The most: no-load speed, some 8 rad/s, in 5 ms, a tenth of a geared servo's time constant.
+const ACCELERATION_MAX: Setting = Setting {
+    key: "acceleration_max_deg_s2",
+    meaning: "the largest joint acceleration in degrees/s^2 (beyond what any servo has, it would limit nothing)",
+    limits: Limits::AboveToMost(0.0, 100_000.0),
+    default: 10_000.0,
+};
+/// The default is a quarter turn in three seconds: slow enough to step back from.
+const SLOW_RATE: Setting = Setting {
+    key: "slow_rate_deg_s",
+    meaning: "the joint speed of start-up and sitting in degrees/s (somebody may have a hand on the robot; and it \
+              is to get up within minutes)",
+    limits: Limits::FromTo(1.0, 90.0),
+    default: 30.0,
+};
+const TORQUE_SHARE: Setting = Setting {
+    key: "torque_share",
+    meaning: "a share of the stall torque",
+    limits: Limits::AboveToMost(0.0, 1.0),
+    default: 1.0,
+};
+/// The default is long enough for a limp robot to settle into the grip.
+const TORQUE_RAMP: Setting = Setting {
+    key: "torque_ramp_s",
+    meaning: "the time of the torque's rise in s (in less, a limp robot jerks; in more, it hangs half held)",
+    limits: Limits::FromTo(0.2, 10.0),
+    default: 1.0,
+};
+/// The default is ten cycles at 100 Hz: a few lost replies pass unnoticed.
+const COAST: Setting = Setting {
+    key: "coast_s",
+    meaning: "how long an unheard servo is borne, in s (in longer, a leg nobody hears takes a whole step)",
+    limits: Limits::AboveToMost(0.0, 0.5),
+    default: 0.1,
+};
+/// The default gives time for a plug to be put back.
+const HOLD: Setting = Setting {
+    key: "hold_s",
+    meaning: "how long a hold lasts before the stop action, in s (servos that hold something up heat up meanwhile)",
+    limits: Limits::AboveToMost(0.0, 30.0),
+    default: 2.0,
+};
+/// The default is twice what a healthy servo lags in a trot.
+const TRACKING_ERROR_MAX: Setting = Setting {
+    key: "tracking_error_max_deg",
+    meaning: "the largest difference between goal and measurement in degrees (a joint that is further off does not \
+              follow its goal)",
+    limits: Limits::AboveToMost(0.0, 45.0),
+    default: 20.0,
+};
+/// The default rides out the shock of a footfall and the dip of a supply. The most: after two seconds of overload a
+/// Feetech servo takes its own torque away (register 35, protection time).
+const FAULT_DELAY: Setting = Setting {
+    key: "fault_delay_s",
+    meaning: "how long a fault is borne, in s (a jammed servo takes its stall current meanwhile)",
+    limits: Limits::FromTo(0.0, 2.0),
+    default: 0.5,
+};
 
 /// The robot stops by itself this far below the heat at which the first servo would let go.
 const TEMPERATURE_MARGIN_C: f64 = 5.0;
@@ -35,32 +91,17 @@ pub(super) fn read(file: &Section<'_>, models: &[&ServoModel]) -> Option<SafetyS
 }
 
 fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<SafetySettings> {
-    let share = Limits::AboveToMost(0.0, 1.0);
-    let rate_share = section.number_or("rate_share", "a share of the no-load speed", share, RATE_SHARE);
-    let acceleration = section.number_or(
-        "acceleration_max_deg_s2",
-        "the largest joint acceleration in degrees/s^2",
-        Limits::Positive,
-        ACCELERATION_MAX_DEG_S2,
-    );
-    let slow_rate = section.number_or(
-        "slow_rate_deg_s",
-        "the joint speed of start-up and sitting in degrees/s",
-        Limits::Positive,
-        SLOW_RATE_DEG_S,
-    );
-    let torque_share = section.number_or("torque_share", "a share of the stall torque", share, TORQUE_SHARE);
-    let delay = |key, meaning, default| section.number_or(key, meaning, Limits::NotNegative, default);
-    let torque_ramp_s = delay("torque_ramp_s", "the time of the torque's rise in s", TORQUE_RAMP_S);
-    let coast_s = delay("coast_s", "how long an unheard servo is borne, in s", COAST_S);
-    let hold_s = delay("hold_s", "how long a hold lasts before the stop action, in s", HOLD_S);
-    let fault_delay_s = delay("fault_delay_s", "how long a fault is borne, in s", FAULT_DELAY_S);
-    let tracking_error = section.number_or(
-        "tracking_error_max_deg",
-        "the largest difference between goal and measurement in degrees",
-        Limits::Positive,
-        TRACKING_ERROR_MAX_DEG,
-    );
+    let number =
+        |setting: &Setting| section.number_or(setting.key, setting.meaning, setting.limits, setting.default);
+    let rate_share = number(&RATE_SHARE);
+    let acceleration = number(&ACCELERATION_MAX);
+    let slow_rate = number(&SLOW_RATE);
+    let torque_share = number(&TORQUE_SHARE);
+    let torque_ramp_s = number(&TORQUE_RAMP);
+    let coast_s = number(&COAST);
+    let hold_s = number(&HOLD);
+    let fault_delay_s = number(&FAULT_DELAY);
+    let tracking_error = number(&TRACKING_ERROR_MAX);
     Some(SafetySettings {
         temperature_c: read_temperature(section, models)?,
         voltage_v: read_voltage(section, models)?,

@@ -15,6 +15,8 @@ pub(super) struct ServoPlaces<'b> {
     taken: BTreeMap<(usize, u8), usize>,
     /// True for each bus that has a servo.
     is_used: Vec<bool>,
+    /// Models that do not speak their bus's language, each told once.
+    strangers: Vec<(usize, &'static str)>,
     /// Every model in use.
     pub(super) models: Vec<&'static ServoModel>,
 }
@@ -23,7 +25,7 @@ impl<'b> ServoPlaces<'b> {
     /// No servo yet.
     pub(super) fn new(buses: &'b [BusEntry<'b>]) -> ServoPlaces<'b> {
         let is_used = vec![false; buses.len()];
-        ServoPlaces { buses, taken: BTreeMap::new(), is_used, models: Vec::new() }
+        ServoPlaces { buses, taken: BTreeMap::new(), is_used, strangers: Vec::new(), models: Vec::new() }
     }
 
     /// Reads a joint's servo: `Some(None)` for a joint of a robot on paper, `None` for a fault.
@@ -60,9 +62,9 @@ impl<'b> ServoPlaces<'b> {
             self.is_used[bus] = true;
         }
         if let (Some(model), Some(bus)) = (model, bus) {
-            self.models.push(model);
-            check_language(servo, model, self.buses[bus].protocol);
+            self.check_language(servo, model, bus);
             check_baud(servo, model, self.buses[bus].bus.as_ref());
+            self.models.push(model);
         }
         if let (Some(bus), Some(id)) = (bus, id) {
             self.take(servo, bus, id);
@@ -73,7 +75,27 @@ impl<'b> ServoPlaces<'b> {
 
         let (model, reversed) = (model?, reversed?);
         let zero_count = zero_count(model, range_rad?, reversed);
-        Some(Servo { model, bus: bus?, id: ServoId(id?), reversed, zero_count })
+        Some(Servo { model, bus: bus?, id: ServoId(id?), reversed, zero_count, firmware: None })
+    }
+
+    /// One message is enough for all servos of one model on one bus.
+    fn check_language(&mut self, servo: &Section<'_>, model: &'static ServoModel, bus: usize) {
+        let Some(protocol) = self.buses[bus].protocol.filter(|protocol| *protocol != model.protocol) else {
+            return;
+        };
+        if self.strangers.contains(&(bus, model.name)) {
+            return;
+        }
+        self.strangers.push((bus, model.name));
+        servo.fault(
+            "model",
+            format!(
+                "a model that speaks {}, as its bus does; {} speaks {} (told once for all of them on this bus)",
+                protocol.name(),
+                model.name,
+                model.protocol.name()
+            ),
+        );
     }
 
     fn take(&mut self, servo: &Section<'_>, bus: usize, id: u8) {
@@ -109,19 +131,6 @@ fn read_id(servo: &Section<'_>) -> Option<u8> {
     let meaning = "the servo's id (254 is the broadcast address, 253 and 255 occur in packet headers)";
     let id = servo.integer("id", meaning, 0..=u32::from(Protocol::ID_MAX))?;
     u8::try_from(id).ok()
-}
-
-fn check_language(servo: &Section<'_>, model: &ServoModel, protocol: Option<Protocol>) {
-    let Some(protocol) = protocol.filter(|protocol| *protocol != model.protocol) else { return };
-    servo.fault(
-        "model",
-        format!(
-            "a model that speaks {}, as its bus does; {} speaks {}",
-            protocol.name(),
-            model.name,
-            model.protocol.name()
-        ),
-    );
 }
 
 fn check_baud(servo: &Section<'_>, model: &ServoModel, bus: Option<&Bus>) {

@@ -13,6 +13,7 @@ use super::number::Limits;
 use super::reader::Section;
 use super::source::Source;
 use super::{parse_with, read_text};
+use crate::model::Firmware;
 
 /// The version of the schema below.
 pub(super) const VERSION: u32 = 1;
@@ -54,12 +55,9 @@ pub struct UnitJoint {
     pub zero_count: f64,
     /// True once a person has seen that the joint turns the way the robot file says.
     pub direction_checked: bool,
-    /// Serial number of the servo, where it has one that can be read.
+    /// Firmware version of the servo at calibration, where it is known. A start warns of another one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub serial: Option<String>,
-    /// Firmware version of the servo at calibration, where it could be read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub firmware: Option<String>,
+    pub firmware: Option<Firmware>,
 }
 
 /// A unit, and the file it came from.
@@ -70,8 +68,9 @@ pub struct UnitJoint {
 /// |---|---|
 /// | top | `version` = 1, `robot_file`, (`calibrated_on`, a date), (`calibration_hash`) |
 /// | `[[bus]]` | `name`, `device` |
-/// | `[[joint]]` | `name`, `zero_count`, (`direction_checked` false), (`serial`), (`firmware`) |
+/// | `[[joint]]` | `name`, `zero_count`, (`direction_checked` false), (`firmware`) |
 ///
+/// The servos have no serial number that could be read; that of an adapter is in its path in `/dev/serial/by-id`.
 /// It is found by [`default_unit_path`] unless the user names another.
 #[derive(Debug, Clone)]
 pub struct UnitFile {
@@ -151,15 +150,24 @@ fn read_joint<'a>(joint: &Section<'a>, names: &mut Names<'a>) -> Option<UnitJoin
     let zero_count = joint.number("zero_count", "the servo's count at joint angle zero", Limits::Any);
     let meaning = "whether the joint was seen to turn the right way";
     let direction_checked = joint.flag_or("direction_checked", meaning, false);
-    let serial = joint.text_if_set("serial", "the servo's serial number");
-    let firmware = joint.text_if_set("firmware", "the servo's firmware version");
+    let firmware = read_firmware(joint);
     Some(UnitJoint {
         name: name?.to_owned(),
         zero_count: zero_count?,
         direction_checked: direction_checked?,
-        serial: serial?.map(str::to_owned),
-        firmware: firmware?.map(str::to_owned),
+        firmware: firmware?,
     })
+}
+
+/// `Some(None)` where it is not set, `None` for a fault.
+fn read_firmware(joint: &Section<'_>) -> Option<Option<Firmware>> {
+    let meaning = "the servo's firmware version, such as \"46\" (Dynamixel) or \"3.10\" (Feetech)";
+    let Some(text) = joint.text_if_set("firmware", meaning)? else { return Some(None) };
+    let firmware = text.parse();
+    if firmware.is_err() {
+        joint.fault("firmware", meaning);
+    }
+    firmware.ok().map(Some)
 }
 
 /// Texts of one key, each of which may be given only once.

@@ -32,9 +32,9 @@ impl Unit {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{:?} {date:?}", self.robot_file);
         for joint in joints {
-            let UnitJoint { name, zero_count, direction_checked, serial, firmware } = joint;
+            let UnitJoint { name, zero_count, direction_checked, firmware } = joint;
             let bits = zero_count.to_bits();
-            let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {serial:?} {firmware:?}");
+            let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {firmware:?}");
             let described = robot.joints.iter().find(|of| of.name == *name);
             // An axis turned round reverses the joint as `reversed` does.
             let axis = described.map(|of| of.axis.to_array().map(f64::to_bits));
@@ -58,21 +58,21 @@ impl Unit {
 }
 
 impl UnitFile {
-    /// Gives each servo of `robot` its zero count.
+    /// Gives each servo of `robot` its zero count and the firmware it was calibrated with.
     ///
     /// # Errors
     /// Every bus and joint the robot does not have, and every joint whose range would cross the seam of its
     /// servo's encoder. `robot` is unchanged then.
     pub fn apply(&self, robot: &mut Robot) -> Result<(), ConfigError> {
         let mut faults = self.stranger_buses(robot);
-        let mut zero_counts = Vec::new();
+        let mut calibrations = Vec::new();
         for (place, entry) in self.unit.joints.iter().enumerate() {
             let found = robot.joints.iter().position(|joint| joint.name == entry.name);
             match found.map(|index| (index, &robot.joints[index])) {
                 Some((index, joint @ Joint { servo: Some(servo), .. })) => {
                     let servo = Servo { zero_count: entry.zero_count, ..*servo };
                     match travel_fault(joint, &servo) {
-                        None => zero_counts.push((index, entry.zero_count)),
+                        None => calibrations.push((index, entry)),
                         Some(expected) => {
                             faults.push(self.fault(&format!("joint[{place}].zero_count"), expected));
                         }
@@ -89,9 +89,9 @@ impl UnitFile {
             faults.sort_by_key(|fault| fault.line);
             return Err(ConfigError { faults });
         }
-        for (index, zero_count) in zero_counts {
+        for (index, entry) in calibrations {
             if let Some(servo) = &mut robot.joints[index].servo {
-                servo.zero_count = zero_count;
+                (servo.zero_count, servo.firmware) = (entry.zero_count, entry.firmware);
             }
         }
         Ok(())

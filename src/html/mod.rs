@@ -31,6 +31,8 @@ struct Data<'a> {
     time: Vec<f64>,
     activity: Vec<usize>,
     trunk: Vec<[f64; 3]>,
+    /// Unit quaternion, x y z w.
+    turn: Vec<[f64; 4]>,
     /// Of each joint, in the order of the chains.
     measured: Vec<Vec<f64>>,
     goal: Vec<Vec<Option<f64>>>,
@@ -75,7 +77,7 @@ fn data(recording: &Recording) -> Data<'_> {
     Data {
         robot: &robot.name,
         gait: &recording.header.gait,
-        speed_m_s: recording.header.speed_m_s,
+        speed_m_s: recording.header.command.speed_m_s,
         ended: match &recording.ending {
             Ending::Outcome(outcome) => {
                 let entry = |key: &str| outcome.get(key).map_or("", String::as_str);
@@ -94,6 +96,10 @@ fn data(recording: &Recording) -> Data<'_> {
             .map(|sample| {
                 (sample.trunk_in_world(robot) * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0))
             })
+            .collect(),
+        turn: frames
+            .iter()
+            .map(|sample| sample.targets.trunk_turn.to_array().map(|part| rounded(part, 1e5)))
             .collect(),
         measured: (0..robot.joints.len())
             .map(|joint| {

@@ -3,125 +3,122 @@
 //! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that
 //! soft joints take more of it, as in CCD. A joint that a step would push past a limit goes onto the limit,
 //! leaves the free set, and the others are solved again for what is left. Damping shrinks after a step that
-//! came nearer and grows after one that did not (Levenberg and Marquardt), so a target out of reach ends in
-//! the nearest pose instead of an oscillation.
+//! came nearer and grows after one that did not (Levenberg and Marquardt).
 
-use glam::{DMat3, DVec3};
+use super::chain::ChainSolver;
+use super::geometry::{Geometry, Vector};
+use super::pose::{PosedJoint, SMALL_TURN_RAD};
 
-use super::Solver;
-
-/// Most steps in one solve.
-const STEPS_MAX: u32 = 24;
+/// Most steps in one solve. On a path it takes two; what is not reached in these is mostly out of reach.
+const STEPS_MAX: u32 = 8;
 /// Largest turn of one joint in one step, rad.
-const TURN_MAX_RAD: f64 = 0.25;
+pub(super) const TURN_MAX_RAD: f64 = SMALL_TURN_RAD;
 /// Damping at the start, as a share of the trace of J W J^T.
 const DAMPING_START: f64 = 1e-6;
-/// Damping past which no step comes nearer: the pose is the nearest.
-const DAMPING_GIVE_UP: f64 = 1e3;
+/// Damping below which steps do not change any more.
+const DAMPING_MIN: f64 = 1e-12;
+/// What the pull to the neutral posture may cost at most, m per metre of chain; the next steps win it back.
+const PULL_COST_SHARE: f64 = 0.01;
 
-impl Solver {
-    pub(super) fn finish(&mut self, target: DVec3, pull: f64, tolerance_m: f64, angles: &mut [f64]) {
-        let mut distance_m = self.tip().distance(target);
+impl<G: Geometry> ChainSolver<G> {
+    /// Takes the tip to `target`, if the joints are free to follow it. `pull` is the share of the way to the
+    /// neutral posture they go where that does not move the tip.
+    pub(super) fn finish(&mut self, target: G::Vector, mut pull: f64) {
+        let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
-        let mut pull = pull;
         for _ in 0..STEPS_MAX {
-            if distance_m <= tolerance_m && pull <= 0.0 {
+            if distance_m <= self.tolerance_m() && pull <= 0.0 {
                 return;
             }
-            self.bounded_step(target, pull, damping, angles);
-            for (index, hinge) in self.hinges.iter().enumerate() {
-                let (low, high) = hinge.range_rad;
-                self.trial[index] = (angles[index] + self.step[index]).clamp(low, high);
-            }
-            let trial = std::mem::take(&mut self.trial);
-            self.place(&trial);
-            self.trial = trial;
-            let new_distance_m = self.tip().distance(target);
-            // The pull step may cost a little distance, which the next steps win back.
-            if new_distance_m < distance_m || pull > 0.0 {
-                let gain_m = distance_m - new_distance_m;
-                angles.copy_from_slice(&self.trial);
+            self.choose_step(target, pull, damping);
+            self.take_step();
+            let new_distance_m = self.distance_m(target);
+            let cost_max_m = if pull > 0.0 { PULL_COST_SHARE * self.length_m } else { 0.0 };
+            if new_distance_m < distance_m + cost_max_m {
                 distance_m = new_distance_m;
-                damping = (damping * 0.1).max(1e-12);
-                // Nothing left to win: out of reach, at the nearest pose.
-                if pull <= 0.0 && gain_m < 1e-3 * tolerance_m {
-                    return;
-                }
+                damping = (damping * 0.1).max(DAMPING_MIN);
             } else {
-                self.place(angles);
+                self.take_step_back();
                 damping *= 10.0;
-                if damping > DAMPING_GIVE_UP {
-                    return;
-                }
             }
             pull = 0.0;
         }
     }
 
-    /// Writes into `step` the bounded step from `angles` towards `target`, with a pull to the neutral pose
-    /// where that does not move the tip.
-    fn bounded_step(&mut self, target: DVec3, pull: f64, damping: f64, angles: &[f64]) {
-        let count = self.hinges.len();
-        self.is_free.fill(true);
-        self.step.fill(0.0);
-        let tip = self.tip();
-        for index in 0..count {
-            self.columns[index] = self.axes[index].cross(tip - self.places[index]);
+    /// Chooses the bounded step towards `target`, with a pull to the neutral pose where that does not move
+    /// the tip.
+    fn choose_step(&mut self, target: G::Vector, pull: f64, damping: f64) {
+        let miss = target - self.tip;
+        let mut sums = Sums::new(miss);
+        for joint in &mut self.joints {
+            joint.column = G::motion(joint.axis, self.tip - joint.place);
+            joint.pull_rad = pull * (joint.neutral_rad - joint.angle.rad);
+            joint.is_free = true;
+            sums.add(joint);
         }
-        // Each pass fixes at least one joint on a limit, so there are at most count + 1.
-        for _ in 0..=count {
-            let mut wanted = target - tip;
-            let mut normal = DMat3::ZERO;
-            for index in 0..count {
-                let column = self.columns[index];
-                if self.is_free[index] {
-                    let weight = self.hinges[index].stiffness;
-                    normal += outer(column, column * weight);
-                    // What the pull moves the tip by, the step must take back.
-                    wanted -= column * self.pull_of(index, pull, angles);
-                } else {
-                    wanted -= column * self.step[index];
-                }
-            }
-            let trace = normal.x_axis.x + normal.y_axis.y + normal.z_axis.z;
-            let damped = normal + DMat3::from_diagonal(DVec3::splat(damping * trace + f64::MIN_POSITIVE));
-            let multiplier = damped.inverse() * wanted;
-            if !multiplier.is_finite() {
-                return;
-            }
-            let mut largest: f64 = 0.0;
-            for index in (0..count).filter(|&index| self.is_free[index]) {
-                let turn = self.hinges[index].stiffness * self.columns[index].dot(multiplier)
-                    + self.pull_of(index, pull, angles);
-                self.step[index] = turn;
-                largest = largest.max(turn.abs());
-            }
-            let scale = if largest > TURN_MAX_RAD { TURN_MAX_RAD / largest } else { 1.0 };
-            let mut is_settled = true;
-            for (index, &angle) in angles.iter().enumerate() {
-                if !self.is_free[index] {
-                    continue;
-                }
-                let (low, high) = self.hinges[index].range_rad;
-                let wanted = angle + scale * self.step[index];
-                let allowed = wanted.clamp(low, high);
-                self.step[index] = allowed - angle;
-                if (allowed - wanted).abs() > 0.0 {
-                    self.is_free[index] = false;
-                    is_settled = false;
-                }
-            }
-            if is_settled {
-                return;
+        // Each pass holds at least one more joint on a limit.
+        while !self.turn_free_joints(sums.multiplier(damping)) {
+            sums = Sums::new(miss);
+            for joint in &self.joints {
+                sums.add(joint);
             }
         }
     }
 
-    fn pull_of(&self, index: usize, pull: f64, angles: &[f64]) -> f64 {
-        pull * (self.hinges[index].neutral_rad - angles[index])
+    /// Turns the free joints as `multiplier` says, all by the same share of it where one would turn too far;
+    /// false if one met a limit, which it is now held by.
+    #[inline]
+    fn turn_free_joints(&mut self, multiplier: G::Vector) -> bool {
+        let mut largest_rad: f64 = 0.0;
+        let mut is_settled = true;
+        for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+            joint.turn_rad = joint.stiffness * joint.column.dot(multiplier) + joint.pull_rad;
+            largest_rad = largest_rad.max(joint.turn_rad.abs());
+            is_settled &= joint.holds(joint.angle.rad + joint.turn_rad);
+        }
+        if is_settled && largest_rad <= TURN_MAX_RAD {
+            return true;
+        }
+        let share = (TURN_MAX_RAD / largest_rad).min(1.0);
+        is_settled = true;
+        for joint in self.joints.iter_mut().filter(|joint| joint.is_free) {
+            let wanted = joint.angle.rad + share * joint.turn_rad;
+            joint.is_free = joint.holds(wanted);
+            joint.turn_rad = joint.held(wanted) - joint.angle.rad;
+            is_settled &= joint.is_free;
+        }
+        is_settled
     }
 }
 
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+/// What a step is solved from.
+struct Sums<V: Vector> {
+    /// J W J^T of the free joints.
+    normal: V::Normal,
+    /// Where the tip still has to go once the pull and the held joints have turned.
+    wanted: V,
+}
+
+impl<V: Vector> Sums<V> {
+    fn new(miss: V) -> Self {
+        Sums { normal: V::Normal::default(), wanted: miss }
+    }
+
+    #[inline]
+    fn add<G: Geometry<Vector = V>>(&mut self, joint: &PosedJoint<G>) {
+        if joint.is_free {
+            joint.column.add_to(&mut self.normal, joint.stiffness);
+            self.wanted = self.wanted - joint.column * joint.pull_rad;
+        } else {
+            self.wanted = self.wanted - joint.column * joint.turn_rad;
+        }
+    }
+
+    /// The multiplier of the step: each free joint turns by its stiffness times its column times this.
+    #[inline]
+    fn multiplier(&self, damping: f64) -> V {
+        let multiplier = self.wanted.solved_by(&self.normal, damping);
+        // Where no free joint moves the tip, there is none.
+        if multiplier.dot(multiplier).is_finite() { multiplier } else { V::default() }
+    }
 }

@@ -3,6 +3,7 @@
 //! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
 //! tentacles and figures.
 
+mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
@@ -12,6 +13,7 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
+pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
 
 /// A whole robot.
@@ -87,6 +89,8 @@ pub struct Servo {
     /// Count at joint angle zero; may lie outside the servo's own range. Without a unit file the horn
     /// counts as mounted so that the middle of the joint's range is the middle of the servo's range.
     pub zero_count: f64,
+    /// Firmware it was calibrated with, where the unit file says so.
+    pub firmware: Option<Firmware>,
 }
 
 /// A serial bus.
@@ -129,8 +133,10 @@ pub struct HorseMotion {
     pub swing_lift_m: f64,
     /// Share of the swing time in which the foot gains, and again loses, its speed; 0 < r < 0.5.
     pub swing_ramp_share: f64,
-    /// Largest acceleration of the trunk, m/s^2.
+    /// Largest acceleration of the trunk, and of every leg's plane in a turn, m/s^2.
     pub acceleration_m_s2: f64,
+    /// Fastest turn of the trunk, rad/s.
+    pub yaw_rate_max_rad_s: f64,
     /// The gaits it knows.
     pub gaits: Vec<Gait>,
 }
@@ -144,6 +150,22 @@ pub struct Gait {
     pub duty_factor: f64,
     /// Lift-off of each leg as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
     pub lags: [f64; 4],
+    /// How the trunk rises and falls in it.
+    pub bob: Bob,
+    /// Where gaits are chosen by speed: the Froude number V^2 / (g h), h the standing height, above which a horse
+    /// takes the next faster gait. None for a gait that is taken only by name.
+    pub auto_froude_max: Option<f64>,
+}
+
+/// How the trunk rises and falls round its mean height: a cosine over the stride.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bob {
+    /// From lowest to highest, m.
+    pub rise_m: f64,
+    /// How often in a stride.
+    pub per_stride: u32,
+    /// When it is highest: stride since the left hind's lift-off.
+    pub highest_at: f64,
 }
 
 /// Limits that hold whatever the motion asks.

@@ -69,6 +69,8 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 pub struct Registers {
     /// Model number, read at start.
     pub model_number: Register,
+    /// Firmware version, and what stands behind its point where it has one.
+    pub firmware: (Register, Option<Register>),
     /// What must hold before a run, since the registers above mean something else in other modes.
     pub expected: &'static [(Register, i64)],
     /// Where the return delay is, in units of 2 microseconds, if it is told.
@@ -106,6 +108,7 @@ pub struct Registers {
 /// The torque limit is Goal PWM (100): every model has it in position mode.
 pub static DYNAMIXEL_X: Registers = Registers {
     model_number: register(0, 2, Encoding::Unsigned),
+    firmware: (register(6, 1, Encoding::Unsigned), None),
     // Operating Mode 3 is position control; in mode 16 the torque limit would be the motor's drive itself.
     expected: &[(register(11, 1, Encoding::Unsigned), 3)],
     return_delay: Some(register(9, 1, Encoding::Unsigned)),
@@ -132,6 +135,7 @@ pub static DYNAMIXEL_X: Registers = Registers {
 /// Feetech STS (wiki `parameter/memory-sts.md`).
 pub static FEETECH_STS: Registers = Registers {
     model_number: register(3, 2, Encoding::Unsigned),
+    firmware: (register(0, 1, Encoding::Unsigned), Some(register(1, 1, Encoding::Unsigned))),
     // Mode 0 is position control.
     expected: &[(register(33, 1, Encoding::Unsigned), 0)],
     // Register 7 is reserved on STS.
@@ -303,7 +307,16 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
     },
 ];
 
+/// What servos tell of a voltage, V: a reading this much above a limit may be at it.
+const VOLTAGE_STEP_V: f64 = 0.1;
+
 impl ServoModel {
+    /// Whether a servo that reports the supply `voltage_v` has more than it takes. It counts in steps of 0.1 V, so one
+    /// step more may be the limit itself.
+    pub fn is_too_much(&self, voltage_v: f64) -> bool {
+        voltage_v > self.voltage_max_v + VOLTAGE_STEP_V
+    }
+
     /// The model of this name, if there is one.
     pub fn named(name: &str) -> Option<&'static ServoModel> {
         SERVO_MODELS.iter().find(|model| model.name == name)

@@ -37,6 +37,11 @@ pub struct Command {
 }
 
 impl Command {
+    /// Straight ahead and level at `speed_m_s` in the gait with index `gait`.
+    pub fn ahead(gait: usize, speed_m_s: f64) -> Command {
+        Command { gait: GaitChoice::Gait(gait), speed_m_s, ..Command::default() }
+    }
+
     /// True if every number is one.
     pub fn is_finite(&self) -> bool {
         let Posture { rise_m, pitch_rad, roll_rad, sway_m } = self.posture;
@@ -70,4 +75,17 @@ pub struct Posture {
     pub roll_rad: f64,
     /// To the left of its feet, m.
     pub sway_m: f64,
+}
+
+impl Posture {
+    /// The posture `share` of the way from this one to `other`.
+    pub fn towards(self, other: Posture, share: f64) -> Posture {
+        let between = |a: f64, b: f64| a + (b - a) * share;
+        Posture {
+            rise_m: between(self.rise_m, other.rise_m),
+            pitch_rad: between(self.pitch_rad, other.pitch_rad),
+            roll_rad: between(self.roll_rad, other.roll_rad),
+            sway_m: between(self.sway_m, other.sway_m),
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! The curves motions are made of: the smooth step, the trunk's speed ramp, the swing of a foot.
+//! The curves motions are made of: the smooth step and the swing of a foot.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,51 +12,8 @@ pub fn smooth_step(u: f64) -> f64 {
 pub const SMOOTH_STEP_SLOPE_MAX: f64 = 1.875;
 
 /// Integral of [`smooth_step`] from 0 to u, for 0 <= u <= 1.
-fn smooth_step_integral(u: f64) -> f64 {
+pub fn smooth_step_integral(u: f64) -> f64 {
     u * u * u * u * (2.5 + u * (u - 3.0))
-}
-
-/// The trunk's speed over time, known ahead: constant, then a smooth step to another constant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpeedRamp {
-    /// When it begins, s.
-    pub start_s: f64,
-    /// How long it takes, s; more than 0.
-    pub duration_s: f64,
-    /// Speed until it begins, m/s.
-    pub from_m_s: f64,
-    /// Speed once it is over, m/s.
-    pub to_m_s: f64,
-    /// Where the trunk is when it begins, m.
-    pub start_m: f64,
-}
-
-impl SpeedRamp {
-    /// Standing still at `place_m` for good.
-    pub fn still(place_m: f64) -> SpeedRamp {
-        SpeedRamp { start_s: 0.0, duration_s: 1.0, from_m_s: 0.0, to_m_s: 0.0, start_m: place_m }
-    }
-
-    /// When it is over, s.
-    pub fn end_s(&self) -> f64 {
-        self.start_s + self.duration_s
-    }
-
-    /// Speed at time `s`, m/s.
-    pub fn speed_m_s(&self, s: f64) -> f64 {
-        let u = (s - self.start_s) / self.duration_s;
-        self.from_m_s + (self.to_m_s - self.from_m_s) * smooth_step(u)
-    }
-
-    /// Place at time `s`, m; before the ramp as well as after it.
-    pub fn place_m(&self, s: f64) -> f64 {
-        let elapsed = s - self.start_s;
-        let u = (elapsed / self.duration_s).clamp(0.0, 1.0);
-        let change = self.to_m_s - self.from_m_s;
-        self.start_m
-            + self.from_m_s * elapsed
-            + change * (self.duration_s * smooth_step_integral(u) + (elapsed - self.duration_s).max(0.0))
-    }
 }
 
 /// How a foot swings: the share of its way, and its height, over the swing time.
@@ -85,6 +42,11 @@ impl SwingCurve {
         }
     }
 
+    /// Largest speed of a foot that swings `way_m`, m/s.
+    pub fn fastest_m_s(&self, way_m: f64) -> f64 {
+        way_m / ((1.0 - self.ramp_share) * self.time_s)
+    }
+
     /// Height above the ground at the share `u` of the time, m: lift sin^2(pi u).
     pub fn height_m(&self, u: f64) -> f64 {
         let sine = (PI * u.clamp(0.0, 1.0)).sin();
@@ -102,28 +64,22 @@ impl SwingCurve {
     /// `speed_m_s` before it is as fast as the trunk, m; the same ahead of the landing point.
     /// `period_s` is the stride's.
     pub fn overshoot_m(&self, speed_m_s: f64, period_s: f64) -> f64 {
-        let acceleration =
-            speed_m_s * period_s / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
-        if acceleration <= 0.0 { 0.0 } else { 0.5 * speed_m_s * speed_m_s / acceleration }
+        0.5 * speed_m_s * self.catch_up_s(speed_m_s * period_s, speed_m_s)
+    }
+
+    /// Time from lift-off until the foot, on a swing of `way_m`, is as fast as a trunk at `speed_m_s`, s; the
+    /// same from when it is slower again until it lands. At most the time of the ramp; 0 where it goes the
+    /// other way.
+    pub fn catch_up_s(&self, way_m: f64, speed_m_s: f64) -> f64 {
+        let ramp_s = self.ramp_share * self.time_s;
+        let acceleration = way_m / ((1.0 - self.ramp_share) * ramp_s * self.time_s);
+        if acceleration * speed_m_s <= 0.0 { 0.0 } else { (speed_m_s / acceleration).min(ramp_s) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_ramp_goes_as_far_as_its_speed_says() {
-        let ramp = SpeedRamp { start_s: 1.0, duration_s: 2.0, from_m_s: 0.3, to_m_s: 1.5, start_m: 4.0 };
-        let (mut place, dt) = (ramp.place_m(0.0), 1e-4);
-        for step in 0..50_000 {
-            let s = f64::from(step) * dt;
-            place += ramp.speed_m_s(s + 0.5 * dt) * dt;
-            assert!((place - ramp.place_m(s + dt)).abs() < 1e-7, "at {s} s");
-        }
-        // Mean of both speeds over the ramp.
-        assert!((ramp.place_m(3.0) - (4.0 + 0.9 * 2.0)).abs() < 1e-12);
-    }
 
     #[test]
     fn a_foot_starts_and_lands_at_rest_and_never_exceeds_its_acceleration() {

@@ -1,6 +1,7 @@
 //! One joint, slowly to an angle, held for a moment and let go; all others stay limp.
 
 use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
+use super::ends::Ends;
 use super::{Activity, Order};
 use crate::model::Robot;
 use crate::signals::{Aim, Permission, State, Targets};
@@ -13,17 +14,16 @@ const TURN_MIN_S: f64 = 0.5;
 /// Where the joint is between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
-/// Limp -> TorqueUp -> Turn -> Hold -> Done
+/// Limp -> TorqueUp -> Turn -> Hold -> LetGo -> Done
 ///            |          |       |       ^
 ///            +----------+-------+-------+   any order to stop, or permission Stop
 /// ```
+/// The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Limp,
-    TorqueUp { from: f64 },
+    Ends(Ends),
     Turn { from: f64, duration: f64 },
     Hold { from: f64 },
-    Done,
 }
 
 /// Makes the targets of a robot of which one joint moves.
@@ -34,7 +34,7 @@ pub struct Jog {
     phase: Phase,
     /// Motion time, s: stands still while safety holds.
     now_s: f64,
-    /// Every joint as it was measured at the start, rad.
+    /// Every joint where the turn, or the letting go, began, rad.
     start_pose_rad: Vec<f64>,
     measured_rad: Option<f64>,
     torque_ramp_s: f64,
@@ -50,7 +50,7 @@ impl Jog {
         Jog {
             joint,
             goal_rad: if goal_rad.is_finite() { goal_rad.clamp(low, high) } else { of.middle_rad() },
-            phase: Phase::Limp,
+            phase: Phase::Ends(Ends::Limp),
             now_s: 0.0,
             start_pose_rad: vec![0.0; robot.joints.len()],
             measured_rad: None,
@@ -64,14 +64,14 @@ impl Jog {
         self.goal_rad
     }
 
-    /// Where the joint was when it was let go, rad; none before, and if it never had torque.
+    /// Where the joint was when its torque began to fall, rad; none before, and if it never had torque.
     pub fn measured_rad(&self) -> Option<f64> {
         self.measured_rad
     }
 
     /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        if state.permission == Permission::Hold && order == Order::Go {
+        if state.permission == Permission::Hold && !order.is_stop() {
             return;
         }
         self.now_s += dt_s;
@@ -81,27 +81,27 @@ impl Jog {
 
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
-        let must_end = order != Order::Go || state.permission == Permission::Stop;
-        let next = match self.phase {
-            _ if must_end => Phase::Done,
-            // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
-            Phase::Limp if state.is_fresh() => {
-                for (start, joint) in self.start_pose_rad.iter_mut().zip(&state.joints) {
-                    *start = joint.position_rad;
+        let must_end = order.is_stop() || state.permission == Permission::Stop;
+        self.phase = match self.phase {
+            Phase::Ends(Ends::TorqueUp { from }) if must_end => {
+                self.let_go(((now - from) / self.torque_ramp_s).min(1.0), state)
+            }
+            Phase::Ends(end) => {
+                match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
+                    Some(end) => Phase::Ends(end),
+                    None => Phase::Turn { from: now, duration: self.turn_duration_s() },
                 }
-                Phase::TorqueUp { from: now }
             }
-            Phase::TorqueUp { from } if now >= from + self.torque_ramp_s => {
-                Phase::Turn { from: now, duration: self.turn_duration_s() }
-            }
+            Phase::Turn { .. } if must_end => self.let_go(1.0, state),
             Phase::Turn { from, duration } if now >= from + duration => Phase::Hold { from: now },
-            Phase::Hold { from } if now >= from + HOLD_S => Phase::Done,
+            Phase::Hold { from } if must_end || now >= from + HOLD_S => self.let_go(1.0, state),
             unchanged => unchanged,
         };
-        if next == Phase::Done && !matches!(self.phase, Phase::Limp | Phase::Done) {
-            self.measured_rad = Some(state.joints[self.joint].position_rad);
-        }
-        self.phase = next;
+    }
+
+    fn let_go(&mut self, share: f64, state: &State) -> Phase {
+        self.measured_rad = Some(state.joints[self.joint].position_rad);
+        Phase::Ends(Ends::let_go(self.now_s, share, state, &mut self.start_pose_rad))
     }
 
     /// Time for the turn at no more than the slow rate, s.
@@ -111,12 +111,16 @@ impl Jog {
     }
 
     fn write_targets(&self, targets: &mut Targets) {
+        targets.torque_share = match self.phase {
+            Phase::Ends(end) => end.torque_share(self.now_s, self.torque_ramp_s),
+            Phase::Turn { .. } | Phase::Hold { .. } => 1.0,
+        };
         let share = match self.phase {
-            Phase::Limp | Phase::Done => {
+            Phase::Ends(end) if end.is_limp() => {
                 targets.aim = Aim::Limp;
                 return;
             }
-            Phase::TorqueUp { .. } => 0.0,
+            Phase::Ends(_) => 0.0,
             Phase::Turn { from, duration } => smooth_step((self.now_s - from) / duration),
             Phase::Hold { .. } => 1.0,
         };
@@ -129,9 +133,8 @@ impl Jog {
     /// What the robot is doing.
     pub fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Limp => Activity::Limp,
-            Phase::TorqueUp { .. } | Phase::Turn { .. } | Phase::Hold { .. } => Activity::Jogging,
-            Phase::Done => Activity::Done,
+            Phase::Ends(end) => end.activity(Activity::Jogging),
+            Phase::Turn { .. } | Phase::Hold { .. } => Activity::Jogging,
         }
     }
 }

@@ -5,6 +5,7 @@
 
 mod command;
 pub mod curves;
+mod ends;
 pub mod horse;
 mod jog;
 
@@ -54,7 +55,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// A limp robot that will walk as `plan` says for `walk_for_s` once ordered to.
+    /// A limp robot that will follow the command of `plan` for `walk_for_s` once ordered to.
     pub fn new(robot: &Robot, plan: HorsePlan, walk_for_s: f64) -> Generator {
         Generator::Horse(Box::new(HorseGenerator::new(robot, plan, walk_for_s)))
     }
@@ -80,6 +81,14 @@ impl Generator {
         match self {
             Generator::Horse(horse) => horse.speed_m_s(),
             Generator::Jog(_) => 0.0,
+        }
+    }
+
+    /// The horse on its feet; none for a jog.
+    pub fn drive(&self) -> Option<&horse::Drive> {
+        match self {
+            Generator::Horse(horse) => Some(horse.drive()),
+            Generator::Jog(_) => None,
         }
     }
 }

@@ -127,7 +127,7 @@ const PRIORITY: libc::c_int = 80;
 const STACK_BYTES: usize = 256 * 1024;
 
 /// Asks for what keeps the calling thread punctual: fixed priority (`SCHED_FIFO`), memory that stays in RAM,
-/// timers without slack and, if given, a processor of its own. Threads made later do not inherit the priority,
+/// timers without slack and, if given, one `processor` to stay on. Threads made later do not inherit the priority,
 /// but do inherit the processor.
 ///
 /// Call it on the loop's thread, when all its memory is taken. Returns a line of text for each request:
@@ -155,7 +155,11 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     }
     if let Some(processor) = processor {
         said.push(match keep_to(processor) {
-            Ok(()) => format!("on processor {processor} alone"),
+            // Nothing here keeps other programs off it.
+            Ok(()) => format!(
+                "kept to processor {processor}, which other programs may use too; 'isolcpus={processor}' on the \
+                 kernel's command line keeps them off it"
+            ),
             Err(error) => format!(
                 "not kept to processor {processor} ({error}): choose one of the machine's, counted from 0"
             ),
@@ -164,11 +168,22 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     said
 }
 
+/// Makes the calling thread an ordinary one again: what is done after the loop has no claim on the processor. Does
+/// nothing to a thread that never was more.
+pub fn end_real_time() {
+    let _ = set_priority(libc::SCHED_OTHER, 0);
+}
+
 fn set_fixed_priority() -> io::Result<()> {
+    set_priority(libc::SCHED_FIFO, PRIORITY)
+}
+
+fn set_priority(policy: libc::c_int, priority: libc::c_int) -> io::Result<()> {
     // SAFETY: all-zero is a valid sched_param; on some C libraries it has more fields than the one set here.
     let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
-    parameters.sched_priority = PRIORITY;
-    let policy = libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK;
+    parameters.sched_priority = priority;
+    // Not even the way back is permitted without the flag, once it was set (sched(7)).
+    let policy = policy | libc::SCHED_RESET_ON_FORK;
     // SAFETY: 0 is the calling thread; `parameters` outlives the call.
     match unsafe { libc::sched_setscheduler(0, policy, &parameters) } {
         0 => Ok(()),
@@ -238,7 +253,24 @@ mod tests {
     #[test]
     fn real_time_is_asked_for_and_the_answer_said() {
         // In a thread of its own, which takes its priority with it.
-        let said = std::thread::spawn(|| request_real_time(Some(usize::MAX))).join().unwrap();
+        let asked = std::thread::spawn(|| {
+            let said = request_real_time(Some(usize::MAX));
+            // SAFETY: 0 is the calling thread.
+            let policies = [unsafe { libc::sched_getscheduler(0) }, {
+                end_real_time();
+                // SAFETY: as above.
+                unsafe { libc::sched_getscheduler(0) }
+            }];
+            (said, policies)
+        });
+        let (said, policies) = asked.join().unwrap();
+        let is_permitted = said[0].starts_with("real-time priority");
+        let wanted = if is_permitted { libc::SCHED_FIFO } else { libc::SCHED_OTHER };
+        assert_eq!(
+            policies.map(|policy| policy & !libc::SCHED_RESET_ON_FORK),
+            [wanted, libc::SCHED_OTHER],
+            "{said:?}"
+        );
         assert!(said.len() >= 3, "{said:?}");
         assert!(said[0].contains("real-time priority"), "{said:?}");
         assert!(said[1].contains("RAM"), "{said:?}");

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ik::Method;
 use crate::model::Robot;
+use crate::motion::Command;
 use crate::run::RunPlan;
 
 /// The attachment `run.json`.
@@ -19,8 +20,8 @@ pub struct RunHeader {
     pub started_unix_ns: u64,
     /// Name of the gait.
     pub gait: String,
-    /// Speed to walk at, m/s.
-    pub speed_m_s: f64,
+    /// What it was to do while the operator said no more than to go.
+    pub command: Command,
     /// How long to walk, s.
     pub walk_for_s: f64,
     /// How targets are solved.
@@ -40,7 +41,7 @@ pub struct ServoHeader {
 
 impl RunHeader {
     /// Version of the recordings this program writes and reads.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// For a run of `robot` as `plan` says.
     pub fn new(robot: &Robot, plan: &RunPlan, robot_file: &str, started_unix_ns: u64) -> RunHeader {
@@ -52,8 +53,8 @@ impl RunHeader {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             robot_file: robot_file.to_owned(),
             started_unix_ns,
-            gait: plan.horse.gait.name.clone(),
-            speed_m_s: plan.horse.speed_m_s,
+            gait: plan.horse.gait_name(plan.horse.command.gait).to_owned(),
+            command: plan.horse.command,
             walk_for_s: plan.walk_for_s,
             ik: plan.method,
             servos: robot.joints.iter().map(servo).collect(),

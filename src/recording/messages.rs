@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::motion::{Activity, Order};
-use crate::signals::{Aim, Permission};
+use crate::signals::{Aim, Feedback, Permission};
 use crate::units::Time;
 
 /// Seconds and nanoseconds, as Foxglove has them.
@@ -60,6 +60,12 @@ pub struct Quaternion {
     pub w: f64,
 }
 
+impl From<Quaternion> for DQuat {
+    fn from(q: Quaternion) -> DQuat {
+        DQuat::from_xyzw(q.x, q.y, q.z, q.w)
+    }
+}
+
 impl From<DQuat> for Quaternion {
     fn from(q: DQuat) -> Quaternion {
         Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }
@@ -78,7 +84,12 @@ pub struct Pose {
 impl Pose {
     /// At `position`, not turned.
     pub fn at(position: DVec3) -> Pose {
-        Pose { position: position.into(), orientation: DQuat::IDENTITY.into() }
+        Pose::turned(position, DQuat::IDENTITY)
+    }
+
+    /// At `position`, turned by `turn`.
+    pub fn turned(position: DVec3, turn: DQuat) -> Pose {
+        Pose { position: position.into(), orientation: turn.into() }
     }
 }
 
@@ -121,13 +132,13 @@ pub struct Servo<'a> {
     /// Name of the joint it turns.
     pub joint: Cow<'a, str>,
     /// What it was told; left out when it was told to be limp.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalRegisters>,
     /// How its reply came.
     pub result: SlotResult,
-    /// The reply, if it was good.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub reply: Option<Reply>,
+    /// The reply, if it was good, in the servo's own counts and units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reply: Option<Feedback>,
 }
 
 /// Goal registers.
@@ -151,23 +162,6 @@ pub enum SlotResult {
     Corrupt,
 }
 
-/// What a servo reported: see [`crate::bus::Feedback`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reply {
-    /// Counts.
-    pub position: i32,
-    /// The speed register's unit.
-    pub speed: i32,
-    /// The load register's unit.
-    pub load: i32,
-    /// 0.1 V.
-    pub voltage_decivolt: u16,
-    /// Degrees Celsius.
-    pub temperature_c: u8,
-    /// Alarm bits.
-    pub alarms: u8,
-}
-
 /// `hippocamp.Feet`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Feet<'a> {
@@ -183,22 +177,22 @@ pub struct Foot<'a> {
     /// Name of the chain.
     pub chain: Cow<'a, str>,
     /// Where inverse kinematics was to bring it; left out when joint angles were asked for, or nothing.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_in_body: Option<Vector3>,
     /// The same in the world; left out while nothing walks.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_in_world: Option<Vector3>,
     /// Where it is by the measured joints; left out until all of the chain's have been heard.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_in_body: Option<Vector3>,
     /// The same in the world, as if the trunk were where it is planned to be; left out while nothing walks.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_in_world: Option<Vector3>,
     /// What inverse kinematics left, m; left out where it is infinite.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_m: Option<f64>,
     /// The walker's plan for it; left out while nothing walks.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<FootPlan>,
 }
 
@@ -209,6 +203,8 @@ pub struct FootPlan {
     pub in_world: Vector3,
     /// Ahead of the neutral foot point.
     pub excursion_m: f64,
+    /// Way of its leg's plane since the walk began.
+    pub plane_way_m: f64,
     /// True in the air.
     pub is_swing: bool,
     /// Largest acceleration of the swing.
@@ -310,30 +306,4 @@ pub struct FrameTransform<'a> {
     pub translation: Vector3,
     /// The child's rotation in the parent.
     pub rotation: Quaternion,
-}
-
-impl From<crate::bus::Feedback> for Reply {
-    fn from(reply: crate::bus::Feedback) -> Reply {
-        Reply {
-            position: reply.position,
-            speed: reply.speed,
-            load: reply.load,
-            voltage_decivolt: reply.voltage_decivolt,
-            temperature_c: reply.temperature_c,
-            alarms: reply.alarms,
-        }
-    }
-}
-
-impl From<Reply> for crate::bus::Feedback {
-    fn from(reply: Reply) -> crate::bus::Feedback {
-        crate::bus::Feedback {
-            position: reply.position,
-            speed: reply.speed,
-            load: reply.load,
-            voltage_decivolt: reply.voltage_decivolt,
-            temperature_c: reply.temperature_c,
-            alarms: reply.alarms,
-        }
-    }
 }

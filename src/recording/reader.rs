@@ -65,7 +65,7 @@ pub struct Recording {
     pub robot_text: String,
     /// The robot, as its servos were mounted.
     pub robot: Robot,
-    /// Cycles that are whole, in their order.
+    /// Cycles that are whole, their numbers rising.
     pub samples: Vec<Sample>,
     /// How it ends.
     pub ending: Ending,
@@ -115,9 +115,13 @@ impl Recording {
         let mut samples = Vec::with_capacity(contents.cycles.len());
         for cycle in &contents.cycles {
             // The last cycle of a recording that was cut short may lack topics.
-            if let Some(sample) = sample(&robot, cycle).map_err(not_a_recording)? {
-                samples.push(sample);
+            let Some(sample) = sample(&robot, cycle).map_err(not_a_recording)? else { continue };
+            let last: Option<&Sample> = samples.last();
+            if let Some(last) = last.filter(|last| last.times.number >= sample.times.number) {
+                let (cycle, before) = (sample.times.number, last.times.number);
+                return Err(not_a_recording(format!("its cycle {cycle} comes after cycle {before}")));
             }
+            samples.push(sample);
         }
         let ending = match (contents.outcome, contents.error) {
             (Some(outcome), _) => Ending::Outcome(outcome),
@@ -125,6 +129,16 @@ impl Recording {
             (None, None) => Ending::CutShort { reason: "it has no outcome".to_owned() },
         };
         Ok(Recording { header, robot_text, robot, samples, ending })
+    }
+
+    /// How many cycles the run had, as far as the recording tells; those that were dropped count.
+    pub fn cycles_of_run(&self) -> u64 {
+        let recorded = self.samples.last().map_or(0, |sample| sample.times.number.saturating_add(1));
+        let noted = match &self.ending {
+            Ending::Outcome(outcome) => outcome.get("cycles").and_then(|cycles| cycles.parse().ok()),
+            Ending::CutShort { .. } => None,
+        };
+        recorded.max(noted.unwrap_or(0))
     }
 }
 
@@ -219,6 +233,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.state.permission = motion.permission;
     sample.targets.aim = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
+    sample.targets.trunk_turn = trunk.pose.orientation.into();
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;
     read_feet(robot, &feet, &mut sample)?;
@@ -264,7 +279,7 @@ fn read_servos(robot: &Robot, servos: &messages::Servos<'_>, sample: &mut Sample
                 ServoGoal::Move { position: goal.position, torque_limit: goal.torque_limit };
         }
         sample.slots[index] = match (servo.result, servo.reply) {
-            (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply.into()),
+            (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply),
             (SlotResult::Fresh, None) => {
                 return Err(format!("a fresh reply of {} holds nothing", servo.joint));
             }
@@ -291,6 +306,7 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
                 chain: index,
                 in_world: plan.in_world.into(),
                 excursion_m: plan.excursion_m,
+                plane_way_m: plan.plane_way_m,
                 is_swing: plan.is_swing,
                 swing_acceleration_m_s2: plan.swing_acceleration_m_s2,
             });

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, tick};
@@ -50,6 +52,16 @@ pub struct Recorder {
     filled: Sender<Handed>,
     finished: Receiver<Written>,
     dropped: u64,
+    is_lost: Arc<AtomicBool>,
+}
+
+/// True once what it is of writes no more; by being dropped, whatever drops it.
+struct Loss(Arc<AtomicBool>);
+
+impl Drop for Loss {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 #[derive(Debug)]
@@ -69,7 +81,7 @@ impl Recorder {
     /// Begins a recording of `robot`, whose file's text is `robot_text`, into `sink`, on a thread of its own.
     /// `file` is what the report calls it. With `waits` no cycle is ever dropped for a slow sink.
     ///
-    /// Errors of the sink are told at the end, by [`Recorder::finish`]: they never stop a robot.
+    /// Errors of the sink show in [`Recorder::is_lost`] at once, and are told by [`Recorder::finish`].
     ///
     /// # Errors
     /// When the system has no thread to give.
@@ -91,17 +103,25 @@ impl Recorder {
             let _ = give_back.send(Box::new(Sample::new(robot)));
         }
         let robot = robot.clone();
+        let is_lost = Arc::new(AtomicBool::new(false));
+        let loss = Loss(Arc::clone(&is_lost));
         std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
             let written = if waits {
-                write_all(&robot, &header, &robot_text, sink, handed.iter(), &give_back)
+                write_all(&robot, &header, &robot_text, sink, loss, handed.iter(), &give_back)
             } else {
                 let beat = tick(LOOK);
                 let handed = std::iter::from_fn(|| next_by_looking(&handed, &beat));
-                write_all(&robot, &header, &robot_text, sink, handed, &give_back)
+                write_all(&robot, &header, &robot_text, sink, loss, handed, &give_back)
             };
             let _ = tell.send(written);
         })?;
-        Ok(Recorder { file, waits, empty, filled, finished, dropped: 0 })
+        Ok(Recorder { file, waits, empty, filled, finished, dropped: 0, is_lost })
+    }
+
+    /// True once nothing more is written: the sink failed, or the thread behind it is gone. A sink that is only slow
+    /// drops cycles and is not lost.
+    pub fn is_lost(&self) -> bool {
+        self.is_lost.load(Ordering::Relaxed)
     }
 
     /// Takes over one cycle. Allocates nothing.
@@ -154,23 +174,27 @@ fn next_by_looking(handed: &Receiver<Handed>, beat: &Receiver<Instant>) -> Optio
     }
 }
 
-/// The thread: writes what it is handed until the end. After an error it only hands samples back.
+/// The thread: writes what it is handed until the end. After an error, which is its `loss`, it only hands samples
+/// back.
 fn write_all(
     robot: &Robot,
     header: &RunHeader,
     robot_text: &str,
     sink: impl Write,
+    loss: Loss,
     handed: impl Iterator<Item = Handed>,
     give_back: &Sender<Box<Sample>>,
 ) -> Written {
     let mut written = Written { records: 0, lost: 0, error: None };
     let mut writer = RecordingWriter::new(robot.clone(), header, robot_text, sink)
+        // It goes with a writer that fails.
+        .map(|writer| (writer, loss))
         .map_err(|error| written.error = Some(describe(&error)))
         .ok();
     for handed in handed {
         match handed {
             Handed::Sample(sample) => {
-                match writer.as_mut().map(|writer| writer.write(&sample)) {
+                match writer.as_mut().map(|(writer, _)| writer.write(&sample)) {
                     Some(Ok(())) => written.records += 1,
                     Some(Err(error)) => {
                         written.error = Some(describe(&error));
@@ -182,7 +206,7 @@ fn write_all(
                 let _ = give_back.send(sample);
             }
             Handed::End(outcome) => {
-                if let Some(Err(error)) = writer.take().map(|writer| writer.finish(outcome)) {
+                if let Some(Err(error)) = writer.take().map(|(writer, _)| writer.finish(outcome)) {
                     written.error = Some(describe(&error));
                 }
                 break;

@@ -97,6 +97,7 @@ impl Sample {
 
         self.targets.aim = record.targets.aim;
         self.targets.trunk_in_world = record.targets.trunk_in_world;
+        self.targets.trunk_turn = record.targets.trunk_turn;
         self.targets.posture_pull = record.targets.posture_pull;
         self.targets.pose_rad.clone_from(&record.targets.pose_rad);
         self.targets.tips_in_body.clone_from(&record.targets.tips_in_body);

@@ -1,6 +1,6 @@
 //! The robot as Foxglove's scene primitives: links as lines, feet as spheres, the ground as a slab.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde::Serialize;
 
 use super::messages::{FrameTransform, FrameTransforms, Pose, Stamp, Vector3};
@@ -80,8 +80,8 @@ const GROUND: Color = Color { r: 0.8, g: 0.8, b: 0.78, a: 1.0 };
 /// A strip of lines, in Foxglove's numbers.
 const LINE_STRIP: u8 = 0;
 
-pub(super) fn transforms(trunk_in_world: DVec3, timestamp: Stamp) -> FrameTransforms<'static> {
-    let pose = Pose::at(trunk_in_world);
+pub(super) fn transforms(trunk_in_world: DVec3, turn: DQuat, timestamp: Stamp) -> FrameTransforms<'static> {
+    let pose = Pose::turned(trunk_in_world, turn);
     FrameTransforms {
         transforms: vec![FrameTransform {
             timestamp,
@@ -114,7 +114,7 @@ pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUp
             .targets
             .feet
             .iter()
-            .map(|foot| sphere(foot.in_world - sample.targets.trunk_in_world, 0.6 * FOOT_SHARE, TARGET)),
+            .map(|foot| sphere(sample.targets.tips_in_body[foot.chain], 0.6 * FOOT_SHARE, TARGET)),
     );
     let lines = limbs
         .iter()

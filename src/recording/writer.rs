@@ -110,13 +110,13 @@ impl<W: Write> RecordingWriter<W> {
         self.put(topics::TRUNK, cycle, at, |_| messages::PoseInFrame {
             timestamp: stamp,
             frame_id: scene::WORLD.into(),
-            pose: messages::Pose::at(sample.targets.trunk_in_world),
+            pose: messages::Pose::turned(sample.targets.trunk_in_world, sample.targets.trunk_turn),
         })?;
         self.put(topics::MOTION, cycle, at, |_| motion(sample, stamp))?;
         self.put(topics::BUSES, cycle, at, |robot| buses(robot, sample, stamp))?;
         self.put(topics::LOOP, cycle, at, |_| loop_times(sample, stamp))?;
         self.put(topics::TRANSFORMS, cycle, at, |robot| {
-            scene::transforms(sample.trunk_in_world(robot), stamp)
+            scene::transforms(sample.trunk_in_world(robot), sample.targets.trunk_turn, stamp)
         })?;
         if cycle.is_multiple_of(self.scene_every) {
             self.put(topics::SCENE, cycle, at, |robot| scene::scene(robot, sample, stamp))?;
@@ -195,7 +195,7 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     let all = robot.joints.iter().zip(&sample.goals).zip(&sample.slots);
     let servos = all.filter(|((joint, _), _)| joint.servo.is_some()).map(|((joint, goal), slot)| {
         let (result, reply) = match slot {
-            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some((*reply).into())),
+            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some(*reply)),
             Slot::Missing => (messages::SlotResult::Missing, None),
             Slot::Corrupt => (messages::SlotResult::Corrupt, None),
         };
@@ -211,7 +211,9 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
 }
 
 fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Feet<'r> {
-    let trunk = (!sample.targets.feet.is_empty()).then_some(sample.targets.trunk_in_world);
+    let targets = &sample.targets;
+    let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
+    let is_placed = !targets.feet.is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
         let target = (sample.targets.aim == Aim::Tips).then_some(sample.targets.tips_in_body[index]);
         let joints = &sample.state.joints[chain.joints.clone()];
@@ -219,7 +221,7 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
             .iter()
             .all(|joint| joint.is_known)
             .then(|| robot.tip_in_body(chain, joints.iter().map(|joint| joint.position_rad)));
-        let in_world = |place: Option<DVec3>| finite(Some(place? + trunk?));
+        let in_world = |place: Option<DVec3>| finite(place.filter(|_| is_placed).map(in_world));
         let residual_m = sample.joints.residual_m[index];
         messages::Foot {
             chain: chain.name.as_str().into(),
@@ -232,6 +234,7 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
                 messages::FootPlan {
                     in_world: foot.in_world.into(),
                     excursion_m: foot.excursion_m,
+                    plane_way_m: foot.plane_way_m,
                     is_swing: foot.is_swing,
                     swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
                 }

@@ -7,6 +7,9 @@ impl Finding {
     /// One sentence on what was found and one on what to do about it.
     pub fn describe(&self, robot: &Robot) -> String {
         let what = match self.fault {
+            Fault::Unheard { age_s, is_damaged: true, .. } => {
+                format!("sent only damaged replies for {age_s:.2} s")
+            }
             Fault::Unheard { age_s, .. } => format!("was not heard for {age_s:.2} s"),
             Fault::OffGoal { error_rad } => {
                 format!("is {:.1} degrees off its goal", error_rad.to_degrees().abs())
@@ -32,6 +35,9 @@ impl Finding {
             }
         };
         let cure = match self.fault {
+            Fault::Unheard { is_damaged: true, .. } => {
+                "check the bus for loose plugs and long cables, and that no other servo has its id"
+            }
             Fault::Unheard { .. } => "check its plug, its cable and the power of its bus",
             Fault::OffGoal { .. } | Fault::Stalled { .. } => {
                 "check that nothing blocks the joint and that its horn is tight"

@@ -21,6 +21,8 @@ pub enum Fault {
         age_s: f64,
         /// True if no servo of its bus is heard: the bus is at fault, not the servo.
         is_whole_bus: bool,
+        /// True if it did answer, but with damaged replies only.
+        is_damaged: bool,
     },
     /// A joint is further from its goal than it may be, rad.
     OffGoal {
@@ -89,8 +91,6 @@ pub(super) struct Watch {
     servos: Vec<Option<Servo>>,
 }
 
-/// What servos tell of a voltage, V: a reading this much above a limit may be at it.
-const VOLTAGE_STEP_V: f64 = 0.1;
 /// Share at which time without a fault makes good for time held: a fault that comes and goes adds up.
 const FORGIVING_SHARE: f64 = 0.2;
 
@@ -187,18 +187,18 @@ impl Watch {
         let bus = bus_of(&self.servos[index]);
         let mut on_bus = self.servos.iter().zip(joints).filter(|(servo, _)| bus_of(servo) == bus);
         let is_whole_bus = on_bus.all(|(_, joint)| joint.age_s > self.settings.coast_s);
-        Finding { joint: Some(index), fault: Fault::Unheard { age_s: joints[index].age_s, is_whole_bus } }
+        let JointState { age_s, is_damaged, .. } = joints[index];
+        Finding { joint: Some(index), fault: Fault::Unheard { age_s, is_whole_bus, is_damaged } }
     }
 
     fn fault_of(&self, index: usize, joint: &JointState, goal_rad: f64) -> Option<Fault> {
         let error_rad = goal_rad - joint.position_rad;
-        let voltage_max_v = self.servos[index].map_or(f64::INFINITY, |servo| servo.model.voltage_max_v);
         // Heat and voltage first: they say what is wrong in plain words, the alarm bits that go with them do not.
         if joint.temperature_c > self.settings.temperature_c {
             Some(Fault::Hot { temperature_c: joint.temperature_c })
         } else if joint.voltage_v < self.settings.voltage_v {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
-        } else if joint.voltage_v > voltage_max_v + VOLTAGE_STEP_V {
+        } else if self.servos[index].is_some_and(|servo| servo.model.is_too_much(joint.voltage_v)) {
             Some(Fault::HighVoltage { voltage_v: joint.voltage_v })
         } else if joint.alarms != 0 {
             Some(Fault::Alarm { bits: joint.alarms })

@@ -1,12 +1,13 @@
 //! Feet: how far they go, whether they slip or jump; as planned, and as measured.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec3, EulerRot};
 
 use super::CycleRecord;
 use super::report::FeetReport;
 use crate::model::Robot;
 
-/// One foot over the last cycles. Places are in the planned world, m.
+/// One foot over the last cycles. Places are in the plane its leg works in: way along the ground, sideways out of
+/// the plane, and height, m.
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
     place: Option<DVec3>,
@@ -14,7 +15,16 @@ struct Seen {
     /// Bounds of the last two cycles, newest first, m/s^2.
     swing_accelerations: [f64; 2],
     /// Where the present stance began: planned, measured.
-    stance: Option<(DVec3, DVec2)>,
+    stance: Option<Stance>,
+}
+
+/// Where a stance began.
+#[derive(Debug, Clone, Copy)]
+struct Stance {
+    planned: DVec3,
+    measured: DVec3,
+    /// Over the ground, m.
+    in_world: DVec3,
 }
 
 #[derive(Debug)]
@@ -32,18 +42,31 @@ impl FootObserver {
         self.report
     }
 
+    pub(super) fn note_gap(&mut self) {
+        self.seen.fill(Seen::default());
+    }
+
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
         if record.targets.feet.is_empty() || record.is_held {
-            self.seen.fill(Seen::default());
+            self.note_gap();
             return;
         }
-        for foot in &record.targets.feet {
+        let targets = record.targets;
+        let (heading_rad, pitch_rad, roll_rad) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+        let heading = DQuat::from_rotation_z(heading_rad);
+        let tilt = DQuat::from_euler(EulerRot::ZYX, 0.0, pitch_rad, roll_rad);
+        let height = DVec3::Z * targets.trunk_in_world.z;
+        for foot in &targets.feet {
             // From what inverse kinematics is given, not from the plan's own word for it.
-            let place = record.targets.tips_in_body[foot.chain] + record.targets.trunk_in_world;
+            let way = DVec3::X * foot.plane_way_m + height;
+            let place = tilt * targets.tips_in_body[foot.chain] + way;
+            let in_world = targets.trunk_in_world + targets.trunk_turn * targets.tips_in_body[foot.chain];
+            // A plane that turns takes its foot with it sideways; along itself it must not.
+            let place_along = place.with_y(0.0);
             let seen = &mut self.seen[foot.chain];
             self.report.excursion_max_m = self.report.excursion_max_m.max(foot.excursion_m.abs());
 
-            let velocity = seen.place.map(|before| (place - before) / record.dt_s);
+            let velocity = seen.place.map(|before| (place_along - before) / record.dt_s);
             if let (Some(velocity), Some(before)) = (velocity, seen.velocity) {
                 // The two velocities span three places, of which the outer ones may be on the ground.
                 let [a, b] = seen.swing_accelerations;
@@ -58,21 +81,24 @@ impl FootObserver {
                 seen.stance = None;
             } else {
                 let chain = &robot.chains[foot.chain];
-                let measured =
-                    (measured_tip(robot, chain, record) + record.targets.trunk_in_world).truncate();
+                let measured = (tilt * measured_tip(robot, chain, record) + way).with_z(0.0);
                 match seen.stance {
-                    None => seen.stance = Some((place, measured)),
-                    Some((planned_start, measured_start)) => {
-                        self.report.stance_slip_planned_max_m =
-                            self.report.stance_slip_planned_max_m.max(place.distance(planned_start));
-                        self.report.stance_slip_measured_max_m =
-                            self.report.stance_slip_measured_max_m.max(measured.distance(measured_start));
+                    None => seen.stance = Some(Stance { planned: place_along, measured, in_world }),
+                    Some(start) => {
+                        let across = heading * DVec3::Y;
+                        let report = &mut self.report;
+                        report.stance_slip_planned_max_m =
+                            report.stance_slip_planned_max_m.max(place_along.distance(start.planned));
+                        report.stance_slip_measured_max_m =
+                            report.stance_slip_measured_max_m.max(measured.distance(start.measured));
+                        report.lateral_slip_max_m =
+                            report.lateral_slip_max_m.max((in_world - start.in_world).dot(across).abs());
                     }
                 }
             }
             seen.swing_accelerations = [foot.swing_acceleration_m_s2, seen.swing_accelerations[0]];
             seen.velocity = velocity;
-            seen.place = Some(place);
+            seen.place = Some(place_along);
         }
     }
 }

@@ -28,6 +28,10 @@ impl JointObserver {
         self.report
     }
 
+    pub(super) fn note_gap(&mut self) {
+        self.seen.iter_mut().for_each(|seen| seen.goal = None);
+    }
+
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
         for (index, joint) in robot.joints.iter().enumerate() {
             let Some(servo) = &joint.servo else { continue };

@@ -101,6 +101,12 @@ impl Telemetry {
         self.feet.observe(robot, record);
     }
 
+    /// Notes that the next cycle does not follow on the last: what is judged from one cycle to the next begins anew.
+    pub fn note_gap(&mut self) {
+        self.joints.note_gap();
+        self.feet.note_gap();
+    }
+
     /// Looks at the buses after a cycle's exchange.
     pub fn observe_buses<'s>(&mut self, buses: impl Iterator<Item = BusStatistics<'s>>) {
         self.buses.observe(buses);

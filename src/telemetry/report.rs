@@ -74,8 +74,8 @@ impl Outcome {
 /// Times of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct LoopReport {
-    /// Computing a cycle, the exchange left aside; 0 on a virtual clock.
-    pub work_us: Quantiles,
+    /// Computing a cycle, the exchange left aside; none on a virtual clock, which stands still meanwhile.
+    pub work_us: Option<Quantiles>,
     /// From a cycle's deadline to its beginning.
     pub late_us: Quantiles,
 }
@@ -111,9 +111,13 @@ pub struct JointsReport {
 pub struct FeetReport {
     /// Furthest planned place fore or aft of the neutral foot point.
     pub excursion_max_m: f64,
-    /// Furthest planned place of a standing foot from where it landed, before inverse kinematics.
+    /// Furthest planned place of a standing foot from where it landed, in the plane its leg works in, before inverse
+    /// kinematics.
     pub stance_slip_planned_max_m: f64,
-    /// The same along the ground from measured joints; servo lag at touch-down is part of it.
+    /// How far a standing foot must slide sideways out of that plane: legs without a sideways joint do so in a
+    /// turn, and when the trunk rolls.
+    pub lateral_slip_max_m: f64,
+    /// As planned slip, along the ground from measured joints; servo lag at touch-down is part of it.
     pub stance_slip_measured_max_m: f64,
     /// Change of planned foot velocity in one cycle beyond the swing curve's acceleration times the cycle.
     pub swing_velocity_jump_max_m_s: f64,
@@ -169,7 +173,12 @@ impl Telemetry {
 
     /// Times of the loop so far.
     pub fn loop_report(&self) -> LoopReport {
-        LoopReport { work_us: Quantiles::of(&self.work_us), late_us: Quantiles::of(&self.late_us) }
+        // No real cycle computes for less than a microsecond.
+        let is_measured = self.work_us.max() > 0;
+        LoopReport {
+            work_us: is_measured.then(|| Quantiles::of(&self.work_us)),
+            late_us: Quantiles::of(&self.late_us),
+        }
     }
 
     /// Buses so far, in a run of this `duration`.

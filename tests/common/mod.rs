@@ -1,23 +1,33 @@
 //! What the tests of whole runs share: the shipped robots, runs on simulated buses, and an eye on every cycle.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+pub(crate) mod bare;
+pub(crate) mod built;
+pub(crate) mod frames;
+pub(crate) mod reference;
+
+mod spy;
 
 use std::cell::{Ref, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use hippocamp::bus::{PortError, Ports, SimPorts};
-use hippocamp::capability::{HorseCapability, top_speed};
+use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
 use hippocamp::model::servo_model::Register;
 use hippocamp::model::{HorseMotion, Joint, Motion, Robot, Servo};
 use hippocamp::motion::horse::HorsePlan;
-use hippocamp::motion::{Activity, Order};
+use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::run::{RunPlan, run};
 use hippocamp::signals::Permission;
 use hippocamp::telemetry::Report;
 use hippocamp::units::Time;
 use hippocamp::{config, simulation};
 use hw_sim::{FaultScript, World};
+#[allow(unused_imports, reason = "each test binary uses a part of it")]
+pub(crate) use spy::Spy;
 
 /// The robots that can run, by the names of their files.
 pub(crate) const ROBOTS: [&str; 2] = ["horse.toml", "horse-dynamixel.toml"];
@@ -34,7 +44,8 @@ pub(crate) fn shipped(name: &str) -> Robot {
     config::load(&config_file(name)).unwrap_or_else(|error| panic!("{error}")).robot
 }
 
-fn horse_of(robot: &Robot) -> HorseMotion {
+/// Its motion.
+pub(crate) fn horse_of(robot: &Robot) -> HorseMotion {
     let Motion::Horse(horse) = &robot.motion;
     horse.clone()
 }
@@ -47,10 +58,9 @@ pub(crate) fn capability(robot: &Robot) -> HorseCapability {
 /// A plan to walk `gait` at `share` of its top speed.
 pub(crate) fn plan(robot: &Robot, gait: &str, share: f64) -> HorsePlan {
     let horse = horse_of(robot);
-    let gait = horse.gaits.iter().find(|known| known.name == gait).unwrap_or_else(|| panic!("{gait}"));
-    let mut plan = capability(robot).plan(&horse, gait);
-    plan.speed_m_s = share * top_speed::of_gait(robot, &plan).m_s();
-    plan
+    let plan = capability(robot).plan(&horse, Command::default());
+    let choice = plan.gait_choice(gait).unwrap_or_else(|| panic!("{gait}"));
+    plan.at_share(choice, share)
 }
 
 /// The servo of a joint.

@@ -5,13 +5,13 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use hippocamp::bus::SimPorts;
-use hippocamp::capability::{HorseCapability, top_speed};
+use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::Order;
+use hippocamp::motion::{Command, Order};
 use hippocamp::recording::{Recorder, RunHeader};
-use hippocamp::run::{RunPlan, run_recorded};
+use hippocamp::run::{RunPlan, Status, run_recorded};
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
 
@@ -24,9 +24,9 @@ pub(crate) fn horse() -> Robot {
 /// A trot at half the speed it can go.
 pub(crate) fn plan(robot: &Robot) -> RunPlan {
     let Motion::Horse(motion) = robot.motion.clone();
-    let gait = motion.gaits.iter().find(|gait| gait.name == "trot").unwrap();
-    let mut horse = HorseCapability::of(robot, &motion).unwrap().plan(&motion, gait);
-    horse.speed_m_s = 0.5 * top_speed::of_gait(robot, &horse).m_s();
+    let plan = HorseCapability::of(robot, &motion).unwrap().plan(&motion, Command::default());
+    let trot = plan.gait_choice("trot").unwrap();
+    let horse = plan.at_share(trot, 0.5);
     RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 }
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn run(faults: &str, sink: impl Write + Send + 'static) -> Report {
     let faults = hw_sim::FaultScript::from_toml(faults).unwrap();
     let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &faults).unwrap());
     let recorder = recorder(&robot, sink, true);
-    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_| Order::Go).unwrap()
+    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
 }
 
 /// The same into memory.

@@ -1,5 +1,6 @@
-//! Disks that are slow, full, or gone: the recording suffers, the robot does not.
+//! Disks that are slow, full, or gone: the recording suffers, and the loop never waits.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
 use std::time::Duration;
@@ -8,7 +9,7 @@ use crossbeam_channel::{Receiver, bounded};
 use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::cycle::Cycle;
 use hippocamp::motion::Order;
-use hippocamp::recording::{Ending, ReadError, Recorder, Recording};
+use hippocamp::recording::{Ending, ReadError, Recorder, Recording, RecordingReport};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 
@@ -45,26 +46,36 @@ impl Write for Stuck {
     }
 }
 
-#[test]
-fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+/// Five hundred cycles, recorded on a disk that takes nothing before the last: the report and the file.
+pub(crate) fn recorded_on_a_stuck_disk() -> (RecordingReport, Vec<u8>) {
     let (release, released) = bounded(0);
     let memory = Memory::default();
     let mut recorder = recorder(&horse(), Stuck { release: released, memory: memory.clone() }, false);
-    // Two seconds are kept, at 100 cycles a second. This would hang if the loop waited for the disk.
+    // This would hang if the loop waited for the disk.
     step(&mut recorder, 500);
     drop(release);
-    let report = recorder.finish(Default::default());
+    let report = recorder.finish(BTreeMap::from([("cycles".to_owned(), "500".to_owned())]));
+    let bytes = memory.0.lock().unwrap().clone();
+    (report, bytes)
+}
+
+#[test]
+fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+    let (report, bytes) = recorded_on_a_stuck_disk();
+    // Two seconds are kept, at 100 cycles a second.
     assert_eq!((report.records, report.dropped, report.error), (200, 300, None));
-    let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
+    let recording = Recording::parse(&bytes, "test").unwrap();
     assert_eq!(recording.samples.len(), 200);
     let Ending::Outcome(outcome) = recording.ending else { panic!("{:?}", recording.ending) };
     assert_eq!(outcome["dropped"], "300");
 }
 
 #[test]
-fn a_full_disk_ends_the_recording_and_not_the_run() {
+fn a_disk_that_is_full_from_the_beginning_keeps_the_robot_down() {
     let report = run("", File::options().write(true).open("/dev/full").unwrap());
-    assert_eq!(report.outcome, Outcome::Completed);
+    assert_eq!(report.outcome, Outcome::Failed);
+    assert!(report.reason.starts_with("stopped because the recording broke off: "), "{}", report.reason);
+    assert!(report.reason.ends_with("(os error 28)"), "{}", report.reason);
     let recording = report.recording.unwrap();
     assert_eq!(recording.records + recording.dropped, report.cycles);
     let error = recording.error.unwrap();
@@ -92,10 +103,13 @@ impl Write for Small {
 }
 
 #[test]
-fn a_disk_that_fills_leaves_what_was_written_readable() {
+fn a_disk_that_fills_stops_the_robot_and_leaves_what_was_written_readable() {
     let memory = Memory::default();
+    let whole = run("", Memory::default());
     let report = run("", Small { left: 1_000_000, memory: memory.clone() });
-    assert_eq!(report.outcome, Outcome::Completed);
+    assert_eq!((whole.outcome, report.outcome), (Outcome::Completed, Outcome::Failed));
+    // It took its stop action: every servo has heard it.
+    assert!(report.is_end_heard && report.cycles < whole.cycles, "{} cycles", report.cycles);
     let report = report.recording.unwrap();
     assert!(report.error.is_some() && report.dropped > 0);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();

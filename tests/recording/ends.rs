@@ -8,7 +8,7 @@ use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::motion::Order;
 use hippocamp::recording::{Ending, Recording};
 use hippocamp::replay::replay;
-use hippocamp::run::run_recorded;
+use hippocamp::run::{Status, run_recorded};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hippocamp::units::Time;
@@ -18,6 +18,7 @@ use crate::common::{Memory, ROBOT_FILE, horse, plan, recorder};
 /// Starts a run without end and returns once 15 s of it are over.
 fn running(name: &str) -> (Child, PathBuf) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&file);
     let mut child = Command::new(env!("CARGO_BIN_EXE_hippocamp"))
         .args(["run", ROBOT_FILE, "--virtual", "--for", "1e9", "--record"])
         .arg(&file)
@@ -35,7 +36,18 @@ fn killed_it_is_readable_but_for_the_last_seconds() {
     let (mut child, file) = running("killed.mcap");
     child.kill().unwrap();
     child.wait().unwrap();
-    let recording = Recording::read(&file).unwrap();
+    // What is there is in FILE.part, and whoever asks for FILE is told.
+    let part = file.with_extension("mcap.part");
+    let asked_for =
+        |file: &Path| Command::new(env!("CARGO_BIN_EXE_hippocamp")).arg("replay").arg(file).output().unwrap();
+    let refused = asked_for(&file);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(said.contains(&format!("hippocamp replay {}", part.display())), "{said}");
+    let said = String::from_utf8(asked_for(&part).stdout).unwrap();
+    assert!(said.contains("CUT SHORT") && said.contains("all goals the same"), "{said}");
+
+    let recording = Recording::read(&part).unwrap();
     assert!(matches!(recording.ending, Ending::CutShort { .. }));
     // Of 15 s, 2 may have waited for the thread, and 1 for its chunk to end.
     assert!(recording.samples.len() >= 1200, "{}", recording.samples.len());
@@ -96,7 +108,7 @@ fn after_a_panic_in_the_loop_it_is_whole() {
     let ports = Panicking(SimPorts::on_virtual_clock(world), Some(Time(6_000_000_000)));
     let memory = Memory::default();
     let recorder = recorder(&robot, memory.clone(), true);
-    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |_| Order::Go).unwrap();
+    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap();
     assert_eq!(report.outcome, Outcome::Failed);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
     let Ending::Outcome(outcome) = &recording.ending else { panic!("{:?}", recording.ending) };

@@ -1,10 +1,14 @@
 //! A recorded run judged again.
 
+use std::path::Path;
+use std::process::Command;
+
 use hippocamp::bus::{ServoGoal, Slot};
 use hippocamp::recording::Recording;
 use hippocamp::replay::replay;
 
 use crate::common::record;
+use crate::disk::recorded_on_a_stuck_disk;
 
 fn recording(faults: &str) -> Recording {
     Recording::parse(&record(faults).1, "test").unwrap()
@@ -15,7 +19,8 @@ fn a_replay_agrees_and_finds_what_the_run_reported() {
     let (report, bytes) = record("");
     let replayed = replay(&Recording::parse(&bytes, "test").unwrap()).unwrap();
     assert!(replayed.agrees(), "{replayed:?}");
-    assert_eq!((replayed.cycles, replayed.first_gap), (report.cycles, None));
+    assert!(replayed.is_complete());
+    assert_eq!((replayed.cycles, replayed.cycles_run_again), (report.cycles, report.cycles));
     assert_eq!((replayed.joints, replayed.feet), (report.joints, report.feet));
 }
 
@@ -72,10 +77,67 @@ fn a_replay_finds_a_recorded_goal_outside_its_range() {
 }
 
 #[test]
-fn a_replay_ends_where_a_cycle_was_dropped_and_says_so() {
+fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() {
     let mut recording = recording("");
-    recording.samples.remove(500);
+    let cycles = recording.samples.len() as u64;
+    recording.samples.drain(500..510);
+    recording.samples.remove(900);
     let replayed = replay(&recording).unwrap();
-    assert_eq!((replayed.cycles, replayed.first_gap), (500, Some(500)));
-    assert!(replayed.agrees());
+    assert!(replayed.agrees() && !replayed.is_complete(), "{replayed:?}");
+    assert_eq!((replayed.cycles, replayed.cycles_run_again), (cycles - 11, 500));
+    assert_eq!(replayed.gaps, [500..=509, 910..=910]);
+
+    // A goal far off, behind both gaps, is found by its rate.
+    let ServoGoal::Move { position, .. } = &mut recording.samples[1000].goals[6] else { panic!("limp") };
+    *position += 500;
+    let replayed = replay(&recording).unwrap();
+    assert!(replayed.violations.iter().any(|found| found.contains("rate limit")), "{replayed:?}");
+    assert_eq!(replayed.difference, None);
+}
+
+#[test]
+fn cycles_dropped_at_the_beginning_and_at_the_end_are_missed_too() {
+    let mut recording = recording("");
+    let cycles = recording.samples.len() as u64;
+    recording.samples.truncate(recording.samples.len() - 3);
+    recording.samples.remove(0);
+    let replayed = replay(&recording).unwrap();
+    assert!(replayed.agrees() && !replayed.is_complete(), "{replayed:?}");
+    assert_eq!(replayed.gaps, [0..=0, cycles - 3..=cycles - 1]);
+    assert_eq!(replayed.cycles_run_again, 0);
+}
+
+#[test]
+fn a_recording_that_was_cut_is_not_complete() {
+    let (_, bytes) = record("");
+    let replayed = replay(&Recording::parse(&bytes[..bytes.len() / 2], "test").unwrap()).unwrap();
+    assert!(replayed.agrees() && replayed.is_cut_short && !replayed.is_complete(), "{replayed:?}");
+    assert!(replayed.gaps.is_empty() && replayed.cycles_run_again > 0);
+}
+
+/// Exit code and standard output of `hippocamp replay` of a file with these bytes.
+fn replayed_by_command(name: &str, bytes: &[u8]) -> (Option<i32>, String) {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&file, bytes).unwrap();
+    let done = Command::new(env!("CARGO_BIN_EXE_hippocamp")).arg("replay").arg(&file).output().unwrap();
+    (done.status.code(), String::from_utf8(done.stdout).unwrap())
+}
+
+#[test]
+fn the_command_says_what_it_could_not_judge_and_exits_so() {
+    let (_, whole) = record("");
+    let (code, said) = replayed_by_command("whole.mcap", &whole);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(!said.contains("NOT JUDGED"), "{said}");
+
+    let (code, said) = replayed_by_command("cut.mcap", &whole[..whole.len() / 2]);
+    assert_eq!(code, Some(4), "{said}");
+    assert!(said.contains("CUT SHORT") && said.contains("NOT JUDGED: how the run went on"), "{said}");
+
+    // The disk held the loop up: cycles 200 to 499 of 500 are dropped.
+    let (_, with_gap) = recorded_on_a_stuck_disk();
+    let (code, said) = replayed_by_command("gap.mcap", &with_gap);
+    assert_eq!(code, Some(4), "{said}");
+    assert!(said.contains("300 cycles that were dropped from the recording: 200 to 499"), "{said}");
+    assert!(said.contains("200 cycles run again, all goals the same"), "{said}");
 }

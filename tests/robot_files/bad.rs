@@ -95,6 +95,13 @@ const CHAINS: &[Bad] = &[
         "chain[3].root_mm",
         &["first joint", "3 numbers"],
     ),
+    bad(
+        "root_mm = [85, -60, 0]",
+        "@root_mm = [85, 60, 0.5]",
+        "chain[3].root_mm",
+        "[85, 60, 0.5]",
+        &["a place of its own", "line 47 another chain"],
+    ),
     bad("= [0, 0, 90]", "= @90", "chain[0].root_rpy_deg", "90", &["roll, pitch and yaw", "3 numbers"]),
     bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 27 has this name"]),
     bad(
@@ -186,7 +193,7 @@ const SERVOS: &[Bad] = &[
 
 const SAFETY: &[Bad] = &[
     bad("rate_share = 0.5", "@coast_s = 0.01", "safety.coast_s", "0.01", &["2 cycles of the loop", "120 Hz"]),
-    bad("rate_share = 0.5", "@hold_s = 0", "safety.hold_s", "0", &["2 cycles of the loop"]),
+    bad("rate_share = 0.5", "@hold_s = 0.01", "safety.hold_s", "0.01", &["2 cycles of the loop"]),
     bad("rate_share = 0.5", "@rate_share = 1.5", "safety.rate_share", "1.5", &["above 0 and at most 1"]),
     bad(
         "temperature_max_c = 65",
@@ -202,7 +209,52 @@ const SAFETY: &[Bad] = &[
         "9",
         &["at least 10", "below 12.6"],
     ),
-    bad("temperature_max_c = 65", "@hold_s = -1", "safety.hold_s", "-1", &["0 or more"]),
+    bad("rate_share = 0.5", "@hold_s = -1", "safety.hold_s", "-1", &["above 0"]),
+    bad("rate_share = 0.5", "@hold_s = 1000", "safety.hold_s", "1000", &["heat up", "at most 30"]),
+    bad("rate_share = 0.5", "@coast_s = 1000", "safety.coast_s", "1000", &["a whole step", "at most 0.5"]),
+    bad(
+        "rate_share = 0.5",
+        "@fault_delay_s = 60",
+        "safety.fault_delay_s",
+        "60",
+        &["stall current", "0 to 2"],
+    ),
+    bad(
+        "rate_share = 0.5",
+        "@tracking_error_max_deg = 1000",
+        "safety.tracking_error_max_deg",
+        "1000",
+        &["does not follow", "at most 45"],
+    ),
+    bad(
+        "rate_share = 0.5",
+        "@slow_rate_deg_s = 5000",
+        "safety.slow_rate_deg_s",
+        "5000",
+        &["hand", "1 to 90"],
+    ),
+    bad(
+        "rate_share = 0.5",
+        "@slow_rate_deg_s = 1e-6",
+        "safety.slow_rate_deg_s",
+        "1e-6",
+        &["get up", "1 to 90"],
+    ),
+    bad("rate_share = 0.5", "@torque_ramp_s = 0", "safety.torque_ramp_s", "0", &["jerks", "0.2 to 10"]),
+    bad(
+        "rate_share = 0.5",
+        "@torque_ramp_s = 1e6",
+        "safety.torque_ramp_s",
+        "1e6",
+        &["half held", "0.2 to 10"],
+    ),
+    bad(
+        "rate_share = 0.5",
+        "@acceleration_max_deg_s2 = 1e9",
+        "safety.acceleration_max_deg_s2",
+        "1e9",
+        &["limit nothing", "at most 100000"],
+    ),
     bad(
         "temperature_max_c = 65",
         "@acceleration_max_deg_s2 = 0",
@@ -466,4 +518,15 @@ fn files_that_cannot_be_read() {
     std::fs::write(&latin, b"# ok\nname = \"f\xfcllen\"\n").expect("a file in the test's own folder");
     let latin = said(&latin);
     assert!(latin.contains("latin1.toml:2: expected text in UTF-8"), "{latin}");
+}
+
+#[test]
+fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
+    let text = include_str!("../../config/horse.toml").replace("STS3215-12V", "XM430-W210");
+    let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
+    assert_eq!(
+        said,
+        "horse.toml:49: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
+         bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
+    );
 }

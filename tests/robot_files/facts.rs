@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use hippocamp::config::{self, RobotFile};
 use hippocamp::model::servo_model::SERVO_MODELS;
-use hippocamp::model::{Motion, Protocol, Robot, StopAction};
+use hippocamp::model::{Gait, Motion, Protocol, Robot, StopAction};
 use proptest::prelude::*;
 
 use crate::GOOD;
@@ -138,7 +138,7 @@ fn thoroughbred_exists_on_paper_only() {
 }
 
 #[test]
-fn built_in_gaits_are_the_thesis_table_and_one_of_ours() {
+fn built_in_gaits_are_the_thesis_table_and_ours() {
     let Motion::Horse(horse) = shipped("horse.toml").motion;
     // Lags in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
     let expected = [
@@ -146,7 +146,11 @@ fn built_in_gaits_are_the_thesis_table_and_one_of_ours() {
         ("walk-steady", 0.75, [0.0, 0.25, 0.50, 0.75]),
         ("trot", 0.50, [0.0, 0.50, 0.50, 0.0]),
         ("canter", 0.30, [0.0, 0.20, 0.20, 0.40]),
+        ("canter-left", 0.30, [0.0, 0.20, 0.80, 0.0]),
         ("gallop", 0.25, [0.0, 0.35, 0.20, 0.55]),
+        ("gallop-left", 0.25, [0.0, 0.35, 0.80, 0.15]),
+        ("rotary-gallop", 0.25, [0.0, 0.55, 0.20, 0.35]),
+        ("rotary-gallop-left", 0.25, [0.0, 0.15, 0.80, 0.35]),
     ];
     assert_eq!(horse.gaits.len(), expected.len());
     for (gait, (name, duty_factor, lags)) in horse.gaits.iter().zip(expected) {
@@ -199,11 +203,31 @@ fn every_key_reaches_the_robot_in_si_units() {
     assert_near(horse.stand_height_m, 0.140, 0.0);
     assert_near(horse.sit_height_m, 0.090, 0.0);
     assert_near(horse.acceleration_m_s2, 0.25, 0.0);
-    let [amble, rotary] = horse.gaits.as_slice() else { panic!("two gaits") };
+    let [.., amble, rotary] = horse.gaits.as_slice() else { panic!("two gaits") };
     assert_near(amble.lags[3], 0.2, 1e-12);
     for (lag, expected) in rotary.lags.iter().zip([0.0, 0.7, 0.1, 0.6]) {
         assert_near(*lag, expected, 0.0);
     }
+}
+
+#[test]
+fn own_gaits_come_beside_the_built_in_ones_or_in_the_place_of_one() {
+    let gaits_of = |robot: Robot| {
+        let Motion::Horse(horse) = robot.motion;
+        horse.gaits
+    };
+    let names = |gaits: &[Gait]| gaits.iter().map(|gait| gait.name.clone()).collect::<Vec<_>>();
+    let built_in = gaits_of(shipped("horse.toml"));
+    let own = gaits_of(good().robot);
+    assert_eq!(names(&own), [names(&built_in), vec!["amble".to_owned(), "rotary".to_owned()]].concat());
+    assert_eq!(own[..built_in.len()], built_in);
+
+    let text = GOOD.replace("name = \"amble\"", "name = \"trot\"");
+    let robot = config::parse(&text, "good.toml").unwrap_or_else(|error| panic!("{error}")).robot;
+    let own = gaits_of(robot);
+    assert_eq!(names(&own), [names(&built_in), vec!["rotary".to_owned()]].concat());
+    let trot = own.iter().find(|gait| gait.name == "trot").expect("a trot");
+    assert_near(trot.duty_factor, 0.6, 0.0);
 }
 
 #[test]

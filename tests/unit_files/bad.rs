@@ -62,8 +62,14 @@ const BAD: &[Bad] = &[
         Some("true"),
         &["did you mean direction_checked"],
     ),
-    ("= \"A-17\"", "= @17", "joint[0].serial", Some("17"), &["serial number", "a text in quotes"]),
     ("= \"46\"", "= @46", "joint[0].firmware", Some("46"), &["firmware version", "a text in quotes"]),
+    (
+        "= \"46\"",
+        "= @\"46b\"",
+        "joint[0].firmware",
+        Some("\"46b\""),
+        &["firmware version", "\"3.10\" (Feetech)"],
+    ),
 ];
 
 fn refused(text: &str) -> ConfigError {

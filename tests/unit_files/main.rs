@@ -31,8 +31,7 @@ fn calibrated(robot: &Robot) -> Unit {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count + f64::from(index) - 7.25,
         direction_checked: true,
-        serial: None,
-        firmware: Some("46".to_owned()),
+        firmware: Some("46".parse().unwrap()),
     };
     let mut unit = parsed(GOOD).unit;
     unit.joints = (0u8..).zip(&robot.joints).map(entry).collect();

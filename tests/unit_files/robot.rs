@@ -18,9 +18,9 @@ fn a_good_file_says_what_it_says() {
     assert_eq!(unit.buses[1].device, "/dev/ttyUSB1");
     let (hip, carpus) = (&unit.joints[0], &unit.joints[1]);
     assert_eq!((hip.zero_count.to_bits(), hip.direction_checked), (2950f64.to_bits(), true));
-    assert_eq!((hip.serial.as_deref(), hip.firmware.as_deref()), (Some("A-17"), Some("46")));
+    assert_eq!(hip.firmware.map(|version| version.to_string()).as_deref(), Some("46"));
     assert_eq!((carpus.zero_count.to_bits(), carpus.direction_checked), (2700.5f64.to_bits(), false));
-    assert_eq!(carpus.serial, None);
+    assert_eq!(carpus.firmware, None);
 }
 
 #[test]
@@ -153,10 +153,9 @@ fn what_is_not_calibrated_is_told_in_full() {
 fn an_edit_of_the_unit_file_after_the_calibration_is_noticed() {
     let robot = robot();
     let good = calibrated(&robot);
-    let spoilt: [fn(&mut Unit); 6] = [
+    let spoilt: [fn(&mut Unit); 5] = [
         |unit| unit.joints[3].zero_count += 1.0,
-        |unit| unit.joints[3].firmware = Some("47".to_owned()),
-        |unit| unit.joints[3].serial = Some("7".to_owned()),
+        |unit| unit.joints[3].firmware = Some("47".parse().unwrap()),
         |unit| unit.calibrated_on = Some(Date { day: DAY.day + 1, ..DAY }),
         |unit| unit.calibration_hash = None,
         |unit| {

@@ -1,6 +1,7 @@
 //! What is written is what is read.
 
 use hippocamp::config::{self, Unit, UnitBus, UnitJoint};
+use hippocamp::model::Firmware;
 use proptest::prelude::*;
 use toml::value::Date;
 
@@ -17,8 +18,7 @@ fn the_file_is_as_a_person_would_write_it() {
             name: "left_hind.hip".into(),
             zero_count: -12.5,
             direction_checked: true,
-            serial: None,
-            firmware: Some("3.10".into()),
+            firmware: Some("3.10".parse().unwrap()),
         }],
     };
     assert_eq!(
@@ -68,14 +68,16 @@ proptest! {
         device in any_text(),
         zero_count in -1e9..1e9f64,
         direction_checked in any::<bool>(),
-        serial in proptest::option::of(any_text()),
+        hash in proptest::option::of(any_text()),
+        firmware in proptest::option::of((any::<u8>(), proptest::option::of(any::<u8>()))),
     ) {
+        let firmware = firmware.map(|(major, minor)| Firmware { major, minor });
         let unit = Unit {
             robot_file,
             calibrated_on: date.map(|(year, month, day)| Date { year, month, day }),
-            calibration_hash: serial.clone(),
+            calibration_hash: hash,
             buses: vec![UnitBus { name: "a".into(), device }],
-            joints: vec![UnitJoint { name: "b".into(), zero_count, direction_checked, serial, firmware: None }],
+            joints: vec![UnitJoint { name: "b".into(), zero_count, direction_checked, firmware }],
         };
         prop_assert_eq!(parsed(&text_of(&unit, "any")).unit, unit);
     }

@@ -1,6 +1,8 @@
 //! What goes wrong, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts itself.
 
+mod reader;
 mod script;
+mod targets;
 #[cfg(test)]
 mod tests;
 
@@ -8,7 +10,7 @@ use crate::config::BusConfig;
 use crate::convert::nanoseconds;
 use crate::error::BuildError;
 
-pub use script::{FaultError, FaultKind, FaultScript, ScriptedFault};
+pub use script::{FaultError, FaultKind, FaultScript, Mistake, ScriptedFault, Target};
 
 /// One fault on one bus.
 #[derive(Debug, Clone, Copy)]
@@ -94,6 +96,19 @@ impl BusFaults {
         forced.max_by(f64::total_cmp)
     }
 
+    /// Has the adapter pulled out at `now_ns`, for `for_ns`.
+    pub(crate) fn unplug(&mut self, now_ns: u64, for_ns: u64) {
+        let until_ns = now_ns.saturating_add(for_ns);
+        self.faults.push(Fault { kind: FaultKind::Unplugged, from_ns: now_ns, until_ns, id: None });
+        // Those to come are later: this is the next.
+        self.unplugs_ns.push(now_ns);
+    }
+
+    /// Has the adapter back at `now_ns`.
+    pub(crate) fn plug_in(&mut self, now_ns: u64) {
+        self.faults.retain(|fault| fault.kind != FaultKind::Unplugged || !fault.is_on(now_ns));
+    }
+
     /// When the adapter is next pulled out.
     pub(crate) fn next_unplug_ns(&self) -> Option<u64> {
         self.unplugs_ns.last().copied()
@@ -132,42 +147,32 @@ impl FaultScript {
             })
             .collect();
         let mut stalls = HostStalls::default();
-        for (entry, fault) in (1..).zip(&self.faults) {
-            check_target(entry, fault, buses)?;
+        let mut mistakes = Vec::new();
+        for fault in &self.faults {
+            let places = targets::buses_of(&fault.target, buses).unwrap_or_else(|mistake| {
+                mistakes.push(mistake);
+                Vec::new()
+            });
             let from_ns = nanoseconds(fault.at_s);
             let until_ns = fault.for_s.map_or(u64::MAX, |for_s| from_ns.saturating_add(nanoseconds(for_s)));
             if let FaultKind::LateHost { delay_ms } = fault.kind {
                 stalls.stalls.push((from_ns, nanoseconds(delay_ms / 1000.0)));
                 continue;
             }
-            let own = Fault { kind: fault.kind, from_ns, until_ns, id: fault.id };
-            for (faults, bus) in assigned.iter_mut().zip(buses) {
-                if fault.bus.as_ref().is_none_or(|name| *name == bus.name) {
-                    faults.faults.push(own);
-                    if fault.kind == FaultKind::Unplugged {
-                        faults.unplugs_ns.push(from_ns);
-                    }
+            for place in places {
+                let faults = &mut assigned[place];
+                faults.faults.push(Fault { kind: fault.kind, from_ns, until_ns, id: fault.target.id });
+                if fault.kind == FaultKind::Unplugged {
+                    faults.unplugs_ns.push(from_ns);
                 }
             }
+        }
+        if !mistakes.is_empty() {
+            return Err(FaultError { file_name: self.file_name, mistakes }.into());
         }
         for faults in &mut assigned {
             faults.unplugs_ns.sort_unstable_by(|a, b| b.cmp(a));
         }
         Ok((assigned, stalls))
-    }
-}
-
-fn check_target(entry: usize, fault: &ScriptedFault, buses: &[BusConfig]) -> Result<(), BuildError> {
-    let Some(name) = &fault.bus else { return Ok(()) };
-    let Some(bus) = buses.iter().find(|bus| bus.name == *name) else {
-        let known = buses.iter().map(|bus| format!("`{}`", bus.name)).collect::<Vec<_>>().join(", ");
-        return Err(BuildError::FaultOnUnknownBus { entry, bus: name.clone(), known });
-    };
-    match fault.id {
-        Some(id) if bus.servos.iter().all(|servo| servo.id != id) => {
-            let known = bus.servos.iter().map(|servo| servo.id.to_string()).collect::<Vec<_>>().join(", ");
-            Err(BuildError::FaultOnUnknownServo { entry, bus: name.clone(), id, known })
-        }
-        _ => Ok(()),
     }
 }

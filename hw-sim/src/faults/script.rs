@@ -1,27 +1,6 @@
-//! Fault scripts as typed in: TOML to a checked list. Knows no bus; names are looked up when a world is built.
+//! A list of faults, and what is wrong with one. Knows no bus; names are looked up when a world is built.
 
-use serde::Deserialize;
-use toml::Spanned;
-
-/// What is wrong with a fault script.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum FaultError {
-    /// Not TOML, an unknown or doubled key, or a value of the wrong type; the text shows the line.
-    #[error("fault script: {0}")]
-    Syntax(String),
-    /// A key that this entry must have, must not have, or whose value cannot be.
-    #[error("fault script: fault {entry} (line {line}): `{key}` {problem}")]
-    Entry {
-        /// Place in the script, from 1.
-        entry: usize,
-        /// Line the entry starts in, from 1.
-        line: usize,
-        /// The key.
-        key: &'static str,
-        /// What is wrong, and what was expected.
-        problem: String,
-    },
-}
+use std::fmt;
 
 /// What can go wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +34,27 @@ pub enum FaultKind {
     },
 }
 
+/// Which servos a fault befalls.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Target {
+    /// Name of the bus. `None` means every bus; beside an id, the only one that has it.
+    pub bus: Option<String>,
+    /// Id of the servo; `None` means every servo.
+    pub id: Option<u8>,
+    /// Where in the script it stands.
+    pub(super) place: Place,
+}
+
+/// Where in a script a target stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Place {
+    /// Place of the fault in the script, from 0.
+    pub(super) entry: usize,
+    /// Lines, from 1, of its bus and its id.
+    pub(super) bus_line: usize,
+    pub(super) id_line: usize,
+}
+
 /// One entry of a script.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScriptedFault {
@@ -64,10 +64,8 @@ pub struct ScriptedFault {
     pub for_s: Option<f64>,
     /// What happens.
     pub kind: FaultKind,
-    /// Name of the bus; `None` means every bus.
-    pub bus: Option<String>,
-    /// Id of the servo; `None` means every servo.
-    pub id: Option<u8>,
+    /// To whom.
+    pub target: Target,
 }
 
 /// A checked list of faults. The default is none.
@@ -75,102 +73,44 @@ pub struct ScriptedFault {
 pub struct FaultScript {
     /// The entries, in the order of the script.
     pub faults: Vec<ScriptedFault>,
+    /// What errors call it.
+    pub(super) file_name: String,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawScript {
-    #[serde(default)]
-    fault: Vec<Spanned<RawFault>>,
+/// One thing wrong with a fault script.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// Line, from 1.
+    pub line: usize,
+    /// Path of the key, places of the list from 0: `fault[1].kind`. Empty where the text is not TOML.
+    pub key: String,
+    /// The value as it stands there; none where the key is not set.
+    pub value: Option<String>,
+    /// What was expected.
+    pub expected: String,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawFault {
-    at_s: f64,
-    for_s: Option<f64>,
-    kind: String,
-    bus: Option<String>,
-    id: Option<u8>,
-    delay_ms: Option<f64>,
-    volts: Option<f64>,
-    celsius: Option<f64>,
+/// All that is wrong with a fault script, in its order; at least one mistake.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub struct FaultError {
+    /// What the script is called.
+    pub file_name: String,
+    /// The mistakes.
+    pub mistakes: Vec<Mistake>,
 }
 
-const KINDS: &str = "silent, bit-flip, noise, echo, unplugged, late-host, stuck, low-voltage, hot";
-/// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
-const TIME_MAX_S: f64 = 8.64e6;
-
-/// The key and what is wrong with it.
-type Problem = (&'static str, String);
-
-impl FaultScript {
-    /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
-    /// (else every bus), `id` (else every servo), and the kind's own key: `delay_ms`, `volts` or `celsius`.
-    ///
-    /// # Errors
-    /// [`FaultError`] names the entry, its line and the key.
-    pub fn from_toml(text: &str) -> Result<FaultScript, FaultError> {
-        let raw: RawScript = toml::from_str(text).map_err(|error| FaultError::Syntax(error.to_string()))?;
-        let mut faults = Vec::new();
-        for (entry, spanned) in (1..).zip(raw.fault) {
-            let line = text.get(..spanned.span().start).map_or(0, |before| before.matches('\n').count()) + 1;
-            let fault = check(spanned.into_inner());
-            faults.push(fault.map_err(|(key, problem)| FaultError::Entry { entry, line, key, problem })?);
+impl fmt::Display for FaultError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, Mistake { line, key, value, expected }) in self.mistakes.iter().enumerate() {
+            let separator = if index == 0 { "" } else { "\n" };
+            write!(f, "{separator}{}:{line}: {key}", self.file_name)?;
+            match value {
+                _ if key.is_empty() => {}
+                Some(value) => write!(f, " = {value}: ")?,
+                None => write!(f, " is not set: ")?,
+            }
+            write!(f, "expected {expected}")?;
         }
-        Ok(FaultScript { faults })
-    }
-}
-
-fn check(raw: RawFault) -> Result<ScriptedFault, Problem> {
-    number("at_s", raw.at_s, 0.0..=TIME_MAX_S)?;
-    if let Some(for_s) = raw.for_s {
-        number("for_s", for_s, 1e-9..=TIME_MAX_S)?;
-    }
-    if raw.id.is_some() && raw.bus.is_none() {
-        return Err(("id", "needs a `bus` beside it: ids are only unique on a bus".into()));
-    }
-    let kind = kind(&raw)?;
-    let is_of_the_host = matches!(kind, FaultKind::LateHost { .. });
-    let is_of_a_bus = matches!(kind, FaultKind::Echo | FaultKind::Unplugged | FaultKind::LowVoltage { .. });
-    for (key, is_given, is_wrong) in [
-        ("for_s", raw.for_s.is_some(), is_of_the_host),
-        ("bus", raw.bus.is_some(), is_of_the_host),
-        ("id", raw.id.is_some(), is_of_the_host || is_of_a_bus),
-        ("delay_ms", raw.delay_ms.is_some(), !is_of_the_host),
-        ("volts", raw.volts.is_some(), !matches!(kind, FaultKind::LowVoltage { .. })),
-        ("celsius", raw.celsius.is_some(), !matches!(kind, FaultKind::Hot { .. })),
-    ] {
-        if is_given && is_wrong {
-            return Err((key, format!("does not belong to kind \"{}\"; leave it out", raw.kind)));
-        }
-    }
-    Ok(ScriptedFault { at_s: raw.at_s, for_s: raw.for_s, kind, bus: raw.bus, id: raw.id })
-}
-
-fn kind(raw: &RawFault) -> Result<FaultKind, Problem> {
-    let needed = |key: &'static str, value: Option<f64>, range| {
-        let value = value.ok_or_else(|| (key, format!("is missing; kind \"{}\" needs it", raw.kind)))?;
-        number(key, value, range)
-    };
-    Ok(match raw.kind.as_str() {
-        "silent" => FaultKind::Silent,
-        "bit-flip" => FaultKind::BitFlip,
-        "noise" => FaultKind::Noise,
-        "echo" => FaultKind::Echo,
-        "unplugged" => FaultKind::Unplugged,
-        "late-host" => FaultKind::LateHost { delay_ms: needed("delay_ms", raw.delay_ms, 0.0..=1e6)? },
-        "stuck" => FaultKind::Stuck,
-        "low-voltage" => FaultKind::LowVoltage { volts: needed("volts", raw.volts, 0.0..=100.0)? },
-        "hot" => FaultKind::Hot { celsius: needed("celsius", raw.celsius, -40.0..=200.0)? },
-        _ => return Err(("kind", format!("is \"{}\"; expected one of {KINDS}", raw.kind))),
-    })
-}
-
-fn number(key: &'static str, value: f64, range: std::ops::RangeInclusive<f64>) -> Result<f64, Problem> {
-    if range.contains(&value) {
-        Ok(value)
-    } else {
-        Err((key, format!("is {value}; expected a number of {} to {}", range.start(), range.end())))
+        Ok(())
     }
 }

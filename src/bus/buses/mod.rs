@@ -4,6 +4,8 @@
 //! one thread. A lost reply, or a whole bus gone, is a value in its slots and never cuts an exchange
 //! short for the others. An exchange allocates nothing and never panics.
 
+mod company;
+mod disagreement;
 mod line;
 mod start;
 mod transaction;
@@ -20,8 +22,9 @@ use crate::counts::Goals;
 use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 use crate::model::{Protocol, Robot};
 use crate::units::ServoId;
+pub(in crate::bus) use company::Company;
+pub use disagreement::{BusDevice, Disagreement, StartError};
 use line::Line;
-pub use start::{BusDevice, Disagreement, StartError};
 pub use watchdog::watchdog_time;
 
 /// How long exchanges took, from sending to the last reply or the deadline.
@@ -61,6 +64,10 @@ pub struct Buses<P> {
     lines: Vec<Line>,
     /// Where each joint's servo is, in the robot's order of joints.
     places: Vec<Option<Place>>,
+    /// How often a single servo is asked before it is given up.
+    tries: u32,
+    /// What was noticed at the start.
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -98,7 +105,13 @@ impl<P: Ports> Buses<P> {
                 ServoPlace { bus: bus.name.clone(), baud: bus.baud, id: servo.id, joint: joint.name.clone() };
             Some(Place { line: servo.bus, servo: place })
         });
-        Buses { ports, lines: lines.collect(), places: places.collect() }
+        Buses {
+            ports,
+            lines: lines.collect(),
+            places: places.collect(),
+            tries: transaction::TRIES,
+            notes: Vec::new(),
+        }
     }
 
     /// Sends every joint its goal and fetches what every servo reports.
@@ -160,6 +173,11 @@ impl<P: Ports> Buses<P> {
             group_read: line.client.group_read(),
             is_gone: line.is_gone(),
         })
+    }
+
+    /// The lines that came back with other servos: see [`Ports::strangers`].
+    pub fn strangers(&self) -> Vec<String> {
+        self.ports.strangers()
     }
 
     /// The ports, for their clock and wait.

@@ -4,127 +4,12 @@
 //! not answer where it should is looked for on the other buses, so that two adapters that were swapped, or a
 //! plug on the wrong bus, are told as what they are.
 
-use std::fmt;
-
 use super::Buses;
+use super::disagreement::{BusDevice, Disagreement, StartError};
+use crate::bus::TransactionError;
 use crate::bus::port::Ports;
 use crate::bus::{ServoGoal, Slot};
-use crate::bus::{ServoPlace, TransactionError};
-use crate::model::servo_model::SERVO_MODELS;
-use crate::model::{Protocol, Robot, Servo};
-
-/// Why a run cannot start. It has put torque on no servo.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StartError {
-    /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
-    Disagrees(Vec<Disagreement>),
-    /// A servo could not be made ready.
-    Transaction(TransactionError),
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            StartError::Transaction(error) => error.fmt(f),
-            StartError::Disagrees(all) => {
-                for disagreement in all {
-                    writeln!(f, "{disagreement}")?;
-                }
-                f.write_str("the robot is not as its file says; no servo was written to")
-            }
-        }
-    }
-}
-
-impl std::error::Error for StartError {}
-
-impl From<TransactionError> for StartError {
-    fn from(error: TransactionError) -> StartError {
-        StartError::Transaction(error)
-    }
-}
-
-/// One thing in which the robot is not as its file says.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Disagreement {
-    /// A servo cannot be asked.
-    #[error(transparent)]
-    Unheard(TransactionError),
-    /// Another model than the robot file says.
-    #[error(
-        "{place} is another model: the robot file says {model} (model number {expected}), it says it is model \
-         number {found}{}: name that model in the robot file, or check that its bus and id are this joint's",
-        models_with(*.protocol, *.found)
-    )]
-    OtherModel {
-        /// Where.
-        place: ServoPlace,
-        /// Language of its bus.
-        protocol: Protocol,
-        /// Model number it reports.
-        found: i64,
-        /// Model number of the robot file's model.
-        expected: u16,
-        /// Name of the robot file's model.
-        model: &'static str,
-    },
-    /// A servo is set to something else than the controller needs.
-    #[error("{place}: its register {register} reads {found}, {expected} is needed: {cure}")]
-    OtherSetting {
-        /// Where.
-        place: ServoPlace,
-        /// Address of the register.
-        register: u16,
-        /// What it reads.
-        found: i64,
-        /// What is needed.
-        expected: i64,
-        /// What to do.
-        cure: &'static str,
-    },
-    /// A servo answers on another bus than the robot file says.
-    #[error(
-        "{place} answers on {found} instead: plug it into bus {bus}, or name the other bus in the robot file",
-        bus = .place.bus
-    )]
-    OtherBus {
-        /// Where it should be.
-        place: ServoPlace,
-        /// Where it is.
-        found: BusDevice,
-    },
-    /// The servos of two buses answer each on the other's line.
-    #[error(
-        "the devices of {} and {} look swapped: the servos of each answer on the other's line; exchange the two \
-         devices in the unit file (or in --port), or the two plugs",
-        .0[0], .0[1]
-    )]
-    Swapped([BusDevice; 2]),
-}
-
-/// A bus, and what its line is called.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BusDevice {
-    /// Name of the bus.
-    pub bus: String,
-    /// Its device, where it has a name.
-    pub device: Option<String>,
-}
-
-impl fmt::Display for BusDevice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "bus {}", self.bus)?;
-        self.device.iter().try_for_each(|device| write!(f, " ({device})"))
-    }
-}
-
-/// The names of the models with this number, for a message; empty when none is known.
-fn models_with(protocol: Protocol, number: i64) -> String {
-    let is_it = |number_of: u16, of: Protocol| of == protocol && i64::from(number_of) == number;
-    let models = SERVO_MODELS.iter().filter(|model| is_it(model.model_number, model.protocol));
-    let names: Vec<_> = models.map(|model| model.name).collect();
-    if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }
-}
+use crate::model::{Firmware, Robot, Servo};
 
 /// What became of asking one servo.
 #[derive(Debug)]
@@ -138,6 +23,10 @@ enum Found {
         cure: &'static str,
     },
     Unheard(TransactionError),
+    /// Temperature, degrees Celsius.
+    Hot(i64),
+    /// Supply, V.
+    Supply(f64),
     /// It answers on this other line.
     Elsewhere(usize),
 }
@@ -150,7 +39,8 @@ const LIMP_TRIES: u32 = 4;
 
 impl<P: Ports> Buses<P> {
     /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
-    /// clears what another program may have left in it, a bus watchdog that has tripped included.
+    /// clears what another program may have left in it, a bus watchdog that has tripped included. What is only
+    /// worth a word is in [`Buses::notes`] then.
     ///
     /// # Errors
     /// All servos that are not ([`StartError::Disagrees`]; nothing was written to any servo then), or the
@@ -163,6 +53,7 @@ impl<P: Ports> Buses<P> {
                 self.write(index, register, value)?;
             }
         }
+        self.ports.expect_servos(robot);
         Ok(())
     }
 
@@ -214,7 +105,46 @@ impl<P: Ports> Buses<P> {
                 Err(error) => return Found::Unheard(error),
             }
         }
-        Found::AsExpected
+        match self.ask_state(robot, joint, servo) {
+            Ok(found) => found,
+            Err(error) => Found::Unheard(error),
+        }
+    }
+
+    /// Whether the right servo is fit to be given torque; notes another firmware.
+    fn ask_state(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Result<Found, TransactionError> {
+        let registers = servo.model.registers;
+        let celsius = self.read(joint, registers.present_temperature)?;
+        let decivolts = self.read(joint, registers.present_voltage)?;
+        if let Some(expected) = servo.firmware {
+            let (major, minor) = registers.firmware;
+            // One byte each.
+            let mut byte =
+                |register| self.read(joint, register).map(|value| u8::try_from(value).unwrap_or(u8::MAX));
+            let found = Firmware { major: byte(major)?, minor: minor.map(byte).transpose()? };
+            if found != expected {
+                let place = &self.place(joint)?.servo;
+                self.notes.push(format!(
+                    "{place} has firmware {found}, the unit file says {expected}: an update can reset what a servo was \
+                     set to; calibrate the robot again"
+                ));
+            }
+        }
+        // No register of these holds a number that f64 does not.
+        #[allow(clippy::cast_precision_loss, reason = "two bytes at most")]
+        let (measured_c, volts) = (celsius as f64, decivolts as f64 / 10.0);
+        Ok(if measured_c > robot.safety.temperature_c {
+            Found::Hot(celsius)
+        } else if volts < robot.safety.voltage_v || servo.model.is_too_much(volts) {
+            Found::Supply(volts)
+        } else {
+            Found::AsExpected
+        })
+    }
+
+    /// What was noticed at the start that is no reason not to: a sentence each, for a person to read.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The other bus on which a servo of this id and model answers, if there is one. Where the robot file has
@@ -261,6 +191,15 @@ impl<P: Ports> Buses<P> {
                     Disagreement::OtherSetting { place, register, found, expected, cure }
                 }
                 Found::Unheard(error) => Disagreement::Unheard(error.clone()),
+                Found::Hot(found_c) => {
+                    Disagreement::Hot { place, found_c: *found_c, limit_c: robot.safety.temperature_c }
+                }
+                Found::Supply(found_v) => Disagreement::Supply {
+                    place,
+                    found_v: *found_v,
+                    lowest_v: robot.safety.voltage_v,
+                    highest_v: servo.model.voltage_max_v,
+                },
                 Found::Elsewhere(line) => {
                     Disagreement::OtherBus { place, found: self.bus_device(robot, *line) }
                 }
@@ -289,7 +228,7 @@ impl<P: Ports> Buses<P> {
     }
 }
 
-fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
+pub(super) fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
     robot.joints.iter().enumerate().filter_map(|(joint, of)| Some((joint, of.servo.as_ref()?)))
 }
 
@@ -307,10 +246,14 @@ fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, 
         let is_of_b = |(_, servo, found): &(usize, Servo, Found)| match found {
             Found::Elsewhere(line) => *line == b,
             Found::OtherModel(number) => has_twin(servo, b, *number),
-            Found::AsExpected | Found::OtherSetting { .. } | Found::Unheard(_) => false,
+            Found::AsExpected
+            | Found::OtherSetting { .. }
+            | Found::Hot(_)
+            | Found::Supply(_)
+            | Found::Unheard(_) => false,
         };
         let is_at_home = |(_, servo, found): &(usize, Servo, Found)| {
-            matches!(found, Found::AsExpected | Found::OtherSetting { .. })
+            matches!(found, Found::AsExpected | Found::OtherSetting { .. } | Found::Hot(_) | Found::Supply(_))
                 && !has_twin(servo, b, i64::from(servo.model.model_number))
         };
         on_a().any(is_of_b) && !on_a().any(is_at_home)

@@ -127,6 +127,7 @@ fn robot() -> Robot {
             id: ServoId(10 + index),
             reversed: false,
             zero_count: 2048.0,
+            firmware: None,
         }),
     };
     Robot {
@@ -150,6 +151,7 @@ fn robot() -> Robot {
             swing_lift_m: 0.01,
             swing_ramp_share: 0.1,
             acceleration_m_s2: 1.0,
+            yaw_rate_max_rad_s: 1.0,
             gaits: Vec::<Gait>::new(),
         }),
         safety: SafetySettings {

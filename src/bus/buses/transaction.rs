@@ -9,7 +9,7 @@ use crate::model::servo_model::Register;
 
 /// A request is sent this often before it is given up: one reply lost to noise, or two, are no reason not
 /// to start.
-const TRIES: u32 = 3;
+pub(super) const TRIES: u32 = 3;
 
 impl<P: Ports> Buses<P> {
     /// Whether the joint's servo is there.
@@ -73,7 +73,7 @@ impl<P: Ports> Buses<P> {
         self.ask_at(line, place, Request::Read(register))
     }
 
-    /// Asks up to [`TRIES`] times; the value read, or 0.
+    /// Asks up to as often as it tries; the value read, or 0.
     fn ask(&mut self, joint: usize, request: Request) -> Result<i64, TransactionError> {
         let place = self.place(joint)?;
         let (line, place) = (place.line, place.servo.clone());
@@ -82,7 +82,7 @@ impl<P: Ports> Buses<P> {
 
     fn ask_at(&mut self, index: usize, place: ServoPlace, request: Request) -> Result<i64, TransactionError> {
         let mut is_corrupt = false;
-        for _ in 0..TRIES {
+        for _ in 0..self.tries {
             let Some(line) = self.lines.get_mut(index) else { break };
             let bytes = match request {
                 Request::Ping => line.client.begin_ping(place.id),
@@ -104,8 +104,8 @@ impl<P: Ports> Buses<P> {
             }
         }
         Err(match is_corrupt {
-            true => TransactionError::Corrupt { place, request, tries: TRIES },
-            false => TransactionError::NoAnswer { place, request, tries: TRIES },
+            true => TransactionError::Corrupt { place, request, tries: self.tries },
+            false => TransactionError::NoAnswer { place, request, tries: self.tries },
         })
     }
 }

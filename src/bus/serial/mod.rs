@@ -2,7 +2,8 @@
 //!
 //! Comes in: which device each bus is on. Goes out: bytes, without ever waiting for a line; one wait for all
 //! lines at once. A line that hangs up is gone, costs nothing while it is, and comes back by itself when its
-//! device does: a thread of its own tries to open it again, because opening takes an adapter milliseconds.
+//! device does, with the same servos on it: a thread of its own tries to open it again and asks who is there,
+//! because both take milliseconds.
 //! After opening, nothing here allocates and no thread is needed for a line that works.
 
 mod device;
@@ -16,6 +17,7 @@ use rustix::termios::{QueueSelector, tcflush};
 use serialport::TTYPort;
 
 use super::port::{PortError, Ports};
+use crate::model::Robot;
 use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
 use crate::units::Time;
 pub use device::{Device, OpenCause, OpenError, OpenFault};
@@ -32,7 +34,8 @@ pub struct SerialPorts {
     /// Each bus's line; none while it is gone.
     lines: Vec<Option<TTYPort>>,
     poll_list: PollList,
-    reopener: Reopener,
+    /// None where a line that is lost is lost for good.
+    reopener: Option<Reopener>,
     /// Time 0 of the run, on the monotonic clock.
     start: Duration,
     notes: Vec<String>,
@@ -54,11 +57,34 @@ impl SerialPorts {
         Ok(SerialPorts {
             lines: lines.into_iter().map(Some).collect(),
             poll_list,
-            reopener: Reopener::start(devices.to_vec()),
+            reopener: Some(Reopener::start(devices.to_vec())),
             start: monotonic(),
             notes: devices.iter().filter_map(latency::advice).collect(),
             paths: devices.iter().map(|device| device.path.display().to_string()).collect(),
         })
+    }
+
+    /// The one line of `bus` of a robot of `count` buses, the others gone, on an open port: to ask who is on it.
+    fn with_only(bus: usize, count: usize, port: TTYPort) -> SerialPorts {
+        let mut poll_list = PollList::new(count);
+        poll_list.set(bus, Some(&port));
+        let mut lines: Vec<Option<TTYPort>> = (0..count).map(|_| None).collect();
+        if let Some(line) = lines.get_mut(bus) {
+            *line = Some(port);
+        }
+        SerialPorts {
+            lines,
+            poll_list,
+            reopener: None,
+            start: monotonic(),
+            notes: Vec::new(),
+            paths: Vec::new(),
+        }
+    }
+
+    /// Gives the line of `bus` back, if it is still there.
+    fn into_line(mut self, bus: usize) -> Option<TTYPort> {
+        self.lines.get_mut(bus).and_then(Option::take)
     }
 
     /// What could be better about the lines, and how; a sentence each, for a person to read.
@@ -73,15 +99,16 @@ impl SerialPorts {
     /// Gives a line up, and has its device tried again.
     fn lose(&mut self, bus: usize) -> PortError {
         self.poll_list.set(bus, None);
-        if let Some(port) = self.lines.get_mut(bus).and_then(Option::take) {
-            self.reopener.hand_over(bus, port);
+        let port = self.lines.get_mut(bus).and_then(Option::take);
+        if let (Some(port), Some(reopener)) = (port, &self.reopener) {
+            reopener.hand_over(bus, port);
         }
         PortError::Gone { bus }
     }
 
     /// Takes lines that are back into use.
     fn take_back(&mut self) {
-        while let Some((bus, port)) = self.reopener.returned() {
+        while let Some((bus, port)) = self.reopener.as_ref().and_then(Reopener::returned) {
             self.poll_list.set(bus, Some(&port));
             if let Some(line) = self.lines.get_mut(bus) {
                 *line = Some(port);
@@ -150,6 +177,16 @@ impl Ports for SerialPorts {
 
     fn device(&self, bus: usize) -> Option<&str> {
         self.paths.get(bus).map(String::as_str)
+    }
+
+    fn expect_servos(&mut self, robot: &Robot) {
+        if let Some(reopener) = &self.reopener {
+            reopener.expect(robot);
+        }
+    }
+
+    fn strangers(&self) -> Vec<String> {
+        self.reopener.as_ref().map(Reopener::strangers).unwrap_or_default()
     }
 }
 

@@ -1,12 +1,16 @@
-//! Opens lost lines again, beside the loop.
+//! Opens lost lines again, beside the loop, and gives back those that have the same servos on them.
 
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use serialport::TTYPort;
 
+use super::SerialPorts;
 use super::device::{self, Device};
+use crate::bus::buses::{Buses, Company};
+use crate::model::Robot;
 
 /// Time between two tries to open a lost device. An adapter takes about a second to be recognised.
 const RETRY_EVERY: Duration = Duration::from_millis(250);
@@ -16,7 +20,17 @@ const RETRY_EVERY: Duration = Duration::from_millis(250);
 pub(super) struct Reopener {
     lost: Option<Sender<(usize, TTYPort)>>,
     returned: Receiver<(usize, TTYPort)>,
+    shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    devices: Vec<Device>,
+    /// Whose servos are on the lines; none before they have been identified for the first time.
+    robot: OnceLock<Robot>,
+    /// What was last found wrong with the line of each bus. The loop stays away from it.
+    strangers: Mutex<Vec<Option<String>>>,
 }
 
 impl Reopener {
@@ -24,8 +38,22 @@ impl Reopener {
         // A line is in one place at a time, so that neither channel is ever full.
         let (lost, losses) = bounded(devices.len());
         let (returns, returned) = bounded(devices.len());
-        let thread = std::thread::spawn(move || reopen(&devices, &losses, &returns));
-        Reopener { lost: Some(lost), returned, thread: Some(thread) }
+        let strangers = Mutex::new(vec![None; devices.len()]);
+        let shared = Arc::new(Shared { devices, robot: OnceLock::new(), strangers });
+        let theirs = Arc::clone(&shared);
+        let thread = std::thread::spawn(move || reopen(&theirs, &losses, &returns));
+        Reopener { lost: Some(lost), returned, shared, thread: Some(thread) }
+    }
+
+    /// Lines that are lost from now on come back only with the servos of `robot`.
+    pub(super) fn expect(&self, robot: &Robot) {
+        let _ = self.shared.robot.set(robot.clone());
+    }
+
+    /// What was found wrong with lines that were open again, a sentence each.
+    pub(super) fn strangers(&self) -> Vec<String> {
+        let strangers = self.shared.strangers.lock().unwrap_or_else(PoisonError::into_inner);
+        strangers.iter().flatten().cloned().collect()
     }
 
     /// Has the line of `bus` closed and its device tried again. Never waits.
@@ -51,7 +79,7 @@ impl Drop for Reopener {
     }
 }
 
-fn reopen(devices: &[Device], losses: &Receiver<(usize, TTYPort)>, returns: &Sender<(usize, TTYPort)>) {
+fn reopen(shared: &Shared, losses: &Receiver<(usize, TTYPort)>, returns: &Sender<(usize, TTYPort)>) {
     let mut lost: Vec<usize> = Vec::new();
     loop {
         let loss = match lost.is_empty() {
@@ -65,10 +93,36 @@ fn reopen(devices: &[Device], losses: &Receiver<(usize, TTYPort)>, returns: &Sen
                 lost.push(bus);
             }
             Err(RecvTimeoutError::Timeout) => lost.retain(|&bus| {
-                let port = devices.get(bus).and_then(|device| device::open(device).ok());
+                let port = shared.devices.get(bus).and_then(|device| device::open(device).ok());
+                let port = port.and_then(|port| shared.recognise(bus, port));
                 port.is_none_or(|port| returns.try_send((bus, port)).is_err())
             }),
             Err(RecvTimeoutError::Disconnected) => return,
         }
+    }
+}
+
+impl Shared {
+    /// Gives a line back that was opened again, if the servos of `bus` are on it. Only reads.
+    fn recognise(&self, bus: usize, port: TTYPort) -> Option<TTYPort> {
+        let Some(robot) = self.robot.get() else { return Some(port) };
+        let mut buses = Buses::new(robot, SerialPorts::with_only(bus, robot.buses.len(), port));
+        let found = match buses.company(robot, bus) {
+            Company::Own => return buses.into_ports().into_line(bus),
+            // They may have no power yet.
+            Company::Nobody => return None,
+            Company::Stranger(found) => found,
+        };
+        let device = self.devices.get(bus)?;
+        let said = format!(
+            "bus {}: {} came back with other servos on it, and was left alone: {found}; put each adapter back in its \
+             place",
+            device.bus,
+            device.path.display()
+        );
+        if let Some(place) = self.strangers.lock().unwrap_or_else(PoisonError::into_inner).get_mut(bus) {
+            *place = Some(said);
+        }
+        None
     }
 }

@@ -120,7 +120,7 @@ pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
 }
 
 #[allow(clippy::print_stderr, reason = "warnings of the command")]
-fn warn(text: &str) {
+pub(super) fn warn(text: &str) {
     eprintln!("hippocamp: warning: {text}");
 }
 

@@ -17,7 +17,6 @@ fn unit(robot: &Robot, buses: &[&str]) -> Unit {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
         direction_checked: true,
-        serial: None,
         firmware: None,
     };
     let bus = |name: &&str| UnitBus { name: (*name).to_owned(), device: device(name) };
@@ -39,7 +38,8 @@ fn file(unit: &Unit) -> UnitFile {
 
 fn choose_with(unit: Option<&Unit>, ports: &[&str], is_simulation: bool) -> Result<Choice> {
     let ports = ports.iter().map(|text| text.parse().unwrap()).collect();
-    let options = UnitArguments { unit: None, ports, simulate: is_simulation, is_virtual: false };
+    let options =
+        UnitArguments { unit: None, ports, simulate: is_simulation, is_virtual: false, processor: None };
     choose(&options, &robot(), Path::new(ROBOT_FILE), unit.map(file).as_ref())
 }
 
@@ -82,7 +82,13 @@ fn who_asks_for_a_simulation_gets_one() {
     uncalibrated.joints.clear();
     for unit in [unit(&robot(), &ALL), uncalibrated] {
         assert_eq!(choose_with(Some(&unit), &[], true).unwrap(), SIMULATED);
-        let options = UnitArguments { unit: None, ports: Vec::new(), simulate: false, is_virtual: true };
+        let options = UnitArguments {
+            unit: None,
+            ports: Vec::new(),
+            simulate: false,
+            is_virtual: true,
+            processor: None,
+        };
         let choice = choose(&options, &robot(), Path::new(ROBOT_FILE), Some(&file(&unit))).unwrap();
         assert_eq!(choice, Choice::Simulated { is_virtual: true });
     }

@@ -1,82 +1,104 @@
-//! The walking horse: a trunk that follows a speed ramp and four feet that step under it.
+//! The walking horse: a trunk that follows commands and four feet that step under it.
 //!
-//! One clock for all legs; a leg lifts when the clock passes its lag, swings for the swing time, and
-//! lands half-way between where its root will be at touch-down and at the next lift-off (both read ahead
-//! in the ramp). So every stance is centred under the leg, whatever the speed does, and no foot slips.
+//! ```text
+//! Command -> limits, gait by speed (drive, auto) -> plan looked through ahead (planner)
+//!         -> speed profile and stride clock -> feet (walk) -> tips under a leaning trunk (posture)
+//! ```
 
+mod auto;
+mod clock;
+mod drive;
 mod generator;
+mod planner;
+mod posture;
+mod profile;
+mod reach_table;
 #[cfg(test)]
 mod tests;
 pub mod thesis_rule;
+mod walk;
 
 use glam::DVec3;
 
 use crate::model::{Gait, HorseMotion};
-use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, SpeedRamp, SwingCurve};
-use crate::signals::{FootTarget, Targets};
+use crate::motion::curves::SwingCurve;
+use crate::motion::{Command, GaitChoice};
+pub use clock::StrideClock;
+pub use drive::Drive;
 pub use generator::HorseGenerator;
+pub use posture::Lean;
+pub use profile::{Rates, SpeedProfile};
+pub use reach_table::{LEVELS, LegReach, ReachTable, Reachable, StridePoint};
+pub use walk::{FootPlace, Walk};
 
-/// What a walk needs to know of the robot, worked out when the robot loads.
+/// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.
+const PLANNED_SHARE: f64 = 0.99;
+/// Shortest stance of a change, swing times: 60 ms of the thesis' 0.3 s.
+const SHORTEST_STANCE: f64 = 0.2;
+
+/// What a walk needs to know of the robot, worked out when the robot loads, and what it is to do.
 #[derive(Debug, Clone)]
 pub struct HorsePlan {
     /// The robot's own settings.
     pub settings: HorseMotion,
     /// Neutral foot point of each leg when standing, body frame, m.
     pub neutral_in_body: [DVec3; 4],
-    /// How far fore and aft of it every foot may go, m.
-    pub half_excursion_m: f64,
+    /// How far fore and aft of it every foot may go, by posture.
+    pub reach: ReachTable,
     /// Joint angles of the sitting robot, all chains, rad.
     pub sit_pose_rad: Vec<f64>,
-    /// The gait it will walk.
-    pub gait: Gait,
-    /// The speed it will walk at, m/s, within what geometry and servos allow.
-    pub speed_m_s: f64,
+    /// How fast each of the settings' gaits can go.
+    pub paces: Vec<Pace>,
+    /// True if servos turn its joints, false for a robot on paper.
+    pub is_driven: bool,
+    /// What to do when the operator says no more than to go.
+    pub command: Command,
 }
 
-/// A foot is on its neutral point when this close to it, m.
-const CENTRED_M: f64 = 1e-9;
-
-/// A start that would leave a foot out of reach is made slower by this factor, this often at most.
-const RAMP_GROWTH: f64 = 1.1;
-const RAMPS_TRIED: u32 = 40;
-/// How much longer than the acceleration limit asks for a stop may take, tried in this order.
-const STOP_STRETCHES: [f64; 6] = [1.0, 1.3, 1.7, 2.2, 3.5, 6.0];
-
-/// A walk under way.
-#[derive(Debug, Clone)]
-pub struct Walk {
-    swing: SwingCurve,
-    period_s: f64,
-    ramp: SpeedRamp,
-    legs: [Leg; 4],
+/// How fast a gait can go, m/s, both 0 or more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Forward.
+    pub forward_m_s: f64,
+    /// Backwards.
+    pub backward_m_s: f64,
 }
-
-#[derive(Debug, Clone, Copy)]
-struct Leg {
-    /// Neutral foot point ahead of the trunk, m.
-    neutral_m: f64,
-    foot: Foot,
-    next_lift_s: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Foot {
-    /// On the ground here (world x, m).
-    Stance { at_m: f64 },
-    /// In the air since `lifted_s`, between these places (world x, m).
-    Swing { lifted_s: f64, from_m: f64, to_m: f64 },
-}
-
-/// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.
-const PLANNED_SHARE: f64 = 0.99;
 
 impl HorsePlan {
-    /// The speed at which half a stance and the overshoot of the swing fill the reach, m/s:
-    /// V (alpha T / 2 + overshoot per speed) = 0.99 E.
-    pub fn top_speed_by_reach_m_s(&self) -> f64 {
-        let period_s = self.gait.period_s(self.settings.swing_time_s);
-        let overshoot_s = self.swing().overshoot_m(1.0, period_s);
-        PLANNED_SHARE * self.half_excursion_m / (0.5 * self.gait.duty_factor * period_s + overshoot_s)
+    /// Name of a choice of gait, as files and options have it.
+    pub fn gait_name(&self, choice: GaitChoice) -> &str {
+        match choice {
+            GaitChoice::Stand => "stand",
+            GaitChoice::Auto => "auto",
+            GaitChoice::Gait(gait) => self.settings.gaits.get(gait).map_or("stand", |gait| &gait.name),
+        }
+    }
+
+    /// The choice of gait with that name; none if there is no such gait.
+    pub fn gait_choice(&self, name: &str) -> Option<GaitChoice> {
+        match name {
+            "stand" => Some(GaitChoice::Stand),
+            "auto" => Some(GaitChoice::Auto),
+            name => self.settings.gaits.iter().position(|gait| gait.name == name).map(GaitChoice::Gait),
+        }
+    }
+
+    /// The fastest the robot goes forward in a choice of gait, standing level, m/s.
+    pub fn top_speed_m_s(&self, choice: GaitChoice) -> f64 {
+        let of_gait = |gait: usize| self.paces.get(gait).map_or(0.0, |pace| pace.forward_m_s);
+        match choice {
+            GaitChoice::Stand => 0.0,
+            GaitChoice::Auto => self.ladder().map(of_gait).fold(0.0, f64::max),
+            GaitChoice::Gait(gait) => of_gait(gait),
+        }
+    }
+
+    /// The same plan, to go straight ahead in a gait at `share` of its top speed.
+    #[must_use]
+    pub fn at_share(mut self, choice: GaitChoice, share: f64) -> HorsePlan {
+        let speed_m_s = share * self.top_speed_m_s(choice);
+        self.command = Command { gait: choice, speed_m_s, ..Command::default() };
+        self
     }
 
     /// The swing curve of the robot file.
@@ -87,181 +109,98 @@ impl HorsePlan {
             ramp_share: self.settings.swing_ramp_share,
         }
     }
-}
 
-impl Walk {
-    /// A horse that stands on its neutral points and takes no step.
-    pub fn standing(plan: &HorsePlan) -> Walk {
-        Walk {
-            swing: plan.swing(),
-            period_s: plan.gait.period_s(plan.settings.swing_time_s),
-            ramp: SpeedRamp::still(0.0),
-            legs: plan.neutral_in_body.map(|neutral| Leg {
-                neutral_m: neutral.x,
-                foot: Foot::Stance { at_m: neutral.x },
-                next_lift_s: f64::INFINITY,
-            }),
-        }
-    }
-
-    /// The same, beginning to walk at time `start_s` with the left hind, and at full speed after `ramp_s`
-    /// (see [`Walk::find_start_ramp_s`]).
-    pub fn begin(plan: &HorsePlan, start_s: f64, ramp_s: f64) -> Walk {
-        let mut walk = Walk::standing(plan);
-        for (leg, lag) in walk.legs.iter_mut().zip(plan.gait.lags) {
-            leg.next_lift_s = start_s + lag * walk.period_s;
-        }
-        walk.ramp =
-            SpeedRamp { start_s, duration_s: ramp_s, from_m_s: 0.0, to_m_s: plan.speed_m_s, start_m: 0.0 };
-        walk
-    }
-
-    /// Shortest time to speed up in, s, that keeps the acceleration and leaves no foot out of reach: feet that
-    /// wait long for their first step are left behind, and swings end in a faster stride than they began in.
-    pub fn find_start_ramp_s(plan: &HorsePlan) -> f64 {
-        let mut ramp_s = Walk::standing(plan).ramp_duration_s(plan, plan.speed_m_s);
-        for _ in 0..RAMPS_TRIED {
-            if Walk::begin(plan, 0.0, ramp_s).stays_in_reach(plan, 0.0, ramp_s) {
-                break;
-            }
-            ramp_s *= RAMP_GROWTH;
-        }
-        ramp_s
-    }
-
-    /// True if no foot leaves the half-excursion from `from_s` until one period after `until_s`.
-    fn stays_in_reach(mut self, plan: &HorsePlan, from_s: f64, until_s: f64) -> bool {
-        let step_s = self.swing.time_s / 200.0;
-        let mut s = from_s;
-        while s < until_s + self.period_s {
-            self.advance(s);
-            if self.legs.iter().any(|leg| self.excursion_m(leg, s).abs() > plan.half_excursion_m) {
-                return false;
-            }
-            s += step_s;
-        }
-        true
-    }
-
-    /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
-    fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
-        let at_m = match leg.foot {
-            Foot::Stance { at_m } => at_m,
-            Foot::Swing { lifted_s, from_m, to_m } => {
-                from_m + (to_m - from_m) * self.swing.way((s - lifted_s) / self.swing.time_s)
-            }
+    /// Largest speed of a foot against the trunk, in mid-swing of steady strides at the servos' top speeds, m/s;
+    /// infinite for legs without servos.
+    fn swing_speed_max_m_s(&self) -> f64 {
+        let swing_s = self.settings.swing_time_s;
+        let at_top_m_s = |(gait, pace): (&Gait, &Pace)| {
+            let top_m_s = pace.forward_m_s.max(pace.backward_m_s);
+            self.swing().fastest_m_s(gait.stride_m(top_m_s, swing_s)) - top_m_s
         };
-        at_m - self.ramp.place_m(s) - leg.neutral_m
-    }
-
-    /// A horse that has long been walking at `speed_m_s` when time begins; settled after one stride.
-    pub fn cruising(plan: &HorsePlan, speed_m_s: f64) -> Walk {
-        let mut walk = Walk::standing(plan);
-        walk.ramp = SpeedRamp { from_m_s: speed_m_s, to_m_s: speed_m_s, ..walk.ramp };
-        for (leg, lag) in walk.legs.iter_mut().zip(plan.gait.lags) {
-            leg.next_lift_s = lag * walk.period_s;
-            let half_stance_s = 0.5 * plan.gait.duty_factor * walk.period_s;
-            leg.foot = Foot::Stance { at_m: leg.neutral_m + speed_m_s * (leg.next_lift_s - half_stance_s) };
-        }
-        walk
-    }
-
-    /// From `s` on, slows down to a stand, if that can be done now without a foot leaving its reach: one that
-    /// is in the air while the horse speeds up lands where only a faster trunk will catch up with it.
-    /// Returns whether it does; if not, nothing has changed, and in another phase of the stride it will. If it
-    /// `must`, it does in any case, in the gentlest way.
-    pub fn try_stop(&mut self, plan: &HorsePlan, s: f64, must: bool) -> bool {
-        let (from_m_s, start_m) = (self.ramp.speed_m_s(s), self.ramp.place_m(s));
-        let shortest_s = self.ramp_duration_s(plan, from_m_s);
-        for stretch in STOP_STRETCHES {
-            let duration_s = stretch * shortest_s;
-            let mut stopping = self.clone();
-            stopping.ramp = SpeedRamp { start_s: s, duration_s, from_m_s, to_m_s: 0.0, start_m };
-            let is_last_resort = must && stretch >= STOP_STRETCHES[STOP_STRETCHES.len() - 1];
-            if is_last_resort || stopping.clone().stays_in_reach(plan, s, s + duration_s) {
-                *self = stopping;
-                return true;
-            }
-        }
-        false
-    }
-
-    fn ramp_duration_s(&self, plan: &HorsePlan, change_m_s: f64) -> f64 {
-        (SMOOTH_STEP_SLOPE_MAX * change_m_s.abs() / plan.settings.acceleration_m_s2).max(self.period_s)
-    }
-
-    /// True once stopped with every foot on the ground at its neutral point.
-    pub fn is_standing(&self, s: f64) -> bool {
-        self.is_stopped_by(s)
-            && self.legs.iter().all(|leg| match leg.foot {
-                Foot::Stance { at_m } => self.is_centred(leg, at_m, s),
-                Foot::Swing { .. } => false,
-            })
-    }
-
-    fn is_stopped_by(&self, s: f64) -> bool {
-        self.ramp.to_m_s.abs() < f64::MIN_POSITIVE && s >= self.ramp.end_s()
-    }
-
-    fn is_centred(&self, leg: &Leg, at_m: f64, s: f64) -> bool {
-        (at_m - leg.neutral_m - self.ramp.place_m(s)).abs() < CENTRED_M
-    }
-
-    /// Lifts and lands feet up to time `s`, at the exact times the clock gives, between cycles too.
-    pub fn advance(&mut self, s: f64) {
-        for index in 0..4 {
-            loop {
-                let leg = self.legs[index];
-                match leg.foot {
-                    Foot::Stance { at_m } if s >= leg.next_lift_s => {
-                        let lifted_s = leg.next_lift_s;
-                        self.legs[index].next_lift_s += self.period_s;
-                        if !(self.is_stopped_by(lifted_s) && self.is_centred(&leg, at_m, lifted_s)) {
-                            let root_m = 0.5
-                                * (self.ramp.place_m(lifted_s + self.swing.time_s)
-                                    + self.ramp.place_m(lifted_s + self.period_s));
-                            self.legs[index].foot =
-                                Foot::Swing { lifted_s, from_m: at_m, to_m: root_m + leg.neutral_m };
-                        }
-                    }
-                    Foot::Swing { lifted_s, to_m, .. } if s >= lifted_s + self.swing.time_s => {
-                        self.legs[index].foot = Foot::Stance { at_m: to_m };
-                    }
-                    _ => break,
-                }
-            }
+        match self.is_driven {
+            true => self.settings.gaits.iter().zip(&self.paces).map(at_top_m_s).fold(0.0, f64::max),
+            false => f64::INFINITY,
         }
     }
 
-    /// Writes the tips and the plan at time `s` for a trunk `height_m` above the ground.
-    pub fn write(&self, plan: &HorsePlan, s: f64, height_m: f64, targets: &mut Targets) {
-        let trunk_m = self.ramp.place_m(s);
-        targets.trunk_in_world = DVec3::new(trunk_m, 0.0, height_m);
-        targets.feet.clear();
-        for (index, leg) in self.legs.iter().enumerate() {
-            let (at_m, up_m, is_swing, bound) = match leg.foot {
-                Foot::Stance { at_m } => (at_m, 0.0, false, 0.0),
-                Foot::Swing { lifted_s, from_m, to_m } => {
-                    let u = (s - lifted_s) / self.swing.time_s;
-                    let bound = self.swing.acceleration_max_m_s2(to_m - from_m);
-                    (from_m + (to_m - from_m) * self.swing.way(u), self.swing.height_m(u), true, bound)
-                }
-            };
-            let chain = plan.settings.legs[index];
-            let in_world = DVec3::new(at_m, plan.neutral_in_body[index].y, up_m);
-            targets.tips_in_body[chain] = in_world - targets.trunk_in_world;
-            targets.feet.push(FootTarget {
-                chain,
-                in_world,
-                excursion_m: at_m - trunk_m - leg.neutral_m,
-                is_swing,
-                swing_acceleration_m_s2: bound,
-            });
-        }
+    /// The speed at which a foot that lifts every `interval_s` swings as fast against the trunk as it may, m/s.
+    fn speed_by_swing_m_s(&self, interval_s: f64) -> f64 {
+        self.swing_speed_max_m_s() / (self.swing().fastest_m_s(interval_s) - 1.0)
     }
 
-    /// Speed of the trunk at time `s`, m/s.
-    pub fn speed_m_s(&self, s: f64) -> f64 {
-        self.ramp.speed_m_s(s)
+    /// The speed at which half a stance of `stance_s` and the overshoot of the swing fill the reach, m/s:
+    /// V (stance / 2 + overshoot per speed) = 0.99 E, E being `reach_m`.
+    pub fn speed_by_reach_m_s(&self, stance_s: f64, period_s: f64, reach_m: f64) -> f64 {
+        let overshoot_s = self.swing().overshoot_m(1.0, period_s);
+        PLANNED_SHARE * reach_m / (0.5 * stance_s + overshoot_s)
+    }
+
+    /// The fastest the legs' reach lets the gait with index `gait` go, m/s.
+    pub fn top_speed_by_reach_m_s(&self, gait: usize, reach_m: f64) -> f64 {
+        let (gait, swing_s) = (&self.settings.gaits[gait], self.settings.swing_time_s);
+        self.speed_by_reach_m_s(gait.stance_s(swing_s), gait.period_s(swing_s), reach_m)
+    }
+
+    /// The fastest the gait with index `gait` goes in the direction of `speed_m_s`, m/s, 0 or more.
+    fn top_m_s(&self, gait: usize, speed_m_s: f64, reach_m: f64) -> f64 {
+        let Pace { forward_m_s, backward_m_s } = self.paces[gait];
+        let by_servos_m_s = if speed_m_s < 0.0 { backward_m_s } else { forward_m_s };
+        by_servos_m_s.min(self.top_speed_by_reach_m_s(gait, reach_m))
+    }
+
+    /// True if the robot has the gait and can go in it at all.
+    fn can_do(&self, gait: usize) -> bool {
+        self.paces.get(gait).is_some_and(|pace| pace.forward_m_s > 0.0)
+    }
+
+    /// Gaits that are chosen by speed, from the slowest to the fastest: indices.
+    fn ladder(&self) -> impl Iterator<Item = usize> {
+        let is_rung = |gait: &usize| self.settings.gaits[*gait].auto_froude_max.is_some();
+        (0..self.settings.gaits.len()).filter(is_rung).filter(|gait| self.can_do(*gait))
+    }
+
+    /// Half the distance between the outermost legs' planes, m.
+    fn half_width_m(&self) -> f64 {
+        self.neutral_in_body.iter().map(|neutral| neutral.y.abs()).fold(0.0, f64::max)
+    }
+
+    /// The largest speed of any leg's plane, m/s.
+    fn fastest_plane_m_s(&self, rates: Rates) -> f64 {
+        self.neutral_in_body.iter().map(|neutral| rates.at_side_m_s(neutral.y).abs()).fold(0.0, f64::max)
+    }
+
+    /// The slower of two.
+    fn slowest(&self, a: Rates, b: Rates) -> Rates {
+        if self.fastest_plane_m_s(a) <= self.fastest_plane_m_s(b) { a } else { b }
+    }
+
+    /// The same curve, slowed down until no leg's plane is faster than `top_m_s`.
+    fn slowed_to(&self, rates: Rates, top_m_s: f64) -> Rates {
+        let fastest_m_s = self.fastest_plane_m_s(rates);
+        if fastest_m_s <= top_m_s { rates } else { rates * (top_m_s / fastest_m_s) }
+    }
+
+    /// Time of a change of speed in which no leg's plane passes the acceleration limit, s.
+    fn ramp_s(&self, from: Rates, to: Rates) -> f64 {
+        self.fastest_plane_m_s(to - from) / self.settings.acceleration_m_s2
+    }
+
+    /// What the robot can do of `wanted` in the gait with index `gait`: first the turn is held to its limit, then
+    /// the speed to what that leaves, so that a horse at its top speed slows down to turn.
+    fn limited(&self, gait: usize, wanted: Rates, reach_m: f64) -> Rates {
+        let forward_m_s = self.top_m_s(gait, 1.0, reach_m);
+        let backward_m_s = self.top_m_s(gait, -1.0, reach_m);
+        let half_width_m = self.half_width_m().max(f64::MIN_POSITIVE);
+        let turn_max_rad_s =
+            self.settings.yaw_rate_max_rad_s.min(forward_m_s.min(backward_m_s) / half_width_m);
+        let yaw_rate_rad_s = wanted.yaw_rate_rad_s.clamp(-turn_max_rad_s, turn_max_rad_s);
+        let by_turn_m_s = yaw_rate_rad_s.abs() * half_width_m;
+        Rates {
+            speed_m_s: wanted
+                .speed_m_s
+                .clamp(-(backward_m_s - by_turn_m_s).max(0.0), (forward_m_s - by_turn_m_s).max(0.0)),
+            yaw_rate_rad_s,
+        }
     }
 }

@@ -1,169 +1,271 @@
-//! Walks from standing to standing, looked at through the tips they ask for.
+//! Horses driven from command to command, looked at through the tips they ask for.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::{HorsePlan, Walk};
+use super::{Drive, HorsePlan, LegReach, Pace, ReachTable, Reachable};
 use crate::model::{Gait, HorseMotion};
+use crate::motion::{Command, GaitChoice, Posture};
 use crate::signals::{Aim, Targets};
 
-const DT_S: f64 = 0.002;
-const HEIGHT_M: f64 = 0.19;
+/// The thesis' swing time and half-excursion, at full size.
+const SWING_S: f64 = 0.3;
+const REACH_M: f64 = 0.8;
+const HEIGHT_M: f64 = 1.32;
+const LIFT_M: f64 = 0.12;
+const DT_S: f64 = 0.01;
+/// No stance is shorter.
+const SHORTEST_STANCE_S: f64 = 0.06;
 
-fn plan(gait: Gait, speed_m_s: f64) -> HorsePlan {
-    HorsePlan {
-        settings: HorseMotion {
-            legs: [0, 1, 2, 3],
-            stand_height_m: HEIGHT_M,
-            sit_height_m: 0.17,
-            swing_time_s: 0.45,
-            swing_lift_m: 0.013,
-            swing_ramp_share: 0.2,
-            acceleration_m_s2: 0.5,
-            gaits: vec![],
-        },
-        neutral_in_body: [
-            DVec3::new(-0.11, 0.06, -HEIGHT_M),
-            DVec3::new(0.09, 0.06, -HEIGHT_M),
-            DVec3::new(-0.11, -0.06, -HEIGHT_M),
-            DVec3::new(0.09, -0.06, -HEIGHT_M),
-        ],
-        half_excursion_m: 0.089,
-        sit_pose_rad: vec![],
-        gait,
-        speed_m_s,
-    }
-}
-
-fn gaits() -> Vec<Gait> {
-    Gait::built_in()
-}
-
-struct Walked {
-    /// Lift-offs: (time, leg).
-    lift_offs: Vec<(f64, usize)>,
-    /// World places of the feet at the end, less the trunk's.
-    at_end: [DVec3; 4],
-    speed_at_stop: f64,
-}
-
-/// Walks, asks to stop at `stop_s`, and checks every instant on the way.
-fn walk(plan: &HorsePlan, stop_s: f64) -> Walked {
-    let mut walk = Walk::begin(plan, 0.0, Walk::find_start_ramp_s(plan));
-    let mut targets = Targets {
-        aim: Aim::Tips,
-        pose_rad: vec![],
-        tips_in_body: vec![DVec3::ZERO; 4],
-        torque_share: 1.0,
-        trunk_in_world: DVec3::ZERO,
-        feet: Vec::new(),
-        posture_pull: 0.0,
+fn plan() -> HorsePlan {
+    let settings = HorseMotion {
+        legs: [0, 1, 2, 3],
+        stand_height_m: HEIGHT_M,
+        sit_height_m: 1.0,
+        swing_time_s: SWING_S,
+        swing_lift_m: LIFT_M,
+        swing_ramp_share: 0.15,
+        acceleration_m_s2: 5.0,
+        yaw_rate_max_rad_s: 0.5,
+        gaits: Gait::built_in(),
     };
-    let (mut lift_offs, mut landed): (Vec<(f64, usize)>, [Option<DVec3>; 4]) = (Vec::new(), [None; 4]);
-    let (mut places, mut velocities) = ([None::<DVec3>; 4], [None::<DVec3>; 4]);
-    let mut was_swing = [false; 4];
-    let mut bounds = [[0.0; 2]; 4];
-    let (mut step, mut is_stopping, mut speed_at_stop) = (0_u32, false, 0.0);
-    loop {
-        let s = f64::from(step) * DT_S;
-        if s >= stop_s && !is_stopping {
-            speed_at_stop = walk.speed_m_s(s);
-            is_stopping = walk.try_stop(plan, s, false);
+    let sides_m = [0.2, 0.2, -0.2, -0.2];
+    let mut plan = HorsePlan {
+        neutral_in_body: std::array::from_fn(|leg| {
+            DVec3::new(if leg % 2 == 0 { -0.74 } else { 0.62 }, sides_m[leg], -HEIGHT_M)
+        }),
+        reach: ReachTable {
+            level: Reachable {
+                half_excursion_m: REACH_M,
+                legs: [LegReach::UNLIMITED; 4],
+                levels_m: (0.0, LIFT_M),
+                half_bob_m: 0.0,
+            },
+            stand_height_m: HEIGHT_M,
+            heights_m: vec![],
+            pitches_rad: vec![],
+            cells: vec![],
+            strides: vec![],
+            sides_m,
+            roll_max_rad: 0.0,
+            sway_max_m: 0.0,
+        },
+        sit_pose_rad: vec![],
+        paces: vec![],
+        is_driven: false,
+        command: Command::default(),
+        settings,
+    };
+    plan.paces = (0..plan.settings.gaits.len())
+        .map(|gait| {
+            let top_m_s = plan.top_speed_by_reach_m_s(gait, REACH_M);
+            Pace { forward_m_s: top_m_s, backward_m_s: top_m_s }
+        })
+        .collect();
+    plan
+}
+
+/// Drives a horse and checks every instant.
+struct Watched {
+    drive: Drive,
+    targets: Targets,
+    stance: [Option<(f64, f64)>; 4],
+    places: [Option<DVec2>; 4],
+    velocities: [Option<DVec2>; 4],
+    bounds: [[f64; 2]; 4],
+    lift_offs: [Vec<f64>; 4],
+    furthest_m: f64,
+    shortest_stance_s: f64,
+}
+
+impl Watched {
+    fn new(plan: &HorsePlan) -> Watched {
+        Watched {
+            drive: Drive::standing(plan.clone()),
+            targets: Targets {
+                aim: Aim::Tips,
+                pose_rad: vec![],
+                tips_in_body: vec![DVec3::ZERO; 4],
+                torque_share: 1.0,
+                trunk_in_world: DVec3::ZERO,
+                trunk_turn: glam::DQuat::IDENTITY,
+                feet: Vec::new(),
+                posture_pull: 0.0,
+            },
+            stance: [None; 4],
+            places: [None; 4],
+            velocities: [None; 4],
+            bounds: [[0.0; 2]; 4],
+            lift_offs: Default::default(),
+            furthest_m: 0.0,
+            shortest_stance_s: f64::INFINITY,
         }
-        walk.advance(s);
-        walk.write(plan, s, HEIGHT_M, &mut targets);
-        for (leg, foot) in targets.feet.iter().enumerate() {
-            let place = targets.tips_in_body[leg] + targets.trunk_in_world;
-            let from_neutral = targets.tips_in_body[leg].x - plan.neutral_in_body[leg].x;
-            assert!(
-                from_neutral.abs() <= plan.half_excursion_m * (1.0 + 1e-9),
-                "{leg} at {from_neutral} m, {s} s"
-            );
-            assert!(place.z >= -1e-12 && place.z <= 0.013 + 1e-12);
+    }
+
+    fn step(&mut self, command: Command) {
+        self.drive.step(DT_S, Some(command));
+        self.drive.write(HEIGHT_M, &mut self.targets);
+        let now_s = self.drive.now_s();
+        for (leg, foot) in self.targets.feet.iter().enumerate() {
+            let neutral = self.drive.plan().neutral_in_body[leg];
+            let tip = self.targets.tips_in_body[leg];
+            let excursion_m = tip.x - neutral.x;
+            self.furthest_m = self.furthest_m.max(excursion_m.abs());
+            assert!(tip.is_finite() && tip.y == neutral.y);
+            assert!(excursion_m.abs() <= REACH_M * (1.0 + 1e-9), "leg {leg} at {excursion_m} m, {now_s} s");
+            let place = DVec2::new(tip.x + foot.plane_way_m, tip.z + self.targets.trunk_in_world.z);
+            assert!((-1e-12..=LIFT_M + 1e-12).contains(&place.y));
             if foot.is_swing {
-                if !was_swing[leg] {
-                    lift_offs.push((s, leg));
+                if let Some((_, since_s)) = self.stance[leg].take() {
+                    self.lift_offs[leg].push(now_s);
+                    // Seen at most one cycle late at either end.
+                    self.shortest_stance_s = self.shortest_stance_s.min(now_s - since_s + DT_S);
                 }
-                landed[leg] = None;
             } else {
-                let start = *landed[leg].get_or_insert(place);
-                assert!(
-                    place.distance(start) <= 1e-12,
-                    "leg {leg} slips {} m at {s} s",
-                    place.distance(start)
-                );
+                // A foot that stands when the watch begins has stood for long.
+                let since_s = if self.places[leg].is_some() { now_s } else { f64::NEG_INFINITY };
+                let (start_m, _) = *self.stance[leg].get_or_insert((place.x, since_s));
+                let slip_m = (place.x - start_m).abs();
+                // Rounding of places some kilometres away.
+                assert!(slip_m <= 1e-11, "leg {leg} slips {slip_m} m at {now_s} s");
             }
-            was_swing[leg] = foot.is_swing;
-            let velocity = places[leg].map(|before| (place - before) / DT_S);
-            if let (Some(now), Some(before)) = (velocity, velocities[leg]) {
-                let bound = foot.swing_acceleration_m_s2.max(bounds[leg][0]).max(bounds[leg][1]);
-                assert!(now.distance(before) <= bound * DT_S + 1e-9, "leg {leg} jumps at {s} s");
+            let velocity = self.places[leg].map(|before| (place - before) / DT_S);
+            if let (Some(now), Some(before)) = (velocity, self.velocities[leg]) {
+                let bound = foot.swing_acceleration_m_s2.max(self.bounds[leg][0]).max(self.bounds[leg][1]);
+                assert!(now.distance(before) <= bound * DT_S + 1e-8, "leg {leg} jumps at {now_s} s");
             }
-            bounds[leg] = [foot.swing_acceleration_m_s2, bounds[leg][0]];
-            places[leg] = Some(place);
-            velocities[leg] = velocity;
+            self.bounds[leg] = [foot.swing_acceleration_m_s2, self.bounds[leg][0]];
+            self.places[leg] = Some(place);
+            self.velocities[leg] = velocity;
         }
-        if is_stopping && walk.is_standing(s) {
-            let at_end = std::array::from_fn(|leg| targets.tips_in_body[leg]);
-            return Walked { lift_offs, at_end, speed_at_stop };
+        assert!(self.shortest_stance_s >= SHORTEST_STANCE_S);
+    }
+
+    /// Goes on until `is_done`; how long that took, s.
+    fn until(&mut self, command: Command, longest_s: f64, is_done: impl Fn(&Drive) -> bool) -> f64 {
+        let from_s = self.drive.now_s();
+        while !is_done(&self.drive) {
+            assert!(self.drive.now_s() < from_s + longest_s, "{command:?} not followed");
+            self.step(command);
         }
-        assert!(s < stop_s + 20.0, "never came to a stand");
-        step += 1;
+        self.drive.now_s() - from_s
+    }
+}
+
+fn command(gait: usize, speed_m_s: f64) -> Command {
+    Command { gait: GaitChoice::Gait(gait), speed_m_s, ..Command::default() }
+}
+
+fn reached(gait: usize, speed_m_s: f64) -> impl Fn(&Drive) -> bool {
+    move |drive| {
+        drive.gait() == Some(gait)
+            && (drive.rates().speed_m_s - speed_m_s).abs() < 1e-9
+            && drive.walk().strides.is_some_and(|strides| !strides.is_changing(drive.now_s()))
     }
 }
 
 #[test]
-fn every_gait_starts_walks_and_stops_inside_its_reach_without_slip_or_jump() {
-    for gait in gaits() {
-        let mut plan = plan(gait, 0.0);
-        plan.speed_m_s = plan.top_speed_by_reach_m_s();
-        let walked = walk(&plan, 20.0);
-        assert!((walked.speed_at_stop - plan.speed_m_s).abs() < 1e-9, "{} reached its speed", plan.gait.name);
-        for (leg, end) in walked.at_end.iter().enumerate() {
-            assert!(
-                end.distance(plan.neutral_in_body[leg]) < 1e-8,
-                "{} leg {leg} ends off neutral",
-                plan.gait.name
-            );
+fn every_gait_begins_reaches_its_speed_and_comes_to_a_stand() {
+    let plan = plan();
+    for gait in 0..plan.settings.gaits.len() {
+        for direction in [1.0, -1.0] {
+            let mut horse = Watched::new(&plan);
+            horse.step(Command::default());
+            let speed = direction * plan.paces[gait].forward_m_s;
+            horse.until(command(gait, speed), 20.0, reached(gait, speed));
+            let period_s = plan.settings.gaits[gait].period_s(SWING_S);
+            horse.lift_offs = Default::default();
+            for _ in 0..1000 {
+                horse.step(command(gait, speed));
+            }
+            for leg in 0..4 {
+                let gaps = horse.lift_offs[leg].windows(2).map(|pair| pair[1] - pair[0]);
+                assert!(gaps.clone().count() > 5);
+                assert!(gaps.into_iter().all(|gap| (gap - period_s).abs() <= DT_S + 1e-9));
+            }
+            horse.until(Command::default(), 20.0, Drive::is_standing);
+            for leg in 0..4 {
+                let from_neutral = horse.targets.tips_in_body[leg] - plan.neutral_in_body[leg];
+                assert!(from_neutral.length() < 1e-8, "leg {leg} ends off its neutral point");
+            }
         }
     }
 }
 
 #[test]
-fn feet_lift_by_the_gaits_lags() {
-    for gait in gaits() {
-        let mut plan = plan(gait, 0.0);
-        plan.speed_m_s = 0.5 * plan.top_speed_by_reach_m_s();
-        let period_s = plan.gait.period_s(0.45);
-        let walked = walk(&plan, 20.0);
-        for leg in 0..4 {
-            let times: Vec<f64> =
-                walked.lift_offs.iter().filter(|lift| lift.1 == leg).map(|lift| lift.0).collect();
-            for (stride, time) in times.iter().take(8).enumerate() {
-                let expected = (stride as f64 + plan.gait.lags[leg]) * period_s;
-                // Seen in the first step after it happened.
-                assert!(
-                    *time >= expected - 1e-9 && *time <= expected + 2.0 * DT_S,
-                    "{} {leg}",
-                    plan.gait.name
-                );
+fn every_change_of_gait_from_every_phase_keeps_every_foot_in_its_place() {
+    let plan = plan();
+    let gaits = plan.settings.gaits.len();
+    for from in 0..gaits {
+        for to in (0..gaits).filter(|to| *to != from) {
+            let (before, after) = (0.9 * plan.paces[from].forward_m_s, 0.9 * plan.paces[to].forward_m_s);
+            let mut steady = Drive::standing(plan.clone());
+            for _ in 0..1000 {
+                steady.step(DT_S, Some(command(from, before)));
             }
-            assert!(times.len() >= 8);
+            let period_s = plan.settings.gaits[from].period_s(SWING_S);
+            let mut longest: f64 = 0.0;
+            for phase in 0..50 {
+                let mut horse = Watched::new(&plan);
+                horse.drive = steady.clone();
+                let wait_s = period_s * f64::from(phase) / 50.0;
+                horse.drive.step(wait_s, Some(command(from, before)));
+                horse.until(command(to, after), 20.0, reached(to, after));
+                let clock = horse.drive.walk().strides.unwrap().clock;
+                longest =
+                    longest.max(clock.phase(clock.change_end_s()) - clock.phase(clock.change_start_s()));
+                for _ in 0..100 {
+                    horse.step(command(to, after));
+                }
+            }
+            let name = |gait: usize| &plan.settings.gaits[gait].name;
+            println!("{} -> {}: {longest:.2} strides", name(from), name(to));
+            assert!(longest <= 4.0);
         }
     }
+}
+
+#[test]
+fn in_a_turn_every_leg_has_its_own_stride_and_none_slips_in_its_plane() {
+    let plan = plan();
+    let mut horse = Watched::new(&plan);
+    horse.step(Command::default());
+    let turning = Command { yaw_rate_rad_s: 0.3, ..command(2, 2.0) };
+    horse.until(turning, 10.0, |drive| (drive.rates().yaw_rate_rad_s - 0.3).abs() < 1e-9);
+    let (from, from_s) = (horse.targets.trunk_in_world, horse.drive.now_s());
+    // Once round a circle of radius V / w.
+    while horse.drive.now_s() - from_s < std::f64::consts::TAU / 0.3 - 0.5 * DT_S {
+        horse.step(turning);
+    }
+    assert!(horse.targets.trunk_in_world.distance(from) < 2.0 * DT_S);
+}
+
+/// Wishes of an operator who changes his mind.
+fn any_command() -> impl Strategy<Value = (f64, Command)> {
+    let gait = prop_oneof![
+        1 => Just(GaitChoice::Stand),
+        2 => Just(GaitChoice::Auto),
+        5 => (0_usize..9).prop_map(GaitChoice::Gait)
+    ];
+    (0.0..5.0, gait, -8.0..14.0, -0.8..0.8).prop_map(|(lasts_s, gait, speed_m_s, yaw_rate_rad_s)| {
+        (lasts_s, Command { gait, speed_m_s, yaw_rate_rad_s, posture: Posture::default() })
+    })
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn a_stop_at_any_moment_keeps_every_foot_in_reach(
-        gait in 0_usize..5, share in 0.05..1.0, stop_s in 0.0..6.0,
+    fn whatever_is_asked_and_whenever_every_foot_stays_in_its_place(
+        wishes in prop::collection::vec(any_command(), 1..12),
     ) {
-        let mut plan = plan(gaits()[gait].clone(), 0.0);
-        plan.speed_m_s = share * plan.top_speed_by_reach_m_s();
-        let walked = walk(&plan, stop_s);
-        for (leg, end) in walked.at_end.iter().enumerate() {
-            prop_assert!(end.distance(plan.neutral_in_body[leg]) < 1e-8);
+        let mut horse = Watched::new(&plan());
+        horse.step(Command::default());
+        for (lasts_s, command) in wishes {
+            let until_s = horse.drive.now_s() + lasts_s;
+            while horse.drive.now_s() < until_s {
+                horse.step(command);
+            }
         }
+        horse.until(Command::default(), 30.0, Drive::is_standing);
     }
 }

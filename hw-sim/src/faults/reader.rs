@@ -1,0 +1,254 @@
+//! Fault scripts as typed in: TOML to a checked list, or every mistake in it.
+
+use std::ops::RangeInclusive;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::script::{FaultError, FaultKind, FaultScript, Mistake, Place, ScriptedFault, Target};
+use super::targets;
+use crate::config::BusConfig;
+
+/// Whom a kind befalls, and so which keys it has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// The host, once: no `for_s`, `bus` or `id`.
+    Host,
+    /// Whole buses: no `id`.
+    Buses,
+    Servos,
+}
+
+/// A kind as it is written.
+struct Kind {
+    word: &'static str,
+    scope: Scope,
+    /// The key it has alone, what that means, and its limits.
+    own: Option<(&'static str, &'static str, RangeInclusive<f64>)>,
+    /// With the value of that key; whatever it is where there is none.
+    make: fn(f64) -> FaultKind,
+}
+
+const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> Kind {
+    Kind { word, scope, own: None, make }
+}
+
+static KINDS: [Kind; 9] = [
+    kind("silent", Scope::Servos, |_| FaultKind::Silent),
+    kind("bit-flip", Scope::Servos, |_| FaultKind::BitFlip),
+    kind("noise", Scope::Servos, |_| FaultKind::Noise),
+    kind("echo", Scope::Buses, |_| FaultKind::Echo),
+    kind("unplugged", Scope::Buses, |_| FaultKind::Unplugged),
+    Kind {
+        own: Some(("delay_ms", "by how many ms the host oversleeps", 0.0..=1e6)),
+        ..kind("late-host", Scope::Host, |delay_ms| FaultKind::LateHost { delay_ms })
+    },
+    kind("stuck", Scope::Servos, |_| FaultKind::Stuck),
+    Kind {
+        own: Some(("volts", "the voltage of the supply", 0.0..=100.0)),
+        ..kind("low-voltage", Scope::Buses, |volts| FaultKind::LowVoltage { volts })
+    },
+    Kind {
+        own: Some(("celsius", "the temperature of the servo", -40.0..=200.0)),
+        ..kind("hot", Scope::Servos, |celsius| FaultKind::Hot { celsius })
+    },
+];
+
+/// Keys a fault may have, whatever its kind.
+const KEYS: [&str; 8] = ["kind", "at_s", "for_s", "bus", "id", "delay_ms", "volts", "celsius"];
+
+/// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
+const TIME_MAX_S: f64 = 8.64e6;
+
+impl FaultScript {
+    /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
+    /// (else every bus), `id` (else every servo; without `bus`, one that only one bus has), and the kind's own key:
+    /// `delay_ms`, `volts` or `celsius`.
+    ///
+    /// # Errors
+    /// Every mistake, with its line and key. Whether there are such buses and servos is not known here.
+    pub fn from_toml(text: &str) -> Result<FaultScript, FaultError> {
+        FaultScript::for_buses(text, "fault script", None)
+    }
+
+    /// The same for a script in a file called `file_name`, to be played on `buses` if these are given: a bus or
+    /// a servo that is not among them is told with everything else.
+    ///
+    /// # Errors
+    /// Every mistake, with its line and key.
+    pub fn for_buses(
+        text: &str,
+        file_name: &str,
+        buses: Option<&[BusConfig]>,
+    ) -> Result<FaultScript, FaultError> {
+        let (faults, mut mistakes) = read(text);
+        if let Some(buses) = buses {
+            mistakes.extend(faults.iter().filter_map(|fault| targets::buses_of(&fault.target, buses).err()));
+        }
+        if !mistakes.is_empty() {
+            mistakes.sort_by_key(|mistake| mistake.line);
+            return Err(FaultError { file_name: file_name.to_owned(), mistakes });
+        }
+        Ok(FaultScript { faults, file_name: file_name.to_owned() })
+    }
+}
+
+/// The faults, and the mistakes: of a fault with a mistake only the parts without one are what they should be.
+fn read(text: &str) -> (Vec<ScriptedFault>, Vec<Mistake>) {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    let mut mistakes: Vec<Mistake> = Vec::new();
+    for error in &errors {
+        let line = line_of(text, error.span().map_or(0, |span| span.start));
+        // What follows a slip in its own line is seldom a second one.
+        if mistakes.iter().all(|mistake| mistake.line != line) {
+            let expected = format!("TOML; {}", error.message());
+            mistakes.push(Mistake { line, key: String::new(), value: None, expected });
+        }
+    }
+    if !mistakes.is_empty() {
+        return (Vec::new(), mistakes);
+    }
+    let mut top = Section { text, path: String::new(), line: 1, table: document.get_ref(), mistakes };
+    top.refuse_unknown(&["fault"]);
+    let items = top.value("fault").map_or(Some(&[][..]), |list| list.as_array().map(|items| &items[..]));
+    let Some(items) = items.filter(|items| items.iter().all(|item| item.get_ref().is_table())) else {
+        top.mistake("fault", "a list of faults: write [[fault]]");
+        return (Vec::new(), top.mistakes);
+    };
+    let (mut faults, mut mistakes) = (Vec::new(), top.mistakes);
+    for (entry, item) in items.iter().enumerate() {
+        if let Some(table) = item.get_ref().as_table() {
+            let line = line_of(text, item.span().start);
+            let mut section = Section { text, path: format!("fault[{entry}]."), line, table, mistakes };
+            faults.push(section.read_fault(entry));
+            mistakes = section.mistakes;
+        }
+    }
+    (faults, mistakes)
+}
+
+/// One table of the script while it is read.
+struct Section<'a> {
+    text: &'a str,
+    /// What its keys' paths begin with.
+    path: String,
+    /// Where it begins.
+    line: usize,
+    table: &'a DeTable<'a>,
+    mistakes: Vec<Mistake>,
+}
+
+impl<'a> Section<'a> {
+    fn read_fault(&mut self, entry: usize) -> ScriptedFault {
+        self.refuse_unknown(&KEYS);
+        let kind = self.read_kind();
+        if let Some(kind) = kind {
+            self.refuse_keys_of_others(kind);
+        }
+        let own = kind.and_then(|kind| kind.own.as_ref());
+        let own = own.map_or(0.0, |(key, meaning, range)| self.number(key, meaning, range));
+        let at_s = self.number("at_s", "when it begins in s", &(0.0..=TIME_MAX_S));
+        let lasts = 1e-9..=TIME_MAX_S;
+        let for_s = self.value("for_s").map(|_| self.number("for_s", "how long it lasts in s", &lasts));
+        let make = kind.map_or(KINDS[0].make, |kind| kind.make);
+        ScriptedFault { at_s, for_s, kind: make(own), target: self.read_target(entry) }
+    }
+
+    fn read_kind(&mut self) -> Option<&'static Kind> {
+        let word = self.value("kind").and_then(DeValue::as_str);
+        let found = KINDS.iter().find(|kind| Some(kind.word) == word);
+        if found.is_none() {
+            let words: Vec<String> = KINDS.iter().map(|kind| format!("\"{}\"", kind.word)).collect();
+            self.mistake("kind", format!("what happens: one of {}", words.join(", ")));
+        }
+        found
+    }
+
+    fn read_target(&mut self, entry: usize) -> Target {
+        let place = Place { entry, bus_line: self.line_of("bus"), id_line: self.line_of("id") };
+        let everywhere = Target { place, ..Target::default() };
+        let bus = match self.value("bus").map(DeValue::as_str) {
+            None => None,
+            Some(Some(name)) => Some(name.to_owned()),
+            Some(None) => {
+                self.mistake("bus", "the name of a bus in quotes");
+                return everywhere;
+            }
+        };
+        let id = match self.value("id").map(whole) {
+            None => None,
+            Some(Some(id)) => Some(id),
+            Some(None) => {
+                self.mistake("id", "the id of a servo, a whole number from 0 to 253");
+                return everywhere;
+            }
+        };
+        Target { bus, id, place }
+    }
+
+    fn refuse_keys_of_others(&mut self, kind: &Kind) {
+        let own = kind.own.as_ref().map(|(key, ..)| *key);
+        for key in ["for_s", "bus", "id", "delay_ms", "volts", "celsius"] {
+            let belongs = match key {
+                "for_s" | "bus" => kind.scope != Scope::Host,
+                "id" => kind.scope == Scope::Servos,
+                _ => own == Some(key),
+            };
+            if !belongs && self.value(key).is_some() {
+                self.mistake(key, format!("no such key: kind \"{}\" has none; leave it out", kind.word));
+            }
+        }
+    }
+
+    fn refuse_unknown(&mut self, known: &[&str]) {
+        let table = self.table;
+        for key in table.keys().map(|key| key.get_ref().as_ref()).filter(|key| !known.contains(key)) {
+            self.mistake(key, format!("a known key; known are {}", known.join(", ")));
+        }
+    }
+
+    fn value(&self, key: &str) -> Option<&'a DeValue<'a>> {
+        self.table.get(key).map(Spanned::get_ref)
+    }
+
+    /// A number that must be there; 0 where there is a mistake.
+    fn number(&mut self, key: &str, meaning: &str, range: &RangeInclusive<f64>) -> f64 {
+        let number = self.value(key).and_then(real).filter(|number| range.contains(number));
+        number.unwrap_or_else(|| {
+            self.mistake(key, format!("{meaning}, {} to {}", range.start(), range.end()));
+            0.0
+        })
+    }
+
+    /// Line of a key; of the table where the key is not set.
+    fn line_of(&self, key: &str) -> usize {
+        let set = self.table.get_key_value(key);
+        set.map_or(self.line, |(key, _)| line_of(self.text, key.span().start))
+    }
+
+    fn mistake(&mut self, key: &str, expected: impl Into<String>) {
+        let value = self.table.get(key).and_then(|value| self.text.get(value.span()));
+        // Only of a whole section, which is no use to repeat, is the text longer than a line.
+        let value = value.map(|text| text.lines().next().unwrap_or_default().to_owned());
+        let (line, key) = (self.line_of(key), format!("{}{key}", self.path));
+        self.mistakes.push(Mistake { line, key, value, expected: expected.into() });
+    }
+}
+
+fn whole(value: &DeValue<'_>) -> Option<u8> {
+    let integer = value.as_integer()?;
+    u8::from_str_radix(integer.as_str(), integer.radix()).ok().filter(|id| *id <= 253)
+}
+
+fn real(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Integer(integer) => integer.as_str().parse().ok(),
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+/// Line of a byte, from 1.
+fn line_of(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
+}

@@ -1,0 +1,147 @@
+//! Why a run cannot start: all in which the robot is not as its file says, for people.
+
+use std::fmt;
+
+use crate::bus::{ServoPlace, TransactionError};
+use crate::model::Protocol;
+use crate::model::servo_model::SERVO_MODELS;
+
+/// Why a run cannot start. It has put torque on no servo.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StartError {
+    /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
+    Disagrees(Vec<Disagreement>),
+    /// A servo could not be made ready.
+    Transaction(TransactionError),
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StartError::Transaction(error) => error.fmt(f),
+            StartError::Disagrees(all) => {
+                for disagreement in all {
+                    writeln!(f, "{disagreement}")?;
+                }
+                f.write_str("the robot is not as its file says; no servo was written to")
+            }
+        }
+    }
+}
+
+impl std::error::Error for StartError {}
+
+impl From<TransactionError> for StartError {
+    fn from(error: TransactionError) -> StartError {
+        StartError::Transaction(error)
+    }
+}
+
+/// One thing in which the robot is not as its file says.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Disagreement {
+    /// A servo cannot be asked.
+    #[error(transparent)]
+    Unheard(TransactionError),
+    /// Another model than the robot file says.
+    #[error(
+        "{place} is another model: the robot file says {model} (model number {expected}), it says it is model \
+         number {found}{}: name that model in the robot file, or check that its bus and id are this joint's",
+        models_with(*.protocol, *.found)
+    )]
+    OtherModel {
+        /// Where.
+        place: ServoPlace,
+        /// Language of its bus.
+        protocol: Protocol,
+        /// Model number it reports.
+        found: i64,
+        /// Model number of the robot file's model.
+        expected: u16,
+        /// Name of the robot file's model.
+        model: &'static str,
+    },
+    /// A servo is set to something else than the controller needs.
+    #[error("{place}: its register {register} reads {found}, {expected} is needed: {cure}")]
+    OtherSetting {
+        /// Where.
+        place: ServoPlace,
+        /// Address of the register.
+        register: u16,
+        /// What it reads.
+        found: i64,
+        /// What is needed.
+        expected: i64,
+        /// What to do.
+        cure: &'static str,
+    },
+    /// A servo is too hot to be given torque.
+    #[error(
+        "{place} is at {found_c} C, and {limit_c:.0} C is the most (temperature_max_c): let it cool first"
+    )]
+    Hot {
+        /// Where.
+        place: ServoPlace,
+        /// Temperature it reports, degrees Celsius.
+        found_c: i64,
+        /// The robot file's limit, degrees Celsius.
+        limit_c: f64,
+    },
+    /// A servo's supply is not what it needs.
+    #[error(
+        "{place} sees {found_v:.1} V, and needs {lowest_v:.1} to {highest_v:.1} V: charge the battery, or check the \
+         supply, its wires, and that the servo is the right model"
+    )]
+    Supply {
+        /// Where.
+        place: ServoPlace,
+        /// Voltage it reports, V.
+        found_v: f64,
+        /// The robot file's limit, V.
+        lowest_v: f64,
+        /// The most the model takes, V.
+        highest_v: f64,
+    },
+    /// A servo answers on another bus than the robot file says.
+    #[error(
+        "{place} answers on {found} instead: plug it into bus {bus}, or name the other bus in the robot file",
+        bus = .place.bus
+    )]
+    OtherBus {
+        /// Where it should be.
+        place: ServoPlace,
+        /// Where it is.
+        found: BusDevice,
+    },
+    /// The servos of two buses answer each on the other's line.
+    #[error(
+        "the devices of {} and {} look swapped: the servos of each answer on the other's line; exchange the two \
+         devices in the unit file (or in --port), or the two plugs",
+        .0[0], .0[1]
+    )]
+    Swapped([BusDevice; 2]),
+}
+
+/// A bus, and what its line is called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BusDevice {
+    /// Name of the bus.
+    pub bus: String,
+    /// Its device, where it has a name.
+    pub device: Option<String>,
+}
+
+impl fmt::Display for BusDevice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "bus {}", self.bus)?;
+        self.device.iter().try_for_each(|device| write!(f, " ({device})"))
+    }
+}
+
+/// The names of the models with this number, for a message; empty when none is known.
+fn models_with(protocol: Protocol, number: i64) -> String {
+    let is_it = |number_of: u16, of: Protocol| of == protocol && i64::from(number_of) == number;
+    let models = SERVO_MODELS.iter().filter(|model| is_it(model.model_number, model.protocol));
+    let names: Vec<_> = models.map(|model| model.name).collect();
+    if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }
+}

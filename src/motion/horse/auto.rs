@@ -1,0 +1,73 @@
+//! The gait that suits the speed.
+//!
+//! A horse goes faster in the gait it is in until the Froude number V^2 / (g h) of that gait, or nine tenths of
+//! what it can do in it, whichever is lower; there it takes the next gait. It goes back to the slower one well
+//! below, so that a speed near the border does not make it change to and fro.
+
+use super::HorsePlan;
+use super::planner::Wish;
+use super::profile::Rates;
+
+/// Standard gravity, m/s^2.
+const GRAVITY_M_S2: f64 = 9.80665;
+/// Share of its top speed at which a gait is left for a faster one.
+const TOP_SHARE: f64 = 0.9;
+/// Share of that border below which the slower gait is taken again.
+const BACK_SHARE: f64 = 0.8;
+/// Share of the border that counts as having come to it.
+const REACHED_SHARE: f64 = 0.99;
+
+/// The wish of a horse that goes at `rates`, in the gait with index `present` or standing, and is to go at
+/// `wanted`, choosing the gait by speed.
+pub(super) fn wish(
+    plan: &HorsePlan,
+    present: Option<usize>,
+    rates: Rates,
+    wanted: Rates,
+    reach_m: f64,
+) -> Wish {
+    if wanted.is_still() {
+        return Wish { gait: None, rates: Rates::STILL };
+    }
+    let ladder = |rung: usize| plan.ladder().nth(rung);
+    let Some(first) = ladder(0) else { return Wish { gait: None, rates: Rates::STILL } };
+    // From a gait of no rung, or a stand, the ladder is entered at its foot.
+    let rung = plan.ladder().position(|gait| Some(gait) == present).unwrap_or(0);
+    let gait = ladder(rung).unwrap_or(first);
+    let border_m_s = |gait: usize| border_m_s(plan, gait, wanted, reach_m);
+    let (now_m_s, wanted_m_s) = (plan.fastest_plane_m_s(rates), plan.fastest_plane_m_s(wanted));
+
+    let slower = rung.checked_sub(1).and_then(ladder);
+    if let Some(slower) = slower
+        && wanted_m_s < BACK_SHARE * border_m_s(slower)
+    {
+        let border_m_s = BACK_SHARE * border_m_s(slower);
+        return if now_m_s <= border_m_s {
+            limited(plan, slower, wanted, reach_m)
+        } else {
+            limited(plan, gait, wanted, reach_m)
+        };
+    }
+    match ladder(rung + 1) {
+        Some(faster) if wanted_m_s > border_m_s(gait) => {
+            if present.is_some() && now_m_s >= REACHED_SHARE * border_m_s(gait) {
+                limited(plan, faster, wanted, reach_m)
+            } else {
+                limited(plan, gait, plan.slowed_to(wanted, border_m_s(gait)), reach_m)
+            }
+        }
+        _ => limited(plan, gait, wanted, reach_m),
+    }
+}
+
+fn limited(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> Wish {
+    Wish { gait: Some(gait), rates: plan.limited(gait, wanted, reach_m) }
+}
+
+/// Speed above which the gait with index `gait` is left for the next faster one, m/s.
+fn border_m_s(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> f64 {
+    let settings = &plan.settings;
+    let froude = settings.gaits[gait].auto_froude_max.unwrap_or(f64::INFINITY);
+    let by_froude_m_s = (froude * GRAVITY_M_S2 * settings.stand_height_m).sqrt();
+    by_froude_m_s.min(TOP_SHARE * plan.top_m_s(gait, wanted.speed_m_s, reach_m))
+}

@@ -1,0 +1,187 @@
+//! A horse on its feet: follows commands, within what it can do, and says where trunk and feet are to be.
+
+use glam::DVec2;
+
+use super::planner::{Planner, Wish};
+use super::posture::{Carriage, Lean};
+use super::profile::Rates;
+use super::reach_table::Reachable;
+use super::walk::Walk;
+use super::{HorsePlan, auto};
+use crate::motion::curves::smooth_step;
+use crate::motion::{Command, GaitChoice, Posture};
+use crate::signals::Targets;
+
+/// A horse on its feet.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    plan: HorsePlan,
+    walk: Walk,
+    planner: Planner,
+    carriage: Carriage,
+    /// The posture asked for, and what it was limited to.
+    asked: Posture,
+    granted: Posture,
+    /// Where the feet can be on the way the trunk is on.
+    way_reach: Reachable,
+    /// How much of the gaits' bob the trunk does, 0 to 1: it grows with the first stride and fades with the last.
+    bob_share: f64,
+    now_s: f64,
+    /// Place of the trunk's middle over the ground, m.
+    trunk_m: DVec2,
+}
+
+impl Drive {
+    /// Standing at time 0.
+    pub fn standing(plan: HorsePlan) -> Drive {
+        Drive {
+            walk: Walk::standing(&plan),
+            planner: Planner::new(),
+            carriage: Carriage::level(plan.settings.stand_height_m),
+            asked: Posture::default(),
+            granted: Posture::default(),
+            way_reach: plan.reach.level,
+            bob_share: 0.0,
+            now_s: 0.0,
+            trunk_m: DVec2::ZERO,
+            plan,
+        }
+    }
+
+    /// What it knows of the robot.
+    pub fn plan(&self) -> &HorsePlan {
+        &self.plan
+    }
+
+    /// Goes on by `dt_s`, as `command` says; without one, to a level stand. A command with a number that is none
+    /// counts as none.
+    pub fn step(&mut self, dt_s: f64, command: Option<Command>) {
+        let before_s = self.now_s;
+        self.now_s += dt_s;
+        self.walk.advance(self.now_s);
+        self.carriage.advance(dt_s);
+        self.follow(command.filter(Command::is_finite).unwrap_or_default());
+        self.move_trunk(before_s);
+        self.breathe(dt_s);
+    }
+
+    fn follow(&mut self, command: Command) {
+        if command.posture != self.asked {
+            self.asked = command.posture;
+            self.granted = self.plan.reach.limited(command.posture);
+        }
+        let present = self.walk.gait(self.now_s);
+        let now = self.walk.rates(self.now_s);
+        let (next, reach) = self.next_posture();
+        let reach_m = reach.half_excursion_m;
+        let wanted = Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
+        let wish = match command.gait {
+            GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
+                Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) }
+            }
+            GaitChoice::Auto => auto::wish(&self.plan, present, now, wanted, reach_m),
+            GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
+        };
+        let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach);
+        if keeps_to_reach {
+            self.carriage.aim_for(next);
+            self.way_reach = reach;
+        }
+    }
+
+    /// The posture to go to next, and where the feet can be until it is reached: straight to the one that is
+    /// granted, or by way of the level stand.
+    fn next_posture(&self) -> (Posture, Reachable) {
+        let table = &self.plan.reach;
+        if self.carriage.now() == self.granted && self.carriage.goal() == self.granted {
+            return (self.granted, table.at(self.granted));
+        }
+        if self.carriage.goal() == self.granted {
+            return (self.granted, self.way_reach);
+        }
+        let way_to = |goal| {
+            let [a, b] = self.carriage.way_begins().map(|begin| table.between(begin, goal));
+            a.and(&b)
+        };
+        let straight = way_to(self.granted);
+        if table.is_enough(&straight) {
+            return (self.granted, straight.and(&self.way_reach));
+        }
+        let level = Posture::default();
+        if self.carriage.goal() == level { (level, self.way_reach) } else { (level, way_to(level)) }
+    }
+
+    /// The trunk's middle goes along its heading.
+    fn move_trunk(&mut self, before_s: f64) {
+        let profile = &self.walk.profile;
+        let heading_rad = 0.5 * (profile.turn_rad(before_s) + profile.turn_rad(self.now_s));
+        let way_m = profile.way_m(self.now_s) - profile.way_m(before_s);
+        self.trunk_m += way_m * DVec2::from_angle(heading_rad);
+    }
+
+    fn breathe(&mut self, dt_s: f64) {
+        let Some(strides) = self.walk.strides else {
+            self.bob_share = 0.0;
+            return;
+        };
+        let is_ending = strides.is_ending && self.now_s >= self.walk.profile.settled_s();
+        let step = dt_s / strides.clock.settled_period_s();
+        self.bob_share = (self.bob_share + if is_ending { -step } else { step }).clamp(0.0, 1.0);
+    }
+
+    /// True once it stands level on its neutral points, and will go on to.
+    pub fn is_standing(&self) -> bool {
+        self.walk.is_standing() && self.carriage.is_level()
+    }
+
+    /// True while it takes steps.
+    pub fn is_walking(&self) -> bool {
+        !self.walk.is_standing()
+    }
+
+    /// True once it goes in the gait, and at the speed and turn, that `command` names, or as near to it as it can.
+    pub fn does(&self, command: Command) -> bool {
+        let is_changing = self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s));
+        let is_asked_gait = match command.gait {
+            GaitChoice::Stand => self.walk.is_standing(),
+            GaitChoice::Gait(gait) => self.gait() == Some(gait),
+            GaitChoice::Auto => true,
+        };
+        is_asked_gait
+            && !is_changing
+            && self.planner.has_settled()
+            && self.now_s >= self.walk.profile.settled_s()
+    }
+
+    /// Speed and turn of the trunk.
+    pub fn rates(&self) -> Rates {
+        self.walk.rates(self.now_s)
+    }
+
+    /// The gait, index into the robot's gaits; none when it stands.
+    pub fn gait(&self) -> Option<usize> {
+        self.walk.gait(self.now_s)
+    }
+
+    /// The steps it takes.
+    pub fn walk(&self) -> &Walk {
+        &self.walk
+    }
+
+    /// Its time, s.
+    pub fn now_s(&self) -> f64 {
+        self.now_s
+    }
+
+    /// Writes the tips and the plan for a trunk whose posture begins `height_m` above the ground.
+    pub fn write(&self, height_m: f64, targets: &mut Targets) {
+        let posture = self.carriage.now();
+        let bob_m = smooth_step(self.bob_share) * self.walk.bob_m(&self.plan, self.now_s);
+        let lean = Lean {
+            height_m: height_m + posture.rise_m + bob_m,
+            pitch_rad: posture.pitch_rad,
+            roll_rad: posture.roll_rad,
+        };
+        self.walk.write(&self.plan, self.now_s, &lean, posture.sway_m, self.trunk_m, targets);
+    }
+}

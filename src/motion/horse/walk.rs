@@ -1,0 +1,403 @@
+//! Four feet that step under a moving trunk: where each is now, and where it will be.
+//!
+//! Each leg works in its own plane, whose way over the ground the speed profile gives ahead. A foot lifts when
+//! the stride clock says, swings for the swing time, and lands half-way between where its root will be at
+//! touch-down and at the next lift-off. So every stance is centred under the leg, and no foot slips in its
+//! plane, whatever speed, turn and gait do.
+
+use glam::{DQuat, DVec2};
+
+use super::clock::StrideClock;
+use super::posture::Lean;
+use super::profile::{Rates, SpeedProfile};
+use super::reach_table::Reachable;
+use super::{HorsePlan, SHORTEST_STANCE};
+use crate::model::Bob;
+use crate::motion::curves::SwingCurve;
+use crate::signals::{FootTarget, Targets};
+
+/// Rounding in what a swing may do.
+const SWING_SPEED_SHARE: f64 = 1.0 + 1e-6;
+/// A foot is on its neutral point when this close to it, m.
+const CENTRED_M: f64 = 1e-9;
+/// Instants at which a swing is looked at, beside its turning points.
+const SWING_INSTANTS: u32 = 16;
+/// Steps of one leg after which a plan counts as too long to look through.
+const EVENTS: u32 = 400;
+
+/// A walk under way.
+#[derive(Debug, Clone)]
+pub struct Walk {
+    swing: SwingCurve,
+    /// Largest speed of a foot against the trunk in a swing, m/s.
+    swing_speed_max_m_s: f64,
+    /// Speed and turn, planned ahead.
+    pub(super) profile: SpeedProfile,
+    /// When legs lift; none while the horse stands.
+    pub(super) strides: Option<Strides>,
+    legs: [Leg; 4],
+}
+
+/// The gait under way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Strides {
+    pub(super) clock: StrideClock,
+    /// The gait before and after the clock's change, indices into the robot's gaits.
+    pub(super) from: usize,
+    pub(super) to: usize,
+    /// Feet that are on their neutral points once the trunk is still stay there.
+    pub(super) is_ending: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Leg {
+    /// Neutral foot point ahead of the trunk, and to the left of it, m.
+    neutral_m: f64,
+    side_m: f64,
+    foot: Foot,
+    /// The number of its next lift-off, by the stride clock.
+    next_lift: i64,
+}
+
+/// Places are ways of the leg's own plane, m.
+#[derive(Debug, Clone, Copy)]
+enum Foot {
+    /// On the ground since then.
+    Stance { at_m: f64, since_s: f64 },
+    /// In the air since `lifted_s`, between these places.
+    Swing { lifted_s: f64, from_m: f64, to_m: f64 },
+}
+
+/// Where a foot is at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootPlace {
+    /// Ahead of its neutral point, m.
+    pub excursion_m: f64,
+    /// Ahead of the trunk's middle, m.
+    pub forward_m: f64,
+    /// Above the ground, m.
+    pub up_m: f64,
+    /// To the left of the trunk's middle, m.
+    pub side_m: f64,
+    /// Way of its plane since the walk began, m.
+    pub plane_way_m: f64,
+    /// True in the air.
+    pub is_swing: bool,
+    /// Largest acceleration of this swing, m/s^2; 0 in stance.
+    pub swing_acceleration_m_s2: f64,
+}
+
+impl Strides {
+    /// The gait at time `s`: once it has begun, the one a change leads to.
+    pub(super) fn gait_at(&self, s: f64) -> usize {
+        if s >= self.clock.change_start_s() { self.to } else { self.from }
+    }
+
+    /// True in the middle of a change of gait.
+    pub(super) fn is_changing(&self, s: f64) -> bool {
+        s >= self.clock.change_start_s() && s < self.clock.change_end_s()
+    }
+}
+
+impl Walk {
+    /// A horse that stands on its neutral points and takes no step.
+    pub fn standing(plan: &HorsePlan) -> Walk {
+        Walk {
+            swing: plan.swing(),
+            swing_speed_max_m_s: SWING_SPEED_SHARE * plan.swing_speed_max_m_s(),
+            profile: SpeedProfile::constant(Rates::STILL),
+            strides: None,
+            legs: plan.neutral_in_body.map(|neutral| Leg {
+                neutral_m: neutral.x,
+                side_m: neutral.y,
+                foot: Foot::Stance { at_m: neutral.x, since_s: f64::NEG_INFINITY },
+                next_lift: 0,
+            }),
+        }
+    }
+
+    /// A horse that has long been going at `rates` in the gait with index `gait` when time begins; settled
+    /// after one stride.
+    pub fn cruising(plan: &HorsePlan, gait: usize, rates: Rates) -> Walk {
+        let mut walk = Walk::standing(plan);
+        walk.profile = SpeedProfile::constant(rates);
+        walk.begin(plan, gait, 0.0);
+        let settings = &plan.settings;
+        let half_stance_s = 0.5 * settings.gaits[gait].stance_s(settings.swing_time_s);
+        let Some(Strides { clock, .. }) = walk.strides else { return walk };
+        for (index, leg) in walk.legs.iter_mut().enumerate() {
+            let middle_s = clock.lift_off_s(index, leg.next_lift) - half_stance_s;
+            let at_m = leg.neutral_m + rates.at_side_m_s(leg.side_m) * middle_s;
+            leg.foot = Foot::Stance { at_m, since_s: middle_s - half_stance_s };
+        }
+        walk
+    }
+
+    /// From a stand, strides of the gait with index `gait` begin at `start_s` with the left hind leg.
+    pub(super) fn begin(&mut self, plan: &HorsePlan, gait: usize, start_s: f64) {
+        let settings = &plan.settings;
+        let clock = StrideClock::starting(&settings.gaits[gait], settings.swing_time_s, start_s);
+        self.strides = Some(Strides { clock, from: gait, to: gait, is_ending: false });
+        for (index, leg) in self.legs.iter_mut().enumerate() {
+            leg.next_lift = clock.next_lift_off(index, start_s);
+        }
+    }
+
+    /// Feet that stand lift when the clock next says so, from `now_s` on: lift-offs they were spared are past.
+    pub(super) fn recount_lift_offs(&mut self, now_s: f64) {
+        let Some(Strides { clock, .. }) = self.strides else { return };
+        for (index, leg) in self.legs.iter_mut().enumerate() {
+            if matches!(leg.foot, Foot::Stance { .. }) {
+                leg.next_lift = leg.next_lift.max(clock.next_lift_off(index, now_s));
+            }
+        }
+    }
+
+    /// True if the horse stands on its neutral points and will take no step.
+    pub fn is_standing(&self) -> bool {
+        self.strides.is_none()
+    }
+
+    /// The gait at time `s`, index into the robot's gaits; none when standing.
+    pub fn gait(&self, s: f64) -> Option<usize> {
+        self.strides.map(|strides| strides.gait_at(s))
+    }
+
+    /// Strides since the horse began to walk; 0 when standing.
+    pub fn phase(&self, s: f64) -> f64 {
+        self.strides.map_or(0.0, |strides| strides.clock.phase(s))
+    }
+
+    /// How long the last change of gait was, or is, strides; 0 if there was none.
+    pub fn last_change_strides(&self) -> f64 {
+        self.strides.map_or(0.0, |strides| strides.clock.change_strides())
+    }
+
+    /// Speed and turn of the trunk at time `s`.
+    pub fn rates(&self, s: f64) -> Rates {
+        self.profile.rates_at(s)
+    }
+
+    /// How far the trunk is above its mean height at time `s` by the bobs of the robot's gaits, m.
+    pub(super) fn bob_m(&self, plan: &HorsePlan, s: f64) -> f64 {
+        let Some(Strides { clock, from, to, .. }) = self.strides else { return 0.0 };
+        let bob = |gait: usize| plan.settings.gaits[gait].bob;
+        if bob(from) == Bob::NONE && bob(to) == Bob::NONE {
+            return 0.0;
+        }
+        let (phase, share) = (clock.phase(s), clock.share_changed(s));
+        bob(from).height_m(phase) * (1.0 - share) + bob(to).height_m(phase) * share
+    }
+
+    /// Lifts and lands feet up to time `s`, at the exact times the clock gives, between cycles too.
+    pub fn advance(&mut self, s: f64) {
+        let Some(strides) = self.strides else { return };
+        for index in 0..4 {
+            while let Some((at_s, leg)) = self.next_event(&strides, index, &self.legs[index])
+                && at_s <= s
+            {
+                self.legs[index] = leg;
+            }
+        }
+        if strides.is_ending && self.has_settled(s) {
+            self.strides = None;
+        }
+    }
+
+    fn has_settled(&self, s: f64) -> bool {
+        self.is_still_by(s)
+            && self.legs.iter().all(|leg| match leg.foot {
+                Foot::Stance { at_m, .. } => self.is_centred(leg, at_m, s),
+                Foot::Swing { .. } => false,
+            })
+    }
+
+    fn is_still_by(&self, s: f64) -> bool {
+        s >= self.profile.settled_s() && self.profile.settled().is_still()
+    }
+
+    fn is_centred(&self, leg: &Leg, at_m: f64, s: f64) -> bool {
+        (at_m - leg.neutral_m - self.way_m(leg, s)).abs() < CENTRED_M
+    }
+
+    fn way_m(&self, leg: &Leg, s: f64) -> f64 {
+        self.profile.way_at_side_m(s, leg.side_m)
+    }
+
+    /// When `leg` next lifts or lands, and what it is then; none if it stays as it is for good.
+    fn next_event(&self, strides: &Strides, index: usize, leg: &Leg) -> Option<(f64, Leg)> {
+        let mut after = *leg;
+        match leg.foot {
+            Foot::Stance { at_m, .. } => {
+                let lifted_s = strides.clock.lift_off_s(index, leg.next_lift);
+                after.next_lift += 1;
+                if strides.is_ending && self.is_still_by(lifted_s) && self.is_centred(leg, at_m, lifted_s) {
+                    return None;
+                }
+                let next_s = strides.clock.lift_off_s(index, after.next_lift);
+                let middle_m =
+                    0.5 * (self.way_m(leg, lifted_s + self.swing.time_s) + self.way_m(leg, next_s));
+                after.foot = Foot::Swing { lifted_s, from_m: at_m, to_m: middle_m + leg.neutral_m };
+                Some((lifted_s, after))
+            }
+            Foot::Swing { lifted_s, to_m, .. } => {
+                let since_s = lifted_s + self.swing.time_s;
+                after.foot = Foot::Stance { at_m: to_m, since_s };
+                Some((since_s, after))
+            }
+        }
+    }
+
+    /// True if from `from_s` on, as planned, every foot stays where `reach` says it can be, and every foot that lands
+    /// stands for the shortest stance at least.
+    pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable) -> bool {
+        let Some(strides) = self.strides else { return true };
+        let clock = &strides.clock;
+        let settled_s = self.profile.settled_s().max(clock.change_end_s());
+        // A foot that lifts when all is settled lands in a steady stride; it has landed and lifts once more.
+        let until_s = settled_s.max(from_s) + 2.0 * clock.longest_period_s(from_s);
+        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, from_s, until_s, reach))
+    }
+
+    fn leg_stays_in_reach(
+        &self,
+        strides: &Strides,
+        index: usize,
+        from_s: f64,
+        until_s: f64,
+        reach: &Reachable,
+    ) -> bool {
+        let mut leg = self.legs[index];
+        let mut now_s = from_s;
+        for _ in 0..EVENTS {
+            let event = self.next_event(strides, index, &leg);
+            let end_s = event.map_or(until_s, |(at_s, _)| at_s);
+            if !self.part_stays_in_reach(&leg, index, now_s, end_s, reach) {
+                return false;
+            }
+            if let (Foot::Stance { since_s, .. }, Some((lifted_s, _))) = (leg.foot, event)
+                && lifted_s - since_s < SHORTEST_STANCE * self.swing.time_s
+            {
+                return false;
+            }
+            match event {
+                Some((at_s, after)) if at_s < until_s => (now_s, leg) = (at_s, after),
+                _ => return true,
+            }
+        }
+        false
+    }
+
+    /// True if the foot of `leg`, number `index`, keeps to its reach from `from_s` to `to_s`, between two events.
+    fn part_stays_in_reach(
+        &self,
+        leg: &Leg,
+        index: usize,
+        from_s: f64,
+        to_s: f64,
+        reach: &Reachable,
+    ) -> bool {
+        let is_in_reach = |s: f64| reach.holds(index, self.excursion_m(leg, s), self.up_m(leg, s));
+        let mut all = is_in_reach(from_s) && is_in_reach(to_s);
+        match leg.foot {
+            Foot::Stance { .. } => {
+                self.profile.for_turning_points(leg.side_m, from_s, to_s, |s| all = all && is_in_reach(s));
+            }
+            Foot::Swing { lifted_s, from_m, to_m } => {
+                let instants = (1..SWING_INSTANTS).map(|instant| {
+                    lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
+                });
+                let middle_s = lifted_s + 0.5 * self.swing.time_s;
+                let trunk_m_s = self.profile.rates_at(middle_s).at_side_m_s(leg.side_m);
+                let fastest_m_s = self.swing.fastest_m_s(to_m - from_m);
+                // One that is in the air already cannot be helped.
+                all =
+                    all && (from_s > lifted_s || (fastest_m_s - trunk_m_s).abs() <= self.swing_speed_max_m_s);
+                // Where the foot is as fast as its root: the swing's furthest points.
+                let landed_s = lifted_s + self.swing.time_s;
+                let fast_s = |s: f64| {
+                    self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m))
+                };
+                let furthest = [lifted_s + fast_s(lifted_s), landed_s - fast_s(landed_s)];
+                all =
+                    all && instants.chain(furthest).filter(|s| *s > from_s && *s < landed_s).all(is_in_reach);
+            }
+        }
+        all
+    }
+
+    /// How far the foot of `leg` is above the ground at time `s`, m.
+    fn up_m(&self, leg: &Leg, s: f64) -> f64 {
+        match leg.foot {
+            Foot::Stance { .. } => 0.0,
+            Foot::Swing { lifted_s, .. } => self.swing.height_m((s - lifted_s) / self.swing.time_s),
+        }
+    }
+
+    /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
+    fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
+        let at_m = match leg.foot {
+            Foot::Stance { at_m, .. } => at_m,
+            Foot::Swing { lifted_s, from_m, to_m } => {
+                from_m + (to_m - from_m) * self.swing.way((s - lifted_s) / self.swing.time_s)
+            }
+        };
+        at_m - self.way_m(leg, s) - leg.neutral_m
+    }
+
+    /// Where the feet are at time `s`, in the order of [`crate::model::LEG_NAMES`].
+    pub fn feet(&self, s: f64) -> [FootPlace; 4] {
+        self.legs.map(|leg| {
+            let excursion_m = self.excursion_m(&leg, s);
+            let (is_swing, swing_acceleration_m_s2) = match leg.foot {
+                Foot::Stance { .. } => (false, 0.0),
+                Foot::Swing { from_m, to_m, .. } => (true, self.swing.acceleration_max_m_s2(to_m - from_m)),
+            };
+            FootPlace {
+                excursion_m,
+                forward_m: excursion_m + leg.neutral_m,
+                up_m: self.up_m(&leg, s),
+                side_m: leg.side_m,
+                plane_way_m: self.way_m(&leg, s),
+                is_swing,
+                swing_acceleration_m_s2,
+            }
+        })
+    }
+
+    /// Writes the tips and the plan at time `s` for a trunk that leans as `lean` has it, `sway_m` to the left of its
+    /// feet, its middle over `trunk_m` on the ground.
+    pub(super) fn write(
+        &self,
+        plan: &HorsePlan,
+        s: f64,
+        lean: &Lean,
+        sway_m: f64,
+        trunk_m: DVec2,
+        targets: &mut Targets,
+    ) {
+        let heading = DQuat::from_rotation_z(self.profile.turn_rad(s));
+        targets.trunk_in_world = trunk_m.extend(lean.height_m);
+        targets.trunk_turn = heading * lean.tilt();
+        targets.feet.clear();
+        for (foot, chain) in self.feet(s).iter().zip(plan.settings.legs) {
+            let tip = lean.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
+            targets.tips_in_body[chain] = tip;
+            targets.feet.push(FootTarget {
+                chain,
+                in_world: targets.trunk_in_world + targets.trunk_turn * tip,
+                excursion_m: foot.excursion_m,
+                plane_way_m: foot.plane_way_m,
+                is_swing: foot.is_swing,
+                swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
+            });
+        }
+    }
+
+    /// The same for a trunk that stays level and goes straight ahead, bobbing as the gait has it.
+    pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
+        let height_m = plan.settings.stand_height_m + self.bob_m(plan, s);
+        let lean = Lean { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        self.write(plan, s, &lean, 0.0, DVec2::new(self.profile.way_m(s), 0.0), targets);
+    }
+}

@@ -1,0 +1,191 @@
+//! Every gait, every change of gait: no foot out of place.
+
+mod common;
+mod on_feet;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use common::{capability, horse_of, shipped};
+use hippocamp::model::Robot;
+use hippocamp::motion::horse::HorsePlan;
+use hippocamp::motion::{Command, GaitChoice, Posture};
+use on_feet::OnFeet;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+/// The thesis' limit: the foot within 0.8 m fore and aft of its root.
+const THESIS_REACH_M: f64 = 0.8;
+/// No stance is shorter than this in the thesis' 0.3 s swing; the same share in others.
+const SHORTEST_STANCE: f64 = 0.06 / 0.3;
+/// Phases of a stride a change is begun in.
+const PHASES: u32 = 50;
+
+fn thoroughbred() -> (Robot, HorsePlan) {
+    let robot = shipped("thoroughbred.toml");
+    let mut plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+    assert!(plan.reach.level.half_excursion_m >= THESIS_REACH_M);
+    plan.reach.level.half_excursion_m = THESIS_REACH_M;
+    (robot, plan)
+}
+
+/// What the changes from one gait to another looked like, from all phases.
+#[derive(Default)]
+struct Changes {
+    /// The longest, strides of the stride clock.
+    strides: f64,
+    /// From the command until the new gait at the new speed, s.
+    duration_s: f64,
+    furthest_m: f64,
+    residual_m: f64,
+    shortest_stance_s: f64,
+    interventions: u64,
+    begun: f64,
+}
+
+/// Changes from the gait with index `from` to `to` and back, each at `share` of its top speed, from every phase.
+fn changes(robot: &Robot, plan: &HorsePlan, from: usize, to: usize, share: f64) -> Changes {
+    let speed = |gait: usize| share * plan.top_speed_m_s(GaitChoice::Gait(gait));
+    let (before, after) = (Command::ahead(from, speed(from)), Command::ahead(to, speed(to)));
+    let mut found = Changes { shortest_stance_s: f64::INFINITY, ..Changes::default() };
+    let mut horse = OnFeet::new(robot, plan);
+    follow(&mut horse, before);
+    for _ in 0..PHASES {
+        // A fiftieth of a stride further on each time.
+        let phase = horse.drive.walk().phase(horse.drive.now_s());
+        while horse.drive.walk().phase(horse.drive.now_s())
+            < (phase + 1.0).floor() + found.begun / f64::from(PHASES)
+        {
+            horse.step(before);
+        }
+        found.begun += 1.0;
+        let asked_s = horse.drive.now_s();
+        follow(&mut horse, after);
+        found.duration_s = found.duration_s.max(horse.drive.now_s() - asked_s);
+        found.strides = found.strides.max(horse.drive.walk().last_change_strides());
+        follow(&mut horse, before);
+    }
+    horse.assert_kept();
+    let feet = horse.telemetry.feet_report();
+    found.furthest_m = feet.excursion_max_m;
+    found.residual_m = feet.ik_residual_max_m;
+    found.shortest_stance_s = horse.shortest_stance_s;
+    found.interventions = horse.interventions;
+    found
+}
+
+/// Goes on until the horse does what it is told, and a stride more.
+fn follow(horse: &mut OnFeet<'_>, command: Command) {
+    let from_s = horse.drive.now_s();
+    while !horse.drive.does(command) {
+        horse.step(command);
+        assert!(horse.drive.now_s() < from_s + 60.0, "{command:?} is not followed");
+    }
+}
+
+/// All ordered pairs, both ways in one go; a table of them.
+fn all_pairs(robot: &Robot, plan: &HorsePlan, share: f64) {
+    let name = |gait: usize| plan.settings.gaits[gait].name.as_str();
+    let gaits = plan.settings.gaits.len();
+    println!("{} at {share} of the top speeds", robot.name);
+    for from in 0..gaits {
+        for to in (0..gaits).filter(|to| *to != from) {
+            let found = changes(robot, plan, from, to, share);
+            println!(
+                "| {} | {} | {:.1} | {:.2} | {:.4} | {:.5} | {:.3} | {} |",
+                name(from),
+                name(to),
+                found.strides,
+                found.duration_s,
+                found.furthest_m,
+                found.residual_m * 1e3,
+                found.shortest_stance_s,
+                found.interventions
+            );
+            assert!(found.strides <= 4.0);
+            assert!(found.shortest_stance_s >= SHORTEST_STANCE * plan.settings.swing_time_s);
+        }
+    }
+}
+
+#[test]
+fn the_thoroughbred_changes_between_all_gaits_from_all_phases() {
+    let (robot, plan) = thoroughbred();
+    all_pairs(&robot, &plan, 0.9);
+}
+
+#[test]
+fn the_robots_change_between_all_gaits_within_their_servos_speed() {
+    for file in common::ROBOTS {
+        let robot = shipped(file);
+        let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+        all_pairs(&robot, &plan, 0.9);
+    }
+}
+
+/// What an operator asks of the horse next, and for how long, s.
+fn any_command(plan: &HorsePlan, chance: &mut Pcg64Mcg) -> (f64, Command) {
+    let mut share = || f64::from(chance.next_u32()) / f64::from(u32::MAX);
+    let gaits = plan.settings.gaits.len();
+    let top_m_s = plan.top_speed_m_s(GaitChoice::Auto);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+    let gait = match (share() * (gaits + 3) as f64) as usize {
+        gait if gait < gaits => GaitChoice::Gait(gait),
+        gait if gait == gaits => GaitChoice::Stand,
+        _ => GaitChoice::Auto,
+    };
+    let mut around = |size: f64| size * (2.0 * share() - 1.0);
+    let stand_m = plan.settings.stand_height_m;
+    let command = Command {
+        gait,
+        speed_m_s: 0.4 * top_m_s + around(1.0 * top_m_s),
+        yaw_rate_rad_s: around(0.5),
+        posture: Posture {
+            rise_m: around(0.15 * stand_m),
+            pitch_rad: around(0.3),
+            roll_rad: around(0.25),
+            sway_m: around(0.05 * stand_m),
+        },
+    };
+    (0.2 + 6.0 * share(), command)
+}
+
+/// `scripts` of 60 s each, over all processors.
+fn random_scripts(robot: &Robot, plan: &HorsePlan, scripts: u64) {
+    let next = AtomicU64::new(0);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= scripts {
+                        break;
+                    }
+                    random_script(robot, plan, seed);
+                }
+            });
+        }
+    });
+}
+
+fn random_script(robot: &Robot, plan: &HorsePlan, seed: u64) {
+    let mut chance = Pcg64Mcg::seed_from_u64(seed);
+    let mut horse = OnFeet::new(robot, plan);
+    while horse.drive.now_s() < 60.0 {
+        let (lasts_s, command) = any_command(plan, &mut chance);
+        let until_s = horse.drive.now_s() + lasts_s;
+        while horse.drive.now_s() < until_s {
+            horse.step(command);
+        }
+    }
+    horse.assert_kept();
+}
+
+#[test]
+fn a_thousand_random_scripts_keep_everything() {
+    let robot = shipped("horse.toml");
+    let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+    random_scripts(&robot, &plan, 600);
+    let (robot, plan) = thoroughbred();
+    random_scripts(&robot, &plan, 400);
+}

@@ -1,0 +1,91 @@
+//! Controller and guard watch each other: either of them dead or hung, on pseudo-terminals, in real time.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod rig;
+
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Output};
+
+use rig::{Rig, processes_with, signal};
+
+/// The guard of `controller`.
+fn guard_of(rig: &Rig, controller: &Child) -> u32 {
+    let others: Vec<u32> =
+        processes_with(&rig.robot_file).into_iter().filter(|process| *process != controller.id()).collect();
+    assert_eq!(others.len(), 1, "{others:?}");
+    others[0]
+}
+
+fn said(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+#[test]
+fn a_controller_without_its_guard_stops_and_says_why() {
+    for command in ["run", "jog"] {
+        let rig = Rig::new("horse.toml", "");
+        let report = rig.folder.path().join("report.json");
+        let child = match command {
+            "run" => rig.start("run", &["--for", "60", "--report", report.to_str().unwrap()]),
+            _ => rig.start("jog", &["left_hind.hip", "-85"]),
+        };
+        let torque = if command == "run" { rig.robot.joints.len() } else { 1 };
+        while rig.with_torque() != torque {
+            std::thread::yield_now();
+        }
+        signal(guard_of(&rig, &child), "KILL");
+        let output = child.wait_with_output().unwrap();
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(3), "stopped by safety: {said}");
+        assert!(said.contains("STOPPED BY SAFETY: the guard process is gone"), "{said}");
+        assert_eq!(rig.with_torque(), 0);
+        if command == "run" {
+            let report = fs::read_to_string(report).unwrap();
+            assert!(report.contains("\"reason\": \"the guard process is gone"), "{report}");
+            // Once as it happened, once at the end.
+            assert_eq!(said.matches("the guard process is gone").count(), 2, "{said}");
+        }
+    }
+}
+
+#[test]
+fn a_controller_that_hangs_is_killed_and_its_servos_are_let_go() {
+    for file in ["horse.toml", "horse-dynamixel.toml"] {
+        let rig = Rig::new(file, "");
+        let child = rig.start("run", &["--for", "60"]);
+        rig.wait_for_torque(true);
+        signal(child.id(), "STOP");
+        let took = rig.wait_for_torque(false);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.signal(), Some(9), "{}", said(&output));
+        assert!(said(&output).contains("the controller's loop gave no sign of life"), "{}", said(&output));
+        println!("{file}: torque off {took:.2?} after SIGSTOP");
+    }
+}
+
+#[test]
+fn a_safe_end_leaves_no_guard_behind() {
+    let rig = Rig::new("horse.toml", "");
+    let child = rig.start("jog", &["left_hind.hip", "-85"]);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(processes_with(&rig.robot_file).is_empty());
+    assert!(!said(&output).contains("guard"), "{}", said(&output));
+}
+
+#[test]
+fn a_port_that_cannot_be_opened_leaves_no_guard_behind() {
+    let rig = Rig::new("horse.toml", "");
+    // The port is another's. A guard that took itself to be needed would try to get at it for a minute.
+    let device = rig.server.as_ref().unwrap().paths()[0].clone();
+    let missing = format!("main={}.gone", device.display());
+    for command in [&["run", "--for", "1"][..], &["jog", "left_hind.hip", "-85"]] {
+        let child = rig.start(command[0], &[&command[1..], &["--port", &missing]].concat());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        assert!(said(&output).contains("is not there"), "{}", said(&output));
+        assert!(!said(&output).contains("guard"), "{}", said(&output));
+        assert!(processes_with(&rig.robot_file).is_empty());
+    }
+}
