@@ -28,6 +28,7 @@ pub mod jog;
 pub mod model;
 pub mod motion;
 pub mod platform;
+pub mod plot;
 pub mod recording;
 pub mod replay;
 pub mod run;

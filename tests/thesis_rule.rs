@@ -5,7 +5,7 @@
 
 use hippocamp::model::Gait;
 use hippocamp::motion::curves::SwingCurve;
-use hippocamp::motion::horse::thesis_rule::{Pace, ThesisRule};
+use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 
 /// The thesis' four gaits, slow to fast, each at a speed of its range, m/s.
 const PACES: [(&str, f64); 4] = [("walk", 1.89), ("trot", 4.0), ("canter", 8.33), ("gallop", 15.0)];
@@ -20,7 +20,7 @@ const RF: usize = 3;
 
 fn change(from: (&str, f64), to: (&str, f64), start_share: f64) -> ThesisRule {
     let gaits = Gait::built_in();
-    let pace = |(name, speed_m_s): (&str, f64)| Pace {
+    let pace = |(name, speed_m_s): (&str, f64)| SteadyGait {
         gait: gaits.iter().find(|gait| gait.name == name).unwrap(),
         speed_m_s,
     };

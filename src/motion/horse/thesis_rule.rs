@@ -17,7 +17,7 @@ const SAME_MOMENT: f64 = 1e-9;
 
 /// A gait and the speed it is gone at (thesis: alpha, D1, D2 and V).
 #[derive(Debug, Clone, Copy)]
-pub struct Pace<'a> {
+pub struct SteadyGait<'a> {
     /// Who is in the air when.
     pub gait: &'a Gait,
     /// Speed of the trunk, m/s.
@@ -81,9 +81,11 @@ impl LegChange {
 impl ThesisRule {
     /// A change that begins `start_share` of a stride after the left hind's lift-off, 0 <= share < 1; feet swing
     /// by `swing`. Before it every stance is centred under its root.
-    pub fn new(swing: SwingCurve, from: Pace, to: Pace, start_share: f64) -> ThesisRule {
-        let stride =
-            |pace: Pace| Stride { speed_m_s: pace.speed_m_s, period_s: pace.gait.period_s(swing.time_s) };
+    pub fn new(swing: SwingCurve, from: SteadyGait, to: SteadyGait, start_share: f64) -> ThesisRule {
+        let stride = |pace: SteadyGait| Stride {
+            speed_m_s: pace.speed_m_s,
+            period_s: pace.gait.period_s(swing.time_s),
+        };
         let (old, new) = (stride(from), stride(to));
         let share = start_share.rem_euclid(1.0);
         let until_left_hind = if share < SAME_MOMENT { 0.0 } else { 1.0 - share };
