@@ -81,6 +81,16 @@ impl<'r> Controller<'r> {
         estimate::update(self.robot, gap_s, slots, &mut self.state);
     }
 
+    /// The same for a robot without buses: every joint is where it was told to be, and a limp one stays where it is.
+    pub fn learn_from_goals(&mut self) {
+        estimate::at_goals(self.robot, &mut self.state);
+    }
+
+    /// Who makes the targets.
+    pub fn generator(&self) -> &Generator {
+        &self.generator
+    }
+
     /// The last cycle, in which the buses answered with `slots`.
     pub fn record<'a>(&'a self, slots: &'a [Slot]) -> CycleRecord<'a> {
         CycleRecord {
@@ -178,7 +188,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
 
     /// What the robot is doing.
     pub fn generator(&self) -> &Generator {
-        &self.controller.generator
+        self.controller.generator()
     }
 
     /// What is known of the robot.

@@ -2,7 +2,7 @@
 
 use crate::counts;
 use crate::model::Robot;
-use crate::signals::{Slot, State};
+use crate::signals::{JointState, Slot, State};
 
 /// Updates `state` with the replies of a cycle that began `gap_s` after the one before; one slot a joint.
 pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {
@@ -14,5 +14,20 @@ pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {
                 known.is_damaged |= *slot == Slot::Corrupt;
             }
         }
+    }
+}
+
+/// Updates `state` where there are no buses: every joint is at its goal, and one of which nothing is known yet in
+/// the middle of its range.
+pub fn at_goals(robot: &Robot, state: &mut State) {
+    for ((known, joint), goal_rad) in state.joints.iter_mut().zip(&robot.joints).zip(&state.goal_rad) {
+        let position_rad = if known.is_known { *goal_rad } else { joint.middle_rad() };
+        *known = JointState {
+            is_known: true,
+            position_rad,
+            speed_rad_s: (position_rad - known.position_rad) * robot.rate_hz,
+            voltage_v: robot.safety.voltage_v,
+            ..JointState::default()
+        };
     }
 }

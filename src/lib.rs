@@ -29,6 +29,7 @@ pub mod model;
 pub mod motion;
 pub mod operator;
 pub mod platform;
+pub mod plot;
 pub mod recording;
 pub mod replay;
 pub mod run;

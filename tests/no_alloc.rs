@@ -189,6 +189,7 @@ fn no_operator_allocates() {
         late_cycles: 0,
         hottest_c: 30.0,
         lowest_v: 12.0,
+        is_recording_lost: false,
     };
     let (mut driven, mut stops, mut notes) = (0, 0, 0);
     assert_no_alloc(|| {

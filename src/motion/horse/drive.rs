@@ -163,6 +163,11 @@ impl Drive {
         self.walk.gait(self.now_s)
     }
 
+    /// True on the way from one gait to another.
+    pub fn is_changing_gait(&self) -> bool {
+        self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s))
+    }
+
     /// The steps it takes.
     pub fn walk(&self) -> &Walk {
         &self.walk

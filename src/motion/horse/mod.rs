@@ -15,6 +15,7 @@ mod profile;
 mod reach_table;
 #[cfg(test)]
 mod tests;
+pub mod thesis_rule;
 mod walk;
 
 use glam::DVec3;

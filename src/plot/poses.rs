@@ -1,0 +1,150 @@
+//! The robot as a stick figure, one pose after another, seen from its right side: figures 4.3 to 4.6 of the
+//! horse thesis.
+
+use glam::{DQuat, DVec3};
+use plotters::element::{Circle, PathElement};
+use plotters::style::text_anchor::HPos;
+use plotters::style::{Color, RGBColor};
+
+use super::PlotError;
+use super::canvas::{
+    Area, Drawn, FAINT, FAR, HEADING, INK, LABEL, LINE, NEAR, STANCE, SWING, TRUNK, WIDTH, fine, letters,
+    line, picture, write, write_key,
+};
+use super::course::{Course, Frame};
+
+const HEAD: u32 = 50;
+const COLUMNS: u32 = 4;
+const ROWS: u32 = 3;
+const POSES: u32 = COLUMNS * ROWS;
+/// Poses a swing.
+const POSES_A_SWING: f64 = 3.0;
+/// Room over and under a figure, pixels.
+const ROOM: f64 = 26.0;
+/// Room beside a figure, pixels.
+const SIDE: f64 = 10.0;
+/// Height of a figure, pixels.
+const TALLEST: f64 = 200.0;
+
+/// Twelve poses: over the first change of gait if there is one, three to a swing; else from the middle on.
+///
+/// # Errors
+/// None that is known: the drawing library has them in its signature.
+pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
+    let figures: Vec<Figure> = moments(course).map(|frame| figure(course, frame)).collect();
+    let all = || figures.iter().flat_map(|figure| figure.limbs.iter().flat_map(|limb| &limb.points));
+    let (low, high) =
+        all().fold((DVec3::ZERO, DVec3::ZERO), |(low, high), point| (low.min(*point), high.max(*point)));
+    let width = f64::from(WIDTH / COLUMNS);
+    let pixels_a_metre =
+        ((width - 2.0 * SIDE) / (high.x - low.x).max(1e-3)).min(TALLEST / (high.z - low.z).max(1e-3));
+    let row = (high.z - low.z) * pixels_a_metre + 2.0 * ROOM;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred pixels")]
+    let height = HEAD + (row * f64::from(ROWS)).ceil().clamp(1.0, 1e4) as u32;
+    picture(height, |area| {
+        write(
+            area,
+            "Poses, seen from the right: forward is to the right",
+            (8.0, 16.0),
+            &letters(HEADING, INK, HPos::Left),
+        )?;
+        let key = [(STANCE, "standing"), (SWING, "in the air"), (NEAR, "right limbs"), (FAR, "left limbs")];
+        write_key(area, 8.0, 38.0, &key)?;
+        for (figure, place) in figures.iter().zip(0..) {
+            let corner = (
+                width * f64::from(place % COLUMNS) + SIDE - low.x * pixels_a_metre,
+                f64::from(HEAD) + row * f64::from(place / COLUMNS + 1) - ROOM,
+            );
+            let at = |point: &DVec3| {
+                (corner.0 + point.x * pixels_a_metre, corner.1 - (point.z - low.z) * pixels_a_metre)
+            };
+            let span = (at(&low).0, at(&high).0);
+            draw_figure(area, figure, span, at)?;
+        }
+        Ok(())
+    })
+}
+
+/// Frames to show.
+fn moments<'a>(course: &'a Course<'_>) -> impl Iterator<Item = &'a Frame> {
+    let (from_s, to_s) = course.times_s();
+    let apart_s = course.mean_swing_s().map_or(f64::INFINITY, |swing_s| swing_s / POSES_A_SWING);
+    let apart_s = apart_s.min((to_s - from_s) / f64::from(POSES));
+    let half_s = 0.5 * apart_s * f64::from(POSES - 1);
+    let change = course.spans().into_iter().find(|span| span.is_changing);
+    let middle_s = change.map_or(0.5 * (from_s + to_s), |span| 0.5 * (span.from_s + span.to_s));
+    let first_s = (middle_s - half_s).min(to_s - 2.0 * half_s).max(from_s);
+    (0..POSES).filter_map(move |pose| {
+        let time_s = first_s + f64::from(pose) * apart_s;
+        let frame = course.frames.partition_point(|frame| frame.time_s < time_s - 1e-9);
+        course.frames.get(frame.min(course.frames.len() - 1))
+    })
+}
+
+/// Places with x forward of the trunk's middle and z above the ground, as seen from the right, m.
+struct Figure {
+    label: String,
+    trunk: Vec<DVec3>,
+    limbs: Vec<Limb>,
+}
+
+struct Limb {
+    points: Vec<DVec3>,
+    is_near: bool,
+    is_swing: Option<bool>,
+}
+
+fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
+    let robot = course.subject.robot;
+    // Seen along the trunk's side, wherever it is heading.
+    let forward = frame.trunk_turn * DVec3::X;
+    let facing = DQuat::from_rotation_z(-forward.y.atan2(forward.x)) * frame.trunk_turn;
+    let seen = |in_body: DVec3| facing * in_body + DVec3::Z * frame.trunk_in_world.z;
+    let limb = |(index, chain): (usize, &crate::model::Chain)| {
+        let angles = frame.goal_rad[chain.joints.clone()].iter().copied();
+        Limb {
+            points: robot.places_in_body(chain, angles).into_iter().map(seen).collect(),
+            is_near: chain.root_m.y <= 0.0,
+            is_swing: frame.feet.iter().find(|foot| foot.chain == index).map(|foot| foot.is_swing),
+        }
+    };
+    let (back, front) = robot.root_extent();
+    let middle = 0.5 * (back + front);
+    Figure {
+        label: format!("{:.2} s, {}", frame.time_s, course.name_of(frame.gait, frame.is_changing)),
+        trunk: vec![seen(middle.with_x(back.x)), seen(middle.with_x(front.x))],
+        limbs: robot.chains.iter().enumerate().map(limb).collect(),
+    }
+}
+
+fn draw_figure(
+    area: &Area<'_>,
+    figure: &Figure,
+    span: (f64, f64),
+    at: impl Fn(&DVec3) -> (f64, f64),
+) -> Drawn {
+    let place = |point: &DVec3| {
+        let (x, y) = at(point);
+        (fine(x), fine(y))
+    };
+    let ground = fine(at(&DVec3::ZERO).1);
+    let stroke = |points: Vec<(i32, i32)>, color: RGBColor, width: f64| {
+        area.draw(&PathElement::new(points, line(color, width)))
+    };
+    stroke(vec![(fine(span.0), ground), (fine(span.1), ground)], LINE, 1.0)?;
+    for is_near in [false, true] {
+        if is_near {
+            stroke(figure.trunk.iter().map(place).collect(), TRUNK, 8.0)?;
+        }
+        for limb in figure.limbs.iter().filter(|limb| limb.is_near == is_near) {
+            let color = if is_near { NEAR } else { FAR };
+            stroke(limb.points.iter().map(place).collect(), color, 2.5)?;
+            if let (Some(is_swing), Some(tip)) = (limb.is_swing, limb.points.last()) {
+                let color = if is_swing { SWING } else { STANCE };
+                area.draw(&Circle::new(place(tip), fine(3.0), color.filled()))?;
+            }
+        }
+    }
+    let below = at(&DVec3::ZERO).1 + 14.0;
+    write(area, &figure.label, (0.5 * (span.0 + span.1), below), &letters(LABEL, FAINT, HPos::Center))
+}
