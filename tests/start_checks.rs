@@ -21,6 +21,9 @@ fn feetech_horse() -> Robot {
     config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot
 }
 
+/// A spy that does not look while it waits.
+type DeafSpy = Spy<fn(&SimPorts)>;
+
 /// Starts `robot` on the servos of `built`; what was said, and what was sent.
 fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
     let (result, buses) = start_with(robot, built, gone, "");
@@ -33,7 +36,7 @@ fn start_with(
     built: &Robot,
     gone: Option<usize>,
     faults: &str,
-) -> (Result<(), StartError>, Buses<Spy<fn(&SimPorts)>>) {
+) -> (Result<(), StartError>, Buses<DeafSpy>) {
     let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
     let faults = FaultScript::from_toml(faults).unwrap();
     let world = simulation::world_from_pose(built, &pose, 1, &faults).unwrap();

@@ -111,7 +111,7 @@ impl Watched {
             let tip = self.targets.tips_in_body[leg];
             let excursion_m = tip.x - neutral.x;
             self.furthest_m = self.furthest_m.max(excursion_m.abs());
-            assert!(tip.is_finite() && tip.y == neutral.y);
+            assert!(tip.is_finite() && (tip.y - neutral.y).abs() < 1e-12);
             assert!(excursion_m.abs() <= REACH_M * (1.0 + 1e-9), "leg {leg} at {excursion_m} m, {now_s} s");
             let place = DVec2::new(tip.x + foot.plane_way_m, tip.z + self.targets.trunk_in_world.z);
             assert!((-1e-12..=LIFT_M + 1e-12).contains(&place.y));
