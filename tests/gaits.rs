@@ -1,5 +1,7 @@
 //! Every gait, every change of gait: no foot out of place.
 
+#![allow(clippy::print_stdout, reason = "figures are for people")]
+
 mod common;
 mod on_feet;
 

@@ -20,7 +20,7 @@ mod walk;
 
 use glam::DVec3;
 
-use crate::model::{Gait, HorseMotion};
+use crate::model::HorseMotion;
 use crate::motion::curves::SwingCurve;
 use crate::motion::{Command, GaitChoice};
 pub use clock::StrideClock;
@@ -126,23 +126,20 @@ impl HorsePlan {
         }
     }
 
-    /// Largest speed of a foot against the trunk, in mid-swing of steady strides at the servos' top speeds, m/s;
-    /// infinite for legs without servos.
-    fn swing_speed_max_m_s(&self) -> f64 {
-        let swing_s = self.settings.swing_time_s;
-        let at_top_m_s = |(gait, pace): (&Gait, &Pace)| {
-            let top_m_s = pace.forward_m_s.max(pace.backward_m_s);
-            self.swing().fastest_m_s(gait.stride_m(top_m_s, swing_s)) - top_m_s
-        };
-        match self.is_driven {
-            true => self.settings.gaits.iter().zip(&self.paces).map(at_top_m_s).fold(0.0, f64::max),
-            false => f64::INFINITY,
-        }
+    /// Largest speed of a foot against the trunk, in mid-swing of the gait with index `gait` at its servos' top
+    /// speed, m/s; infinite for legs without servos, and while their paces are not known yet.
+    fn swing_speed_max_m_s(&self, gait: usize) -> f64 {
+        let Some(pace) = self.paces.get(gait).filter(|_| self.is_driven) else { return f64::INFINITY };
+        let top_m_s = pace.forward_m_s.max(pace.backward_m_s);
+        let stride_m = self.settings.gaits[gait].stride_m(top_m_s, self.settings.swing_time_s);
+        self.swing().fastest_m_s(stride_m) - top_m_s
     }
 
-    /// The speed at which a foot that lifts every `interval_s` swings as fast against the trunk as it may, m/s.
-    fn speed_by_swing_m_s(&self, interval_s: f64) -> f64 {
-        self.swing_speed_max_m_s() / (self.swing().fastest_m_s(interval_s) - 1.0)
+    /// The speed at which a foot that lifts every `interval_s` swings as fast against the trunk as it may in one of
+    /// two gaits, m/s.
+    fn speed_by_swing_m_s(&self, from: usize, to: usize, interval_s: f64) -> f64 {
+        let fastest_m_s = self.swing_speed_max_m_s(from).max(self.swing_speed_max_m_s(to));
+        fastest_m_s / (self.swing().fastest_m_s(interval_s) - 1.0)
     }
 
     /// The speed at which half a stance of `stance_s` and the overshoot of the swing fill the reach, m/s:

@@ -25,7 +25,10 @@ const TIMES_SLOWER: usize = 8;
 /// Tries a cycle.
 const TRIES: u32 = 2;
 /// When a change may begin, shares of the longest period from now on; the last is a swing time more.
-const STARTS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+const STARTS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
+/// How much longer than the acceleration limit asks for a change of speed may take: feet in the air when the trunk
+/// slows down, or not yet as fast as it will be, swing faster against it.
+const STRETCHES: [f64; 5] = [1.0, 1.5, 2.5, 4.0, 8.0];
 
 /// What is wanted, within what the robot can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,12 +108,9 @@ impl Planner {
             }
             (gait, Some(strides)) => {
                 let present = strides.gait_at(now_s);
-                let kept = Strides {
-                    clock: strides.clock.without_later_change(now_s),
-                    from: if now_s >= strides.clock.change_start_s() { strides.from } else { present },
-                    to: present,
-                    is_ending: gait.is_none(),
-                };
+                let from = if now_s >= strides.clock.change_start_s() { strides.from } else { present };
+                let clock = strides.clock.without_later_change(now_s);
+                let kept = Strides::new(plan, clock, from, present, gait.is_none());
                 let mut steady = walk.clone();
                 steady.strides = Some(kept);
                 steady.recount_lift_offs(now_s);
@@ -166,6 +166,8 @@ fn take(walk: &mut Walk, found: Option<Walk>) -> bool {
 struct Change {
     rates: Rates,
     strides: f64,
+    /// Of the ramps before and after it.
+    stretch: f64,
 }
 
 /// The change of gait to try as number `number`: those that take least time first, then all of them slower.
@@ -186,16 +188,18 @@ fn change_of_gait(
     let (slower, option) = (number / STRIDES.len() % TIMES_SLOWER, number % STRIDES.len());
     #[allow(clippy::cast_precision_loss, reason = "a small number")]
     let slower = SLOWER.powf(slower as f64);
+    let stretch = STRETCHES[number / STRIDES.len() % STRETCHES.len()];
     let mut options = STRIDES.map(|strides| {
         let interval_s = longest_interval_s(period_s, shift, strides);
         let stance_s = interval_s - settings.swing_time_s;
         let by_reach_m_s = plan.speed_by_reach_m_s(stance_s, period_s, reach_m);
-        let by_legs_m_s = CHANGE_SPEED_SHARE * by_reach_m_s.min(plan.speed_by_swing_m_s(interval_s));
+        let by_legs_m_s =
+            CHANGE_SPEED_SHARE * by_reach_m_s.min(plan.speed_by_swing_m_s(from, gait, interval_s));
         let rates = plan.slowed_to(slowest, slower * by_legs_m_s.min(plan.fastest_plane_m_s(slowest)));
         let rates = plan.limited(gait, plan.limited(from, rates, reach_m), reach_m);
         let duration_s = plan.ramp_s(now, rates) + strides * period_s + plan.ramp_s(rates, wish.rates);
         let fits = SMOOTH_STEP_SLOPE_MAX * shift / strides < 0.5;
-        (if fits { duration_s } else { f64::INFINITY }, Change { rates, strides })
+        (if fits { duration_s } else { f64::INFINITY }, Change { rates, strides, stretch })
     });
     options.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     options[option].1
@@ -211,10 +215,11 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
 
 /// `walk` with its speed changed to `rates`, as soon as that can be done.
 fn change_speed(plan: &HorsePlan, walk: &Walk, now_s: f64, rates: Rates, reach: &Reachable) -> Option<Walk> {
-    starts(plan, walk, now_s).into_iter().find_map(|start_s| {
+    let starts = starts(plan, walk, now_s).into_iter();
+    starts.flat_map(|start_s| STRETCHES.map(|stretch| (start_s, stretch))).find_map(|(start_s, stretch)| {
         let mut changed = walk.clone();
         changed.profile = walk.profile.until(now_s, start_s);
-        let ramp_s = plan.ramp_s(changed.profile.settled(), rates);
+        let ramp_s = stretch * plan.ramp_s(changed.profile.settled(), rates);
         (changed.profile.ramp_to(rates, ramp_s) && changed.stays_in_reach(now_s, reach)).then_some(changed)
     })
 }
@@ -235,13 +240,14 @@ fn change_gait(
         let mut changed = walk.clone();
         let profile = &mut changed.profile;
         *profile = profile.until(now_s, start_s);
-        let is_whole = profile.ramp_to(change.rates, plan.ramp_s(profile.settled(), change.rates));
+        let is_whole =
+            profile.ramp_to(change.rates, change.stretch * plan.ramp_s(profile.settled(), change.rates));
         let change_s = profile.settled_s().max(now_s);
         let clock = clock.change_to(&settings.gaits[gait], settings.swing_time_s, change_s, change.strides);
         let is_whole = is_whole
             && profile.wait_until(clock.change_end_s())
-            && profile.ramp_to(rates, plan.ramp_s(change.rates, rates));
-        changed.strides = Some(Strides { clock, from, to: gait, is_ending: false });
+            && profile.ramp_to(rates, change.stretch * plan.ramp_s(change.rates, rates));
+        changed.strides = Some(Strides::new(plan, clock, from, gait, false));
         (is_whole && changed.stays_in_reach(now_s, reach)).then_some(changed)
     })
 }

@@ -16,8 +16,9 @@ use crate::model::Bob;
 use crate::motion::curves::SwingCurve;
 use crate::signals::{FootTarget, Targets};
 
-/// Rounding in what a swing may do.
-const SWING_SPEED_SHARE: f64 = 1.0 + 1e-6;
+/// Share of the fastest steady swing that one may reach while the speed changes: what steady ones leave of the
+/// servos' rate.
+const SWING_SPEED_SHARE: f64 = 1.03;
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 /// Instants at which a swing is looked at, beside its turning points.
@@ -29,8 +30,6 @@ const EVENTS: u32 = 400;
 #[derive(Debug, Clone)]
 pub struct Walk {
     swing: SwingCurve,
-    /// Largest speed of a foot against the trunk in a swing, m/s.
-    swing_speed_max_m_s: f64,
     /// Speed and turn, planned ahead.
     pub(super) profile: SpeedProfile,
     /// When legs lift; none while the horse stands.
@@ -45,6 +44,8 @@ pub(super) struct Strides {
     /// The gait before and after the clock's change, indices into the robot's gaits.
     pub(super) from: usize,
     pub(super) to: usize,
+    /// Largest speed of a foot against the trunk in a swing, m/s.
+    pub(super) swing_speed_max_m_s: f64,
     /// Feet that are on their neutral points once the trunk is still stay there.
     pub(super) is_ending: bool,
 }
@@ -88,6 +89,18 @@ pub struct FootPlace {
 }
 
 impl Strides {
+    /// Strides by `clock`, which leads from the gait with index `from` to `to`.
+    pub(super) fn new(
+        plan: &HorsePlan,
+        clock: StrideClock,
+        from: usize,
+        to: usize,
+        is_ending: bool,
+    ) -> Strides {
+        let swing_speed_max_m_s = plan.swing_speed_max_m_s(from).max(plan.swing_speed_max_m_s(to));
+        Strides { clock, from, to, swing_speed_max_m_s: SWING_SPEED_SHARE * swing_speed_max_m_s, is_ending }
+    }
+
     /// The gait at time `s`: once it has begun, the one a change leads to.
     pub(super) fn gait_at(&self, s: f64) -> usize {
         if s >= self.clock.change_start_s() { self.to } else { self.from }
@@ -104,7 +117,6 @@ impl Walk {
     pub fn standing(plan: &HorsePlan) -> Walk {
         Walk {
             swing: plan.swing(),
-            swing_speed_max_m_s: SWING_SPEED_SHARE * plan.swing_speed_max_m_s(),
             profile: SpeedProfile::constant(Rates::STILL),
             strides: None,
             legs: plan.neutral_in_body.map(|neutral| Leg {
@@ -137,7 +149,7 @@ impl Walk {
     pub(super) fn begin(&mut self, plan: &HorsePlan, gait: usize, start_s: f64) {
         let settings = &plan.settings;
         let clock = StrideClock::starting(&settings.gaits[gait], settings.swing_time_s, start_s);
-        self.strides = Some(Strides { clock, from: gait, to: gait, is_ending: false });
+        self.strides = Some(Strides::new(plan, clock, gait, gait, false));
         for (index, leg) in self.legs.iter_mut().enumerate() {
             leg.next_lift = clock.next_lift_off(index, start_s);
         }
@@ -307,12 +319,7 @@ impl Walk {
                 let instants = (1..SWING_INSTANTS).map(|instant| {
                     lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
                 });
-                let middle_s = lifted_s + 0.5 * self.swing.time_s;
-                let trunk_m_s = self.profile.rates_at(middle_s).at_side_m_s(leg.side_m);
-                let fastest_m_s = self.swing.fastest_m_s(to_m - from_m);
-                // One that is in the air already cannot be helped.
-                all =
-                    all && (from_s > lifted_s || (fastest_m_s - trunk_m_s).abs() <= self.swing_speed_max_m_s);
+                all = all && self.swings_slowly_enough(leg, lifted_s, to_m - from_m, from_s);
                 // Where the foot is as fast as its root: the swing's furthest points.
                 let landed_s = lifted_s + self.swing.time_s;
                 let fast_s = |s: f64| {
@@ -324,6 +331,20 @@ impl Walk {
             }
         }
         all
+    }
+
+    /// True if the foot of `leg` on its swing of `way_m` is nowhere from `from_s` on too fast against the trunk.
+    fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, way_m: f64, from_s: f64) -> bool {
+        let Some(Strides { swing_speed_max_m_s, .. }) = self.strides else { return true };
+        let fastest_m_s = self.swing.fastest_m_s(way_m);
+        // It is fastest between the ramps; the trunk's speed is a straight line there, or nearly so.
+        let (begins, ends) = (self.swing.ramp_share, 1.0 - self.swing.ramp_share);
+        [begins, 0.5, ends].into_iter().map(|u| lifted_s + u * self.swing.time_s).filter(|s| *s > from_s).all(
+            |s| {
+                let trunk_m_s = self.profile.rates_at(s).at_side_m_s(leg.side_m);
+                (fastest_m_s - trunk_m_s).abs() <= swing_speed_max_m_s
+            },
+        )
     }
 
     /// How far the foot of `leg` is above the ground at time `s`, m.
