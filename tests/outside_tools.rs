@@ -172,13 +172,7 @@ fn the_pictures_of_plot_open_in_chromium() {
     let folder = folder("chromium_pictures");
     let out = folder.join("pictures");
     run(hippocamp()
-        .args([
-            "plot",
-            "config/thoroughbred.toml",
-            "--script",
-            "config/scripts/walk-to-trot.toml",
-            "--thesis",
-        ])
+        .args(["plot", "config/thoroughbred.toml", "--script", "docs/walk-to-trot.toml", "--thesis"])
         .arg("--out")
         .arg(&out));
     for name in ["feet", "footfalls", "joints", "poses", "thesis"] {

@@ -200,7 +200,7 @@ fn plot_command(script: &Path, out: &Path, rest: &[&str]) -> (Option<i32>, Strin
 fn the_command_draws_a_robot_on_paper() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new/pictures");
-    let (code, said) = plot_command(Path::new("config/scripts/walk-to-trot.toml"), &out, &["--thesis"]);
+    let (code, said) = plot_command(Path::new("docs/walk-to-trot.toml"), &out, &["--thesis"]);
     assert_eq!(code, Some(0), "{said}");
     for name in ["feet", "footfalls", "joints", "poses", "thesis"] {
         let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
@@ -214,11 +214,12 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let (out, steady) = (folder.path().join("pictures"), folder.path().join("steady.toml"));
     std::fs::write(&steady, "[[at]]\ntime_s = 0\ngait = \"walk\"\nspeed_m_s = 1\n").unwrap();
-    let cases: [(&Path, &[&str], &str); 5] = [
+    let cases: [(&Path, &[&str], &str); 6] = [
         (&steady, &["--thesis"], "expected a change from one gait to another"),
         (&steady, &["--from", "3", "--to", "2"], "expected a part of the script, which lasts 5 s"),
         (&steady, &["--from", "7"], "expected a part of the script"),
         (&steady, &["--from", "nan"], "expected a part of the script"),
+        (&steady, &["--to", "nan"], "expected a part of the script"),
         (Path::new("nowhere.toml"), &[], "nowhere.toml"),
     ];
     for (script, rest, expected) in cases {

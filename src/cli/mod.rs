@@ -103,7 +103,7 @@ enum Command {
     /// footfalls.svg (which foot is on the ground when), joints.svg (angles and ranges), poses.svg (stick figures),
     /// and with --thesis thesis.svg. Exit codes: 0 drawn, 2 bad input.
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
-                            --script config/scripts/walk-to-trot.toml --thesis --out pictures")]
+                            --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]

@@ -4,11 +4,12 @@ use std::fs;
 
 use anyhow::{Context, Result};
 
+use super::drivers::load_script;
 use super::load::{Loaded, load};
 use super::{BadInput, PlotArguments, write_whole};
-use crate::config;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use crate::motion::{Command, Generator};
+use crate::operator::{Repertoire, Script};
 use crate::plot::{self, Course, Subject};
 
 /// More than a picture can show, s.
@@ -18,16 +19,9 @@ const LONGEST_S: f64 = 600.0;
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
-    let script = config::load_script(&options.script, robot)?;
-    let span_s = (options.from_s.unwrap_or(0.0), options.to_s.unwrap_or(script.end_s).min(script.end_s));
-    if !(span_s.0 >= 0.0 && span_s.0 < span_s.1 && span_s.1 - span_s.0 <= LONGEST_S) {
-        return Err(BadInput(format!(
-            "--from {} --to {}: expected a part of the script, which lasts {} s, of at most {LONGEST_S} s",
-            span_s.0, span_s.1, script.end_s
-        ))
-        .into());
-    }
     let plan = loaded.capability.plan(&loaded.horse, Command::default());
+    let script = load_script(&options.script, &loaded, &Repertoire::of(&plan))?;
+    let span_s = span(options, &script)?;
     let swing = plan.swing();
     let generator = Generator::new(robot, plan, f64::MAX);
     let subject = Subject::horse(robot, &loaded.horse, &loaded.capability);
@@ -65,6 +59,19 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
         say!("picture written to {}", path.display());
     }
     Ok(())
+}
+
+/// From when to when to draw, s.
+fn span(options: &PlotArguments, script: &Script) -> Result<(f64, f64), BadInput> {
+    let (from_s, to_s) = (options.from_s.unwrap_or(0.0), options.to_s.unwrap_or(script.end_s));
+    let end_s = to_s.min(script.end_s);
+    if to_s.is_finite() && from_s >= 0.0 && from_s < end_s && end_s - from_s <= LONGEST_S {
+        return Ok((from_s, end_s));
+    }
+    Err(BadInput(format!(
+        "--from {from_s} --to {to_s}: expected a part of the script, which lasts {} s, of at most {LONGEST_S} s",
+        script.end_s
+    )))
 }
 
 fn print_summary(course: &Course<'_>, loaded: &Loaded) {
