@@ -165,3 +165,19 @@ fn the_page_fits_windows_of_every_width() {
         assert!(wide <= width, "{wide} pixels of page in a window of {width}");
     }
 }
+
+#[test]
+fn the_pictures_of_plot_open_in_chromium() {
+    let Some(chromium) = tool("HIPPOCAMP_CHROMIUM") else { return };
+    let folder = folder("chromium_pictures");
+    let out = folder.join("pictures");
+    run(hippocamp()
+        .args(["plot", "config/thoroughbred.toml", "--script", "docs/walk-to-trot.toml", "--thesis"])
+        .arg("--out")
+        .arg(&out));
+    for name in ["feet", "footfalls", "joints", "poses", "thesis"] {
+        let picture = open(&chromium, &folder, &format!("file://{}/{name}.svg", out.display()));
+        assert!(!picture.contains("parsererror"), "{name}: {picture}");
+        assert!(picture.contains("</text>"), "{name} has words");
+    }
+}

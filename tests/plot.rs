@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
+use std::process::Command;
 
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::model::{HorseMotion, Motion, Robot};
 use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
-use hippocamp::motion::{Command, GaitChoice, Generator, Order};
+use hippocamp::motion::{self, GaitChoice, Generator, Order};
 use hippocamp::plot::{self, Course, CourseError, Subject};
 
 /// A robot with what it can do.
@@ -38,9 +39,9 @@ impl Rig {
     fn course(&self, first: (&str, f64), then: (&str, f64), change_s: f64, end_s: f64) -> Course<'_> {
         let order = |(gait, speed_m_s): (&str, f64)| {
             let gait = GaitChoice::Gait(self.gait(gait));
-            Order::Drive(Command { gait, speed_m_s, ..Command::default() })
+            Order::Drive(motion::Command { gait, speed_m_s, ..motion::Command::default() })
         };
-        let plan = self.capability.plan(&self.horse, Command::default());
+        let plan = self.capability.plan(&self.horse, motion::Command::default());
         let generator = Generator::new(&self.robot, plan, f64::MAX);
         let (first, then) = (order(first), order(then));
         let orders = |s: f64| if s < change_s { first } else { then };
@@ -57,7 +58,7 @@ fn bars_are_as_long_as_the_gaits_duty_factor_says_and_begin_by_its_lags() {
     for (file, share) in [("config/thoroughbred.toml", 0.8), ("config/horse.toml", 0.8)] {
         let rig = Rig::load(file);
         for (index, gait) in rig.horse.gaits.iter().enumerate() {
-            let plan = rig.capability.plan(&rig.horse, Command::default());
+            let plan = rig.capability.plan(&rig.horse, motion::Command::default());
             let speed_m_s = share * plan.top_speed_m_s(GaitChoice::Gait(index));
             if speed_m_s <= 0.0 {
                 continue;
@@ -100,7 +101,7 @@ fn walk_to_trot_keeps_in_reach_where_the_thesis_rule_does_not() {
         gait: &rig.horse.gaits[change.gaits[side]],
         speed_m_s: change.speeds_m_s[side],
     };
-    let swing = rig.capability.plan(&rig.horse, Command::default()).swing();
+    let swing = rig.capability.plan(&rig.horse, motion::Command::default()).swing();
     let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
     let beyond = (0..4).filter(|leg| rule.lift_off_m(*leg).abs() > reach_m).count();
     assert_eq!(beyond, 3, "all but the left hind");
@@ -152,7 +153,7 @@ fn pictures_are_whole_and_the_same_every_time() {
             gait: &rig.horse.gaits[change.gaits[side]],
             speed_m_s: change.speeds_m_s[side],
         };
-        let swing = rig.capability.plan(&rig.horse, Command::default()).swing();
+        let swing = rig.capability.plan(&rig.horse, motion::Command::default()).swing();
         let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
         [
             plot::feet(&course),
@@ -176,12 +177,55 @@ fn pictures_are_whole_and_the_same_every_time() {
 #[test]
 fn a_span_after_the_end_shows_nothing() {
     let rig = Rig::load("config/thoroughbred.toml");
-    let plan = rig.capability.plan(&rig.horse, Command::default());
+    let plan = rig.capability.plan(&rig.horse, motion::Command::default());
     let generator = Generator::new(&rig.robot, plan, f64::MAX);
-    let orders = |s: f64| if s < 1.0 { Order::Drive(Command::default()) } else { Order::Stop };
+    let orders = |s: f64| if s < 1.0 { Order::Drive(motion::Command::default()) } else { Order::Stop };
     let error = Course::follow(rig.subject(), generator, (2.0, 9.0), orders).unwrap_err();
     assert!(
         matches!(error, CourseError::NothingToShow { ended_s } if (ended_s - 1.0).abs() < 1e-9),
         "{error}"
     );
+}
+
+/// Runs `hippocamp plot` on the thoroughbred; its exit code, and what it said.
+fn plot_command(script: &Path, out: &Path, rest: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
+    command.args(["plot", "config/thoroughbred.toml", "--script"]).arg(script).arg("--out").arg(out);
+    let output = command.args(rest).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8(said).unwrap())
+}
+
+#[test]
+fn the_command_draws_a_robot_on_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new/pictures");
+    let (code, said) = plot_command(Path::new("docs/walk-to-trot.toml"), &out, &["--thesis"]);
+    assert_eq!(code, Some(0), "{said}");
+    for name in ["feet", "footfalls", "joints", "poses", "thesis"] {
+        let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
+        check_svg(&svg);
+    }
+    assert!(said.contains("safety changed 0 of"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, steady) = (folder.path().join("pictures"), folder.path().join("steady.toml"));
+    std::fs::write(&steady, "[[at]]\ntime_s = 0\ngait = \"walk\"\nspeed_m_s = 1\n").unwrap();
+    let cases: [(&Path, &[&str], &str); 6] = [
+        (&steady, &["--thesis"], "expected a change from one gait to another"),
+        (&steady, &["--from", "3", "--to", "2"], "expected a part of the script, which lasts 5 s"),
+        (&steady, &["--from", "7"], "expected a part of the script"),
+        (&steady, &["--from", "nan"], "expected a part of the script"),
+        (&steady, &["--to", "nan"], "expected a part of the script"),
+        (Path::new("nowhere.toml"), &[], "nowhere.toml"),
+    ];
+    for (script, rest, expected) in cases {
+        let (code, said) = plot_command(script, &out, rest);
+        assert_eq!(code, Some(2), "{rest:?}: {said}");
+        assert!(said.contains(expected), "{rest:?}: {said}");
+        assert!(!out.exists(), "{rest:?}");
+    }
 }

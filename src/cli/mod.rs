@@ -9,6 +9,7 @@ mod jog;
 mod load;
 mod operator;
 mod panics;
+mod plot;
 mod ports;
 #[cfg(debug_assertions)]
 mod provoke;
@@ -95,6 +96,15 @@ enum Command {
     /// held to it. The joint is held at its goal for a second; what it measures then is printed.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
+    /// Draws what the robot would do by a motion script, without servos.
+    ///
+    /// Gaits, inverse kinematics and safety run at the robot's own rate on joints that are always where they are told
+    /// to be; a robot without buses will do. Writes, as SVG: feet.svg (each foot against its root, and its reach),
+    /// footfalls.svg (which foot is on the ground when), joints.svg (angles and ranges), poses.svg (stick figures),
+    /// and with --thesis thesis.svg. Exit codes: 0 drawn, 2 bad input.
+    #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
+                            --script docs/walk-to-trot.toml --thesis --out pictures")]
+    Plot(PlotArguments),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]
     Guard {
@@ -138,6 +148,28 @@ struct JogArguments {
     angle_deg: f64,
     #[command(flatten)]
     unit: UnitArguments,
+}
+
+/// Options of `plot`.
+#[derive(Debug, clap::Args)]
+struct PlotArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// What the robot is to do (TOML; see docs/scripts.md).
+    #[arg(long, value_name = "FILE")]
+    script: PathBuf,
+    /// The directory to write to; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Where the pictures begin, in seconds since the robot stood [default: 0].
+    #[arg(long = "from", value_name = "SECONDS", allow_negative_numbers = true)]
+    from_s: Option<f64>,
+    /// Where they end [default: the end of the script].
+    #[arg(long = "to", value_name = "SECONDS", allow_negative_numbers = true)]
+    to_s: Option<f64>,
+    /// Draw the first change of gait beside the same change by the rule of the thesis (Takizawa 2005, 3.3).
+    #[arg(long)]
+    thesis: bool,
 }
 
 /// Options of `run`.
@@ -247,6 +279,7 @@ pub fn main() -> ExitCode {
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
         Command::Jog(options) => jog::jog(options),
+        Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {

@@ -60,8 +60,7 @@ impl Driver {
         repertoire: Repertoire,
     ) -> Result<Driver> {
         if let Some(path) = &options.script {
-            let script = config::load_script(path, &loaded.file.robot)?;
-            check_script(&script, path, &repertoire)?;
+            let script = load_script(path, loaded, &repertoire)?;
             return Ok(Driver::Script(Playback::new(script), path.clone()));
         }
         if options.keys {
@@ -127,6 +126,13 @@ impl fmt::Display for Driver {
             Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
         }
     }
+}
+
+/// Loads a script for a robot that can do what its `repertoire` says.
+pub(super) fn load_script(path: &Path, loaded: &Loaded, repertoire: &Repertoire) -> Result<Script> {
+    let script = config::load_script(path, &loaded.file.robot)?;
+    check_script(&script, path, repertoire)?;
+    Ok(script)
 }
 
 /// Refuses gaits the robot cannot do, and says where it will be held to what it can.

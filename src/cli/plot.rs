@@ -1,0 +1,87 @@
+//! `hippocamp plot`: pictures of what a robot would do, without servos.
+
+use std::fs;
+
+use anyhow::{Context, Result};
+
+use super::drivers::load_script;
+use super::load::{Loaded, load};
+use super::{BadInput, PlotArguments, write_whole};
+use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
+use crate::motion::{Command, Generator};
+use crate::operator::{Repertoire, Script};
+use crate::plot::{self, Course, Subject};
+
+/// More than a picture can show, s.
+const LONGEST_S: f64 = 600.0;
+
+/// Draws what the robot would do by a script.
+pub(super) fn plot(options: &PlotArguments) -> Result<()> {
+    let loaded = load(&options.robot, None)?;
+    let robot = &loaded.file.robot;
+    let plan = loaded.capability.plan(&loaded.horse, Command::default());
+    let script = load_script(&options.script, &loaded, &Repertoire::of(&plan))?;
+    let span_s = span(options, &script)?;
+    let swing = plan.swing();
+    let generator = Generator::new(robot, plan, f64::MAX);
+    let subject = Subject::horse(robot, &loaded.horse, &loaded.capability);
+    let followed = Course::follow(subject, generator, span_s, |time_s| script.order_at(time_s));
+    let course = followed.map_err(|error| BadInput(format!("{}: {error}", options.script.display())))?;
+
+    let mut pictures = vec![
+        ("feet.svg", plot::feet(&course)?),
+        ("footfalls.svg", plot::footfalls(&course)?),
+        ("joints.svg", plot::joints(&course)?),
+        ("poses.svg", plot::poses(&course)?),
+    ];
+    if options.thesis {
+        let Some(change) = course.first_change() else {
+            let path = options.script.display();
+            return Err(BadInput(format!(
+                "--thesis: expected a change from one gait to another in the part of {path} that is drawn"
+            ))
+            .into());
+        };
+        let steady = |side: usize| SteadyGait {
+            gait: &loaded.horse.gaits[change.gaits[side]],
+            speed_m_s: change.speeds_m_s[side],
+        };
+        // The thesis begins with the left hind's lift-off.
+        let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
+        pictures.push(("thesis.svg", plot::comparison(&course, &change, &rule, swing.time_s)?));
+    }
+    print_summary(&course, &loaded);
+    fs::create_dir_all(&options.out)
+        .with_context(|| format!("the directory {} could not be made", options.out.display()))?;
+    for (name, svg) in pictures {
+        let path = options.out.join(name);
+        write_whole(&path, &svg)?;
+        say!("picture written to {}", path.display());
+    }
+    Ok(())
+}
+
+/// From when to when to draw, s.
+fn span(options: &PlotArguments, script: &Script) -> Result<(f64, f64), BadInput> {
+    let (from_s, to_s) = (options.from_s.unwrap_or(0.0), options.to_s.unwrap_or(script.end_s));
+    let end_s = to_s.min(script.end_s);
+    if to_s.is_finite() && from_s >= 0.0 && from_s < end_s && end_s - from_s <= LONGEST_S {
+        return Ok((from_s, end_s));
+    }
+    Err(BadInput(format!(
+        "--from {from_s} --to {to_s}: expected a part of the script, which lasts {} s, of at most {LONGEST_S} s",
+        script.end_s
+    )))
+}
+
+fn print_summary(course: &Course<'_>, loaded: &Loaded) {
+    let (from_s, to_s) = course.times_s();
+    say!("{}: {from_s:.2} s to {to_s:.2} s after it stood", course.subject.robot.name);
+    let feet = course.frames.iter().flat_map(|frame| &frame.feet);
+    let furthest_m = feet.map(|foot| foot.excursion_m.abs()).fold(0.0, f64::max);
+    let reach_m = loaded.capability.half_excursion_m();
+    say!("  feet: {:.1} mm from neutral at most, of {:.1} mm", furthest_m * 1e3, reach_m * 1e3);
+    let held_back: u32 = course.frames.iter().map(|frame| frame.interventions).sum();
+    let goals = course.frames.len() * course.subject.robot.joints.len();
+    say!("  safety changed {held_back} of {goals} joint goals");
+}
