@@ -59,6 +59,16 @@ impl Follower {
         follower
     }
 
+    /// The same leg in the same pose, to look more finely.
+    pub(super) fn finely(&self) -> Follower {
+        Follower {
+            halvings: FINE_HALVINGS,
+            solver: self.solver.clone(),
+            angles: self.angles.clone(),
+            ..*self
+        }
+    }
+
     /// Place of the leg's plane to the left of the trunk's middle, m.
     pub(super) fn side_m(&self) -> f64 {
         self.side_m

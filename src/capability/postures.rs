@@ -4,7 +4,7 @@ use super::Reach;
 use super::follower::Follower;
 use super::reach::{reachable, strides_of};
 use crate::model::{HorseMotion, Robot};
-use crate::motion::horse::{Lean, LegReach, ReachTable};
+use crate::motion::horse::{Lean, LegReach, ReachTable, Reachable};
 
 /// Heights and pitches a leg's reach is worked out at, and the steepest pitch and roll, rad.
 const HEIGHTS: u32 = 7;
@@ -35,11 +35,12 @@ pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) ->
         let neutral_m = reach.neutral_in_body.x;
         let mut follower = Follower::standing_at(robot, horse, leg, neutral_m);
         levels_m = follower.heights_m();
+        let stand = Lean { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        level[leg] = follower.finely().reach_at(stand, neutral_m, LIMIT * level_m);
         let mut at = |height_m: f64, pitch_rad: f64| {
             let lean = Lean { height_m, pitch_rad, roll_rad: 0.0 };
             follower.reach_at(lean, neutral_m, LIMIT * level_m)
         };
-        level[leg] = at(horse.stand_height_m, 0.0);
         for height_m in &heights_m {
             for pitch_rad in &pitches_rad {
                 column.push(at(*height_m, *pitch_rad));
@@ -48,7 +49,11 @@ pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) ->
         sway_max_m = furthest_sway_m(&mut follower, neutral_m, level_m, sway_max_m);
     }
     ReachTable {
-        level: reachable(level, levels_m, horse, &strides, level_m),
+        // The legs' own, found round the same points.
+        level: Reachable {
+            half_excursion_m: level_m,
+            ..reachable(level, levels_m, horse, &strides, level_m)
+        },
         stand_height_m: horse.stand_height_m,
         cells: (0..legs[0].len()).map(|place| legs.each_ref().map(|leg| leg[place])).collect(),
         heights_m,

@@ -28,7 +28,7 @@ const TRIES: u32 = 2;
 const STARTS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 /// How much longer than the acceleration limit asks for a change of speed may take: feet in the air when the trunk
 /// slows down, or not yet as fast as it will be, swing faster against it.
-const STRETCHES: [f64; 5] = [1.0, 1.5, 2.5, 4.0, 8.0];
+const STRETCHES: [f64; 6] = [1.0, 1.5, 2.5, 4.0, 8.0, 16.0];
 
 /// What is wanted, within what the robot can do.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,7 +18,7 @@ use crate::signals::{FootTarget, Targets};
 
 /// Share of the fastest steady swing that one may reach while the speed changes: what steady ones leave of the
 /// servos' rate.
-const SWING_SPEED_SHARE: f64 = 1.03;
+const SWING_SPEED_SHARE: f64 = 1.02;
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 /// Instants at which a swing is looked at, beside its turning points.
