@@ -14,7 +14,7 @@ use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::ik::{Limbs, Method, Solver};
 use hippocamp::model::{Motion, Robot};
-use hippocamp::motion::horse::{HorsePlan, Rates, Walk};
+use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, JointState, JointTargets, State, Targets};
@@ -125,6 +125,45 @@ fn four_legs(bencher: Bencher) {
         cycle = (cycle + 1) % targets.len();
         limbs.solve(black_box(&targets[cycle]), &mut joints);
     });
+}
+
+/// A horse that trots as it is told, and its command.
+fn driven() -> (Robot, Drive, Command) {
+    let (robot, plan, _) = trotting();
+    let trot = plan.settings.gaits.iter().position(|gait| gait.name == "trot").unwrap();
+    let command = Command::ahead(trot, 0.13);
+    let mut drive = Drive::standing(plan);
+    while !drive.does(command) {
+        drive.step(robot.period_s(), Some(command));
+    }
+    (robot, drive, command)
+}
+
+/// Following a command that is being done, four legs' targets, and their inverse kinematics.
+#[divan::bench]
+fn targets_and_four_legs(bencher: Bencher) {
+    let (robot, mut drive, command) = driven();
+    let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
+    let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
+    targets.aim = Aim::Tips;
+    targets.posture_pull = posture_pull(robot.period_s());
+    joints.angles_rad.copy_from_slice(&drive.plan().sit_pose_rad);
+    let height_m = drive.plan().settings.stand_height_m;
+    bencher.bench_local(|| {
+        drive.step(robot.period_s(), Some(black_box(command)));
+        drive.write(height_m, &mut targets);
+        limbs.solve(&targets, &mut joints);
+    });
+}
+
+/// The cycle in which something new is asked: plans are made and looked through until one fits, or none does now.
+#[divan::bench(args = ["stand", "walk", "gallop-left", "auto"])]
+fn a_new_command(bencher: Bencher, gait: &str) {
+    let (robot, drive, command) = driven();
+    let new = Command { gait: drive.plan().gait_choice(gait).unwrap(), yaw_rate_rad_s: 0.1, ..command };
+    bencher
+        .with_inputs(|| drive.clone())
+        .bench_local_refs(|drive| drive.step(robot.period_s(), Some(black_box(new))));
 }
 
 /// Ports that answer each request at once with what was once answered: no wire, no wait.

@@ -1,9 +1,12 @@
 //! The main job: both robots walk a minute in every gait on simulated buses, and the report shows nothing amiss.
 
+#![allow(clippy::print_stdout, reason = "figures are for people")]
+
 mod common;
 
 use common::{ROBOTS, Scenario, capability, shipped};
 use hippocamp::model::{Protocol, Robot};
+use hippocamp::motion::{Command, GaitChoice, Order};
 use hippocamp::telemetry::{BusReport, LoopReport, Outcome, Quantiles, Report};
 
 /// A walking robot has nothing to report but its walk.
@@ -117,6 +120,41 @@ fn both_canter_and_gallop_on_either_lead() {
             walks(file, gait, 10.0);
             walks(file, &format!("{gait}-left"), 10.0);
         }
+    }
+}
+
+/// Every gait after every second other, each for five seconds at nine tenths of its top speed.
+#[test]
+fn both_change_from_gait_to_gait_on_their_servos() {
+    for file in ROBOTS {
+        let robot = shipped(file);
+        let mut scenario = Scenario::from_sitting(&robot, "walk", 60.0);
+        let plan = scenario.plan.clone();
+        let gaits = plan.settings.gaits.len();
+        let order = |time_s: f64| {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a small whole number"
+            )]
+            let turn = (time_s / 5.0) as usize;
+            // Steps of two, of an odd number of gaits: all of them, none twice in two rounds.
+            let gait = 2 * turn % gaits;
+            match turn {
+                0..18 => Order::Drive(Command::ahead(gait, 0.9 * plan.top_speed_m_s(GaitChoice::Gait(gait)))),
+                _ => Order::Stop,
+            }
+        };
+        scenario.order = &order;
+        let report = scenario.run();
+        let (joints, feet) = (&report.joints, &report.feet);
+        println!("{file}: {joints:?}, {} goals changed by safety", report.safety_interventions);
+        assert_eq!(report.outcome, Outcome::Completed, "{file}: {}", report.reason);
+        assert_eq!((joints.range_violations, joints.rate_violations), (0, 0), "{file}");
+        assert!(joints.tracking_error_max_deg < 15.0, "{file}: {joints:?}");
+        assert!(feet.excursion_max_m <= capability(&robot).half_excursion_m() + 1e-9, "{file}: {feet:?}");
+        assert!(feet.stance_slip_planned_max_m <= 1e-9 && feet.ik_residual_max_m <= 1e-4, "{file}: {feet:?}");
+        assert!(feet.swing_velocity_jump_max_m_s <= 0.0, "{file}: {feet:?}");
     }
 }
 

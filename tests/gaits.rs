@@ -88,7 +88,10 @@ fn follow(horse: &mut OnFeet<'_>, command: Command) {
 fn all_pairs(robot: &Robot, plan: &HorsePlan, share: f64) {
     let name = |gait: usize| plan.settings.gaits[gait].name.as_str();
     let gaits = plan.settings.gaits.len();
-    println!("{} at {share} of the top speeds", robot.name);
+    println!(
+        "{} at {share} of the top speeds: strides of the change, s with its ramps, E used, mm left, s stood",
+        robot.name
+    );
     for from in 0..gaits {
         for to in (0..gaits).filter(|to| *to != from) {
             let found = changes(robot, plan, from, to, share);

@@ -36,7 +36,7 @@ use crate::bus::Buses;
 use crate::bus::serial::{Device, SerialPorts};
 use crate::config;
 use crate::model::Robot;
-use crate::platform::{monotonic, sleep_until};
+use crate::platform::{self, monotonic, sleep_until};
 
 /// What the controller says once a cycle, and what it says when its loop is over.
 const BEAT: u8 = b'.';
@@ -204,6 +204,9 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     // It waits for the word, so that it cannot have ended and its number be another's by now.
     let controller = getppid().context("the guard is for the program's own use")?;
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
+    // What keeps other programs from the processors must not keep the guard from the servos. It is nobody's concern
+    // whether that is permitted: the controller says so of itself.
+    let _ = platform::request_real_time(None);
     println!("{READY}");
 
     let what = match listen(pipe.as_fd())? {

@@ -21,6 +21,9 @@ pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
 
 fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> {
     let name = names.name(section, "the gait's name");
+    if let Some(taken) = name.filter(|name| ["stand", "auto"].contains(name)) {
+        section.fault("name", format!("another name: \"{taken}\" is a choice of gait already"));
+    }
     let duty_factor =
         section.number("duty_factor", "the share of the period a foot stands", Limits::Between(0.0, 1.0));
     let lags = read_lags(section);

@@ -215,8 +215,16 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
 
 /// `walk` with its speed changed to `rates`, as soon as that can be done.
 fn change_speed(plan: &HorsePlan, walk: &Walk, now_s: f64, rates: Rates, reach: &Reachable) -> Option<Walk> {
-    let starts = starts(plan, walk, now_s).into_iter();
-    starts.flat_map(|start_s| STRETCHES.map(|stretch| (start_s, stretch))).find_map(|(start_s, stretch)| {
+    // What is over first is tried first.
+    let ramp_s = plan.ramp_s(walk.rates(now_s), rates);
+    let mut ways = [(0.0, 0.0); STARTS.len() * STRETCHES.len()];
+    for (start, start_s) in starts(plan, walk, now_s).into_iter().enumerate() {
+        for (place, stretch) in STRETCHES.into_iter().enumerate() {
+            ways[start * STRETCHES.len() + place] = (start_s, stretch);
+        }
+    }
+    ways.sort_unstable_by(|a, b| (a.0 + a.1 * ramp_s).total_cmp(&(b.0 + b.1 * ramp_s)));
+    ways.into_iter().find_map(|(start_s, stretch)| {
         let mut changed = walk.clone();
         changed.profile = walk.profile.until(now_s, start_s);
         let ramp_s = stretch * plan.ramp_s(changed.profile.settled(), rates);
