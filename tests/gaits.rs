@@ -19,6 +19,8 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 const THESIS_REACH_M: f64 = 0.8;
 /// No stance is shorter than this in the thesis' 0.3 s swing; the same share in others.
 const SHORTEST_STANCE: f64 = 0.06 / 0.3;
+/// Nothing takes longer to stop from and stand level, s.
+const LONGEST_STOP_S: f64 = 30.0;
 /// Phases of a stride a change is begun in.
 const PHASES: u32 = 50;
 
@@ -182,6 +184,12 @@ fn random_script(robot: &Robot, plan: &HorsePlan, seed: u64) {
         while horse.drive.now_s() < until_s {
             horse.step(command);
         }
+    }
+    // Whatever it does, and in whatever posture: told to stop it comes to a stand, level.
+    let told_s = horse.drive.now_s();
+    while !horse.drive.is_standing() {
+        horse.step(Command::default());
+        assert!(horse.drive.now_s() < told_s + LONGEST_STOP_S, "script {seed} never comes to a stand");
     }
     horse.assert_kept();
 }

@@ -189,7 +189,7 @@ fn limp_poses_on_simulated_buses_end_in_the_stand() {
     for (file, poses) in ROBOTS.into_iter().zip([40, 6]) {
         let robot = shipped(file);
         let mut chance = Pcg64Mcg::seed_from_u64(90);
-        let mut scenario = Scenario::new(&robot, "walk", 0.0);
+        let mut scenario = Scenario::new(&robot, "walk", 1.0);
         for number in 0..poses {
             scenario.pose = Some(random_pose(&robot, &mut chance));
             scenario.seed = number;

@@ -7,8 +7,9 @@ use crate::model::{HorseMotion, Robot};
 use crate::motion::horse::{Lean, LegReach, ReachTable, Reachable};
 
 /// Heights and pitches a leg's reach is worked out at, and the steepest pitch and roll, rad.
-const HEIGHTS: u32 = 7;
-const PITCHES: u32 = 8;
+const HEIGHTS: u32 = 5;
+const HEIGHTS_ABOVE: u32 = 3;
+const PITCHES: u32 = 9;
 const PITCH_MAX_RAD: f64 = 0.2;
 const ROLL_MAX_RAD: f64 = 0.12;
 /// The highest posture, and the furthest sway that is tried, shares of the standing height.
@@ -24,7 +25,10 @@ const HALVINGS: u32 = 6;
 /// How far the feet reach by the trunk's height and pitch, round the neutral points of `reaches`.
 pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) -> ReachTable {
     let level_m = reaches.iter().map(|reach| reach.half_excursion_m).fold(f64::INFINITY, f64::min);
-    let heights_m = between(horse.sit_height_m, HIGHEST * horse.stand_height_m, HEIGHTS);
+    // The level stand is one of them: it is what most postures are near.
+    let stand_m = horse.stand_height_m;
+    let mut heights_m = between(horse.sit_height_m, stand_m, HEIGHTS);
+    heights_m.extend(between(stand_m, HIGHEST * stand_m, HEIGHTS_ABOVE).into_iter().skip(1));
     let pitches_rad = between(-PITCH_MAX_RAD, PITCH_MAX_RAD, PITCHES);
     let strides = strides_of(horse);
     let mut legs: [Vec<LegReach>; 4] = Default::default();

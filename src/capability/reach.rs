@@ -102,7 +102,8 @@ pub(super) fn reachable(
     limit_m: f64,
 ) -> Reachable {
     let half_bob_m = 0.5 * horse.gaits.iter().map(|gait| gait.bob.rise_m).fold(0.0, f64::max);
-    Reachable { half_excursion_m: 0.0, legs, levels_m, half_bob_m }.with_half_excursion_of(strides, limit_m)
+    Reachable { half_excursion_m: 0.0, legs, levels_m, half_bob_m }
+        .with_half_excursion_of(strides, limit_m, 0.0)
 }
 
 /// Paths of the strides with the smallest and the largest duty factor of the robot's gaits. The swing's path

@@ -27,8 +27,8 @@ impl TopSpeed {
 
 /// Shares of the joint limits a steady stride may use: the rest is for starting and stopping, and for
 /// peaks of acceleration that fall between the cycles looked at here but not between those of a run.
-const RATE_SHARE: f64 = 0.97;
-const ACCELERATION_SHARE: f64 = 0.75;
+const RATE_SHARE: f64 = 0.93;
+const ACCELERATION_SHARE: f64 = 0.7;
 /// Speeds tried, and how close two of them come, as a share of the speed by reach.
 const TRIES: u32 = 12;
 const FOUND: f64 = 1e-3;

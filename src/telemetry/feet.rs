@@ -72,8 +72,8 @@ impl FootObserver {
                 let [a, b] = seen.swing_accelerations;
                 let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.dt_s;
                 let jump = velocity.distance(before) - allowed;
-                // Differences of places carry rounding of 1e-16 m over one cycle's time.
-                let rounding = 1e-12 / record.dt_s;
+                // Differences of places carry their rounding over one cycle's time.
+                let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_way_m.abs()) / record.dt_s;
                 self.report.swing_velocity_jump_max_m_s =
                     self.report.swing_velocity_jump_max_m_s.max(if jump > rounding { jump } else { 0.0 });
             }

@@ -99,6 +99,12 @@ impl StrideClock {
         }
     }
 
+    /// Strides since the left hind leg's lift-off at time `s`, by its lag before and after the change.
+    pub(super) fn phases_since_left_hind(&self, s: f64) -> [f64; 2] {
+        let phase = self.phase(s);
+        [phase - self.from.lags[0], phase - self.to.lags[0]]
+    }
+
     /// The longest period from `s` on, s.
     pub fn longest_period_s(&self, s: f64) -> f64 {
         if s >= self.change_end_s() { self.to.period_s } else { self.from.period_s.max(self.to.period_s) }

@@ -63,6 +63,9 @@ impl Drive {
         self.follow(command.filter(Command::is_finite).unwrap_or_default());
         self.move_trunk(before_s);
         self.breathe(dt_s);
+        if self.bob_share <= 0.0 {
+            self.walk.end_if_settled(self.now_s);
+        }
     }
 
     fn follow(&mut self, command: Command) {
@@ -70,7 +73,8 @@ impl Drive {
             self.asked = command.posture;
             self.granted = self.plan.reach.limited(command.posture);
         }
-        let present = self.walk.gait(self.now_s);
+        // The gait it is on the way to: a change that begins by slowing down is no reason to give it up.
+        let present = self.walk.strides.map(|strides| strides.to);
         let now = self.walk.rates(self.now_s);
         let (next, reach) = self.next_posture();
         let reach_m = reach.half_excursion_m;
@@ -79,14 +83,30 @@ impl Drive {
             GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
                 Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) }
             }
-            GaitChoice::Auto => auto::wish(&self.plan, present, now, wanted, reach_m),
+            // One change after the other: what is on the way is seen through.
+            GaitChoice::Auto => match present.filter(|_| self.has_change_to_come() && !wanted.is_still()) {
+                Some(gait) => Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) },
+                None => auto::wish(&self.plan, present, now, wanted, reach_m),
+            },
             GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
         };
-        let keeps_to_reach = self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach);
-        if keeps_to_reach {
+        // A horse that is to stand does so in the posture it is in; and where its steps do not fit another posture yet,
+        // they must first be made to.
+        let is_to_stand_first = wish.gait.is_none() && self.is_walking();
+        if !is_to_stand_first && self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach) {
             self.carriage.aim_for(next);
             self.way_reach = reach;
+        } else {
+            let way_reach = self.way_reach;
+            self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &way_reach);
         }
+    }
+
+    /// True from when a change of gait is planned until it is over.
+    fn has_change_to_come(&self) -> bool {
+        self.walk
+            .strides
+            .is_some_and(|strides| strides.from != strides.to && self.now_s < strides.clock.change_end_s())
     }
 
     /// The posture to go to next, and where the feet can be until it is reached: straight to the one that is

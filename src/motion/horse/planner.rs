@@ -2,8 +2,8 @@
 //!
 //! A plan says ahead how speed, turn and gait will change. One is taken only if, looked through to its end, it
 //! leaves every foot in its reach; else the next one is tried, and what is under way goes on. Feet already
-//! down or in the air were placed for the old plan: a change that begins late enough finds them all placed
-//! for it, so in the end one always fits.
+//! down or in the air were placed for the old plan: a change that begins late enough, and goes gently, finds them all
+//! placed for it.
 //!
 //! A change of gait: slow down to a speed both gaits and the legs between them can do, move the stride clock to
 //! the new gait in one to four strides, go on to the new speed.
@@ -213,21 +213,28 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
     starts
 }
 
+/// Time of a change of speed, s. To a stand and from one it takes a stride at least, so that every leg has a part in it.
+fn ramp_s(plan: &HorsePlan, walk: &Walk, from: Rates, to: Rates) -> f64 {
+    let stride_s = walk.strides.map_or(0.0, |strides| strides.clock.settled_period_s());
+    let is_start_or_stop = from.is_still() != to.is_still();
+    plan.ramp_s(from, to).max(if is_start_or_stop { stride_s } else { 0.0 })
+}
+
 /// `walk` with its speed changed to `rates`, as soon as that can be done.
 fn change_speed(plan: &HorsePlan, walk: &Walk, now_s: f64, rates: Rates, reach: &Reachable) -> Option<Walk> {
     // What is over first is tried first.
-    let ramp_s = plan.ramp_s(walk.rates(now_s), rates);
+    let shortest_s = ramp_s(plan, walk, walk.rates(now_s), rates);
     let mut ways = [(0.0, 0.0); STARTS.len() * STRETCHES.len()];
     for (start, start_s) in starts(plan, walk, now_s).into_iter().enumerate() {
         for (place, stretch) in STRETCHES.into_iter().enumerate() {
             ways[start * STRETCHES.len() + place] = (start_s, stretch);
         }
     }
-    ways.sort_unstable_by(|a, b| (a.0 + a.1 * ramp_s).total_cmp(&(b.0 + b.1 * ramp_s)));
+    ways.sort_unstable_by(|a, b| (a.0 + a.1 * shortest_s).total_cmp(&(b.0 + b.1 * shortest_s)));
     ways.into_iter().find_map(|(start_s, stretch)| {
         let mut changed = walk.clone();
         changed.profile = walk.profile.until(now_s, start_s);
-        let ramp_s = stretch * plan.ramp_s(changed.profile.settled(), rates);
+        let ramp_s = stretch * ramp_s(plan, walk, changed.profile.settled(), rates);
         (changed.profile.ramp_to(rates, ramp_s) && changed.stays_in_reach(now_s, reach)).then_some(changed)
     })
 }

@@ -8,6 +8,8 @@ pub const LEVELS: usize = 9;
 
 /// Share of the reach that is counted on between the postures it was worked out for.
 const BETWEEN_SHARE: f64 = 0.97;
+/// How far off their middle strides that begin or end are, shares of E: postures must leave them that everywhere.
+const SPARE: f64 = 0.6;
 /// Share of the standing posture's half-excursion that every posture must leave.
 const LEAST_SHARE: f64 = 0.25;
 /// Postures looked at on the way to another.
@@ -95,16 +97,17 @@ impl Reachable {
         }
     }
 
-    /// Largest E up to `limit_m` at which steady `strides` stay where this says.
+    /// Largest E up to `limit_m` at which steady `strides` stay where this says, and others that are off their middle
+    /// by up to `spare` of E.
     #[must_use]
-    pub fn with_half_excursion_of(mut self, strides: &[StridePoint], limit_m: f64) -> Reachable {
+    pub fn with_half_excursion_of(mut self, strides: &[StridePoint], limit_m: f64, spare: f64) -> Reachable {
         let mut half_excursion_m = limit_m;
         for point in strides {
             let (low, high) = self.levels_round(point.up_m);
             for reach in &self.legs {
                 let limits_m = if point.forward < 0.0 { &reach.aft_m } else { &reach.fore_m };
                 let limit_m = limits_m[low..=high].iter().fold(f64::INFINITY, |least, m| least.min(*m));
-                half_excursion_m = half_excursion_m.min(limit_m / point.forward.abs());
+                half_excursion_m = half_excursion_m.min(limit_m / point.forward.abs().max(spare));
             }
         }
         self.half_excursion_m = half_excursion_m;
@@ -157,7 +160,11 @@ impl ReachTable {
             roll_rad: posture.roll_rad,
         };
         let legs = std::array::from_fn(|leg| self.of_leg(leg, &lean, BETWEEN_SHARE * sway));
-        Reachable { legs, ..self.level }.with_half_excursion_of(&self.strides, self.level.half_excursion_m)
+        Reachable { legs, ..self.level }.with_half_excursion_of(
+            &self.strides,
+            self.level.half_excursion_m,
+            SPARE,
+        )
     }
 
     /// Where the feet can be in every posture on the straight way between two.

@@ -240,6 +240,32 @@ fn in_a_turn_every_leg_has_its_own_stride_and_none_slips_in_its_plane() {
     assert!(horse.targets.trunk_in_world.distance(from) < 2.0 * DT_S);
 }
 
+#[test]
+fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
+    let plan = plan();
+    let mut horse = Watched::new(&plan);
+    horse.step(Command::default());
+    let mut taken = Vec::new();
+    for (speed_m_s, lasts_s) in [(12.0, 40.0), (0.5, 40.0), (0.0, 20.0)] {
+        let until_s = horse.drive.now_s() + lasts_s;
+        while horse.drive.now_s() < until_s {
+            horse.step(Command { gait: GaitChoice::Auto, speed_m_s, ..Command::default() });
+            let gait = horse.drive.gait();
+            if taken.last() != Some(&gait) {
+                taken.push(gait);
+            }
+        }
+        assert!((horse.drive.rates().speed_m_s - speed_m_s).abs() < 1e-9, "{speed_m_s} is not reached");
+    }
+    let name = |gait: &Option<usize>| gait.map_or("stand", |gait| plan.settings.gaits[gait].name.as_str());
+    let names: Vec<&str> = taken.iter().map(name).collect();
+    assert_eq!(
+        names,
+        ["walk", "trot", "canter", "gallop", "canter", "trot", "walk", "stand"],
+        "each once, none to and fro"
+    );
+}
+
 /// Wishes of an operator who changes his mind.
 fn any_command() -> impl Strategy<Value = (f64, Command)> {
     let gait = prop_oneof![

@@ -197,8 +197,9 @@ impl Walk {
         if bob(from) == Bob::NONE && bob(to) == Bob::NONE {
             return 0.0;
         }
-        let (phase, share) = (clock.phase(s), clock.share_changed(s));
-        bob(from).height_m(phase) * (1.0 - share) + bob(to).height_m(phase) * share
+        let share = clock.share_changed(s);
+        let [before, after] = clock.phases_since_left_hind(s);
+        bob(from).height_m(before) * (1.0 - share) + bob(to).height_m(after) * share
     }
 
     /// Lifts and lands feet up to time `s`, at the exact times the clock gives, between cycles too.
@@ -211,7 +212,11 @@ impl Walk {
                 self.legs[index] = leg;
             }
         }
-        if strides.is_ending && self.has_settled(s) {
+    }
+
+    /// Ends the strides, if they are to end and every foot stands on its neutral point at time `s`.
+    pub(super) fn end_if_settled(&mut self, s: f64) {
+        if self.strides.is_some_and(|strides| strides.is_ending) && self.has_settled(s) {
             self.strides = None;
         }
     }
