@@ -9,6 +9,9 @@ use hippocamp::model::{Protocol, Robot};
 use hippocamp::motion::{Command, GaitChoice, Order};
 use hippocamp::telemetry::{BusReport, LoopReport, Outcome, Quantiles, Report};
 
+/// Share of all goals that safety may change in a walk.
+const CHANGED_SHARE: f64 = 1e-4;
+
 /// A walking robot has nothing to report but its walk.
 fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     let what = format!("{} {}", report.robot, report.gait);
@@ -17,7 +20,11 @@ fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     let cycles = (report.duration_s * robot.rate_hz).round();
     assert!((report.cycles as f64 - cycles).abs() <= 1.0, "{what}: {} cycles", report.cycles);
     assert_eq!(report.late_cycles, 0, "{what}");
-    assert_eq!(report.safety_interventions, 0, "{what}");
+    // A joint that leaves the end of its range begins to turn at once, and may be held to its acceleration limit for
+    // some cycles; nothing else is changed.
+    let goals = report.cycles as f64 * robot.joints.len() as f64;
+    let changed = report.safety_interventions as f64 / goals;
+    assert!(changed < CHANGED_SHARE, "{what}: {} goals changed", report.safety_interventions);
 
     assert_eq!(report.joints.range_violations, 0, "{what}");
     assert_eq!(report.joints.rate_violations, 0, "{what}");

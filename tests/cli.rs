@@ -216,7 +216,7 @@ fn check_names_the_gaits_of_the_robot_file() {
     let own = |name: &str| {
         format!("\n[[motion.gait]]\nname = \"{name}\"\nduty_factor = 0.6\nlags = [0, 0.25, 0.5, 0.75]\n")
     };
-    let last_line = "acceleration_max_m_s2 = 0.2   # of the trunk\n";
+    let last_line = "slide on their feet in a turn\n";
     let path =
         horse_with("own-gaits.toml", &[(last_line, &format!("{last_line}{}{}", own("trot"), own("amble")))]);
     let (stdout, stderr, code) = texts(&output(&["check", text(&path)]));
