@@ -3,8 +3,10 @@
 #[macro_use]
 mod say;
 mod check;
+mod confirm;
 mod drivers;
 mod guard;
+mod interrupt;
 mod jog;
 mod load;
 mod operator;
@@ -16,6 +18,8 @@ mod provoke;
 mod record;
 mod replay;
 mod run;
+mod scan;
+mod servo;
 mod status;
 mod unit;
 
@@ -105,6 +109,19 @@ enum Command {
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
                             --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
+    /// Finds out which servos are on a serial line.
+    ///
+    /// Asks every id, at all rates servos have, in both languages; prints who answered, and notices ids that two servos
+    /// have and adapters that hand back what they are sent. Writes nothing. Exit codes: 0 somebody answered, 1 nobody.
+    #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
+                            hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
+    Scan(scan::ScanArguments),
+    /// Reads and sets a single servo.
+    ///
+    /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
+    /// asks first, unless told --yes. See docs/servos.md.
+    #[command(subcommand)]
+    Servo(servo::ServoCommand),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]
     Guard {
@@ -280,6 +297,8 @@ pub fn main() -> ExitCode {
         Command::Run(options) => run::run(options),
         Command::Jog(options) => jog::jog(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
+        Command::Scan(options) => scan::scan(options),
+        Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {
