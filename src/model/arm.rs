@@ -86,7 +86,7 @@ impl Arm {
         }
         let count = arm.joints.len();
         debug_assert_eq!(chain.joints.len(), joints.len());
-        if count == 0 || count % GROUPS != 0 { Err(ArmError::Count(count)) } else { Ok(arm) }
+        if count == 0 || !count.is_multiple_of(GROUPS) { Err(ArmError::Count(count)) } else { Ok(arm) }
     }
 
     /// Joints from the root to the end of group `group`, which counts from 0: the place of that many links.
