@@ -66,9 +66,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     }
     let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
-        Choice::Simulated { is_virtual } => {
-            AnyPorts::Simulated(SimPorts::of(simulated_world(options, robot)?, *is_virtual))
-        }
+        Choice::Simulated { is_virtual } => AnyPorts::Simulated(SimPorts::of(
+            simulated_world(robot, options.faults.as_deref(), options.seed)?,
+            *is_virtual,
+        )),
         Choice::Devices(_) if options.faults.is_some() => {
             let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
             return Err(BadInput(said.to_owned()).into());
@@ -150,12 +151,12 @@ enum AnyPorts {
 }
 
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
-fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
-    let faults = match &options.faults {
+pub(super) fn simulated_world(robot: &Robot, faults: Option<&Path>, seed: u64) -> Result<hw_sim::World> {
+    let faults = match faults {
         Some(path) => fault_script(robot, path)?,
         None => hw_sim::FaultScript::default(),
     };
-    Ok(simulation::world(robot, options.seed, &faults)?)
+    Ok(simulation::world(robot, seed, &faults)?)
 }
 
 /// Exit code of a run that ended so.
