@@ -210,7 +210,7 @@ struct RunArguments {
     /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
-    /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
+    /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// How long to walk, in seconds, before slowing down.
