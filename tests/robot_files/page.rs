@@ -1,4 +1,5 @@
 //! The page of the keys of robot files says what the reader asks for.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fmt::Write as _;
 use std::fs;
