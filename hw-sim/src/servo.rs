@@ -13,6 +13,7 @@ use crate::{body::ShaftState, dynamixel, feetech};
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
+    pub(crate) dynamixel: dynamixel::State,
     /// Is it connected? One that is not hears nothing and has no torque.
     pub(crate) is_powered: bool,
     pub(crate) motor: Motor,
@@ -45,6 +46,7 @@ impl Servo {
         let mut servo = Servo {
             model,
             registers: RegisterFile::new(model.registers()),
+            dynamixel: dynamixel::State::default(),
             is_powered: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
@@ -54,12 +56,15 @@ impl Servo {
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
-            Protocol::Dynamixel => {
-                dynamixel::control::power_on(&mut servo, config.id, baud_code, delay_units)
-            }
+            Protocol::Dynamixel => dynamixel::power::power_on(&mut servo, config.id, baud_code, delay_units),
             Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
         }
         servo
+    }
+
+    /// STUB
+    pub(crate) fn restart(&mut self, _now_ns: u64) {
+        self.power_up();
     }
 
     /// Makes every register what it was when the servo left its maker.
@@ -75,7 +80,7 @@ impl Servo {
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
         match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::power_up(self),
+            Protocol::Dynamixel => dynamixel::power::forget(self),
             Protocol::Feetech => feetech::control::power_up(self),
         }
     }
@@ -112,6 +117,8 @@ impl Servo {
     /// Register code of the line rate it listens at now.
     pub(crate) fn baud_code(&self) -> i64 {
         match self.model.protocol {
+            // Set to another protocol it understands nothing at any rate.
+            Protocol::Dynamixel if self.get(dynamixel_x::PROTOCOL_TYPE) != 2 => -1,
             Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
             Protocol::Feetech => self.get(feetech_sts::BAUD),
         }
@@ -138,7 +145,7 @@ impl Servo {
         self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
     }
 
-    fn drive(&self, speed_rad_s: f64, supply_v: f64) -> Drive {
+    fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
             Protocol::Feetech => feetech::control::drive(self),

@@ -66,18 +66,6 @@ pub(super) struct Motion {
     pub(super) stalled_s: f64,
 }
 
-/// The start from the EEPROM.
-pub(crate) fn power_up(servo: &mut Servo) {
-    servo.registers.reset_from(EEPROM_END);
-    for (goal, limit) in
-        [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
-    {
-        servo.registers.set(goal, servo.get(limit));
-    }
-    leave_turns_out(servo);
-    servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
-}
-
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     servo.get(TORQUE_ENABLE) == 1
 }
@@ -142,12 +130,12 @@ pub(super) fn head_for_goal(servo: &mut Servo, now_ns: u64) {
         return;
     }
     let settings = Settings {
-        velocity: servo.value(PROFILE_VELOCITY),
-        acceleration: servo.value(PROFILE_ACCELERATION),
+        velocity: servo.get(PROFILE_VELOCITY),
+        acceleration: servo.get(PROFILE_ACCELERATION),
         is_time_based: servo.get(DRIVE_MODE) & TIME_BASED != 0,
     };
     let goal_register = goal_register(servo);
-    let goal = servo.value(goal_register);
+    let goal = servo.get(goal_register);
     let motion = &mut servo.dynamixel.motion;
     if motion.profile.is_some_and(|profile| profile.is_for(goal, settings)) {
         return;

@@ -24,11 +24,12 @@ pub(super) enum Kind {
     Trapezoidal = 3,
 }
 
-/// What the registers say of profiles; their own units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What the registers say of profiles, in their own units. 0 is no limit; without one for the velocity there is no
+/// profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Settings {
-    pub(super) velocity: f64,
-    pub(super) acceleration: f64,
+    pub(super) velocity: i64,
+    pub(super) acceleration: i64,
     pub(super) is_time_based: bool,
 }
 
@@ -54,7 +55,7 @@ impl Point {
 pub(super) struct Profile {
     pub(super) kind: Kind,
     /// What it was made for: the goal, in the goal register's unit, and how.
-    goal: f64,
+    goal: i64,
     settings: Settings,
     start_ns: u64,
     start: Point,
@@ -67,38 +68,40 @@ pub(super) struct Profile {
 
 impl Profile {
     /// From `start` to rest at the position `goal`, counts.
-    pub(super) fn to_position(start: Point, goal: f64, settings: Settings, start_ns: u64) -> Profile {
+    pub(super) fn to_position(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
+        let place = float(goal);
         let (kind, cruise, durations) = match settings {
-            Settings { velocity: 0.0, .. } => (Kind::Step, 0.0, [0.0; 3]),
-            Settings { is_time_based: true, .. } => in_time(start, goal, settings),
-            Settings { acceleration: 0.0, velocity, .. } => {
-                let distance = goal - start.position;
-                let cruise = (velocity * VELOCITY_UNIT).copysign(distance);
+            Settings { velocity: 0, .. } => (Kind::Step, 0.0, [0.0; 3]),
+            Settings { is_time_based: true, .. } => in_time(start, place, settings),
+            Settings { acceleration: 0, velocity, .. } => {
+                let distance = place - start.position;
+                let cruise = (float(velocity) * VELOCITY_UNIT).copysign(distance);
                 (Kind::Rectangular, cruise, [0.0, distance / cruise, 0.0])
             }
-            _ => with_ramps(start, goal, settings),
+            _ => with_ramps(start, place, settings),
         };
-        Profile { kind, goal, settings, start_ns, start, end: Point::rest(goal), cruise, durations }
+        Profile { kind, goal, settings, start_ns, start, end: Point::rest(place), cruise, durations }
     }
 
     /// From `start` to the velocity `goal`, in units of [`VELOCITY_UNIT`].
-    pub(super) fn to_velocity(start: Point, goal: f64, settings: Settings, start_ns: u64) -> Profile {
-        let velocity = goal * VELOCITY_UNIT;
-        let duration = match settings {
-            Settings { acceleration: 0.0, .. } => 0.0,
-            Settings { is_time_based: true, acceleration, .. } => acceleration * TIME_UNIT,
-            Settings { acceleration, .. } => {
-                (velocity - start.velocity).abs() / (acceleration * ACCELERATION_UNIT)
+    pub(super) fn to_velocity(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
+        let velocity = float(goal) * VELOCITY_UNIT;
+        let acceleration = float(settings.acceleration);
+        let (kind, duration) = match settings {
+            Settings { acceleration: 0, .. } => (Kind::Step, 0.0),
+            Settings { is_time_based: true, .. } => (Kind::Trapezoidal, acceleration * TIME_UNIT),
+            _ => {
+                let change = (velocity - start.velocity).abs();
+                (Kind::Trapezoidal, change / (acceleration * ACCELERATION_UNIT))
             }
         };
-        let kind = if duration == 0.0 { Kind::Step } else { Kind::Trapezoidal };
         let end = Point { velocity, ..Point::default() };
         let durations = [duration, 0.0, 0.0];
         Profile { kind, goal, settings, start_ns, start, end, cruise: velocity, durations }
     }
 
     /// Whether it was made for the same goal in the same way.
-    pub(super) fn is_for(&self, goal: f64, settings: Settings) -> bool {
+    pub(super) fn is_for(&self, goal: i64, settings: Settings) -> bool {
         self.goal == goal && self.settings == settings
     }
 
@@ -139,10 +142,10 @@ impl Profile {
 
 /// Total time and time of each ramp are given; a ramp takes half of the total at most.
 fn in_time(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
-    let total = settings.velocity * TIME_UNIT;
-    let ramp = (settings.acceleration * TIME_UNIT).min(total / 2.0);
+    let total = float(settings.velocity) * TIME_UNIT;
+    let ramp = (float(settings.acceleration) * TIME_UNIT).min(total / 2.0);
     let cruise = (goal - start.position - start.velocity * ramp / 2.0) / (total - ramp);
-    let kind = if ramp == 0.0 {
+    let kind = if settings.acceleration == 0 {
         Kind::Rectangular
     } else if ramp < total / 2.0 {
         Kind::Trapezoidal
@@ -155,8 +158,8 @@ fn in_time(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3])
 /// Highest velocity and acceleration are given. All but the result is reckoned in the direction of the cruise: that in
 /// which the goal lies from where it would come to rest if it braked now.
 fn with_ramps(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
-    let highest = settings.velocity * VELOCITY_UNIT;
-    let acceleration = settings.acceleration * ACCELERATION_UNIT;
+    let highest = float(settings.velocity) * VELOCITY_UNIT;
+    let acceleration = float(settings.acceleration) * ACCELERATION_UNIT;
     let braking = start.velocity * start.velocity.abs() / (2.0 * acceleration);
     let forward = 1.0f64.copysign(goal - start.position - braking);
     let (distance, first) = (forward * (goal - start.position), forward * start.velocity);
@@ -169,4 +172,9 @@ fn with_ramps(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 
     let kind = if cruise < highest { Kind::Triangular } else { Kind::Trapezoidal };
     let durations = [(cruise - first).abs() / acceleration, between, cruise / acceleration];
     (kind, forward * cruise, durations)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
+fn float(value: i64) -> f64 {
+    value as f64
 }

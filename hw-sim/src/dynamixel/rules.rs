@@ -82,6 +82,7 @@ fn changed(servo: &mut Servo, address: u16, now_ns: u64) {
             if servo.get(OPERATING_MODE) == control::MODE_POSITION {
                 leave_turns_out(servo);
             }
+            servo.registers.set(PRESENT_POSITION, present_counts(servo));
         }
         PWM_LIMIT | CURRENT_LIMIT | VELOCITY_LIMIT => reset_goals(servo),
         DRIVE_MODE => leave_turns_out(servo),
