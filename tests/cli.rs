@@ -104,7 +104,7 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
             vec![
                 bad_kind,
                 ":3: fault[0].kind = \"thunder\"",
-                "\"silent\", \"bit-flip\"",
+                "\"silent\", \"slow\"",
                 "nothing was started",
             ],
         ),

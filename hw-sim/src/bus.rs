@@ -175,6 +175,7 @@ impl Bus {
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 let hears = self.hears(now_ns);
+                self.mistake_ids(now_ns);
                 dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
                 dynamixel::answer::answer(&request, &mut self.servos, &hears)
             }
@@ -185,6 +186,7 @@ impl Bus {
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 let hears = self.hears(now_ns);
+                self.mistake_ids(now_ns);
                 feetech::answer::answer(&request, &mut self.servos, &hears)
             }
         };
@@ -206,9 +208,18 @@ impl Bus {
     /// Which servos understand the line: right baud, and not silent by a fault.
     fn hears(&self, now_ns: u64) -> Vec<bool> {
         let is_listening = |(index, servo): (usize, &Servo)| {
-            servo.baud_code() == self.baud_code && !self.faults.is_silent(now_ns, self.home_id(index))
+            servo.is_awake()
+                && servo.baud_code() == self.baud_code
+                && !self.faults.is_silent(now_ns, self.home_id(index))
         };
         self.servos.iter().enumerate().map(is_listening).collect()
+    }
+
+    /// Has servos whose script says so take another id for their own.
+    fn mistake_ids(&mut self, now_ns: u64) {
+        for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
+            servo.wrong_id = self.faults.wrong_id(now_ns, *home_id);
+        }
     }
 
     /// The id a fault script knows the servo by: the one it was built with.
@@ -218,21 +229,33 @@ impl Bus {
 
     fn schedule(&mut self, request_end_ns: u64, slots: Vec<Slot>) {
         let mut at = request_end_ns;
+        // Who talked last, and from when on it was its turn: whoever has the same id talks at the same time.
+        let mut turn: Option<(u8, u64)> = None;
         for slot in slots {
             match slot {
                 Slot::Missing { bytes } => at += self.wire.duration_ns(bytes) + MISSING_GUARD_NS,
                 Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
-                    at += delay_ns;
+                    let own_id = self.servos[servo].id();
+                    let from = turn.filter(|(id, _)| *id == own_id).map_or(at, |(_, from)| from);
+                    turn = Some((own_id, from));
+                    let before = at;
                     let id = self.home_id(servo);
+                    at = from + delay_ns + self.faults.late_ns(from, id);
                     if self.faults.flips_a_bit(at, id) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);
+                    }
+                    if self.faults.garbles(at, id) {
+                        bytes.iter_mut().for_each(|byte| *byte ^= self.rng.random_range(1..=255u8));
+                    }
+                    if self.faults.cuts_short(at, id) {
+                        bytes.truncate(self.rng.random_range(1..bytes.len().max(2)));
                     }
                     if starts_packet && self.faults.makes_noise(at, id) {
                         let count = self.rng.random_range(1..=NOISE_BYTES_MAX);
                         bytes.splice(0..0, (0..count).map(|_| self.rng.random::<u8>()));
                     }
-                    at = self.wire.talk(Talker::Servo(servo), at, bytes);
+                    at = self.wire.talk(Talker::Servo(servo), at, bytes).max(before);
                 }
             }
         }

@@ -9,6 +9,18 @@ use crate::motor::{Drive, Motor};
 use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
 use crate::{body::ShaftState, dynamixel, feetech};
 
+/// Whether a servo runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Power {
+    /// No supply, or too little.
+    Off,
+    /// It starts: deaf and limp until then.
+    Starting {
+        until_ns: u64,
+    },
+    On,
+}
+
 #[derive(Debug)]
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
@@ -22,6 +34,9 @@ pub(crate) struct Servo {
     pub(crate) is_shut_down: bool,
     /// When it last heard an instruction packet, ns (Dynamixel).
     pub(crate) heard_ns: u64,
+    /// The id it takes for its own by a fault.
+    pub(crate) wrong_id: Option<u8>,
+    power: Power,
 }
 
 /// What a servo feels in one motor step.
@@ -35,6 +50,8 @@ pub(crate) struct Surroundings {
     pub(crate) supply_v: f64,
     /// Temperature forced by a fault, °C.
     pub(crate) celsius: Option<f64>,
+    /// A fault makes it find too much load.
+    pub(crate) is_overloaded: bool,
 }
 
 impl Servo {
@@ -48,6 +65,8 @@ impl Servo {
             turns_left_out: 0,
             is_shut_down: false,
             heard_ns: 0,
+            wrong_id: None,
+            power: Power::On,
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
@@ -57,6 +76,42 @@ impl Servo {
             Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
         }
         servo
+    }
+
+    /// Whether it hears, answers and can turn.
+    pub(crate) fn is_awake(&self) -> bool {
+        self.power == Power::On
+    }
+
+    /// Gives it a supply it can run on or takes it away. When it comes back the servo starts anew.
+    pub(crate) fn set_power(&mut self, is_on: bool, now_ns: u64) {
+        match self.power {
+            Power::Off if is_on => self.restart(now_ns),
+            Power::Off => {}
+            _ if !is_on => {
+                self.power = Power::Off;
+                self.forget();
+            }
+            Power::Starting { until_ns } if now_ns >= until_ns => {
+                self.power = Power::On;
+                self.forget();
+            }
+            Power::Starting { .. } | Power::On => {}
+        }
+    }
+
+    /// Starts anew: away for as long as its model takes, and then with what it held in RAM forgotten.
+    pub(crate) fn restart(&mut self, now_ns: u64) {
+        self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
+        self.forget();
+    }
+
+    /// What was in RAM is gone.
+    fn forget(&mut self) {
+        match self.model.protocol {
+            Protocol::Dynamixel => dynamixel::control::forget(self),
+            Protocol::Feetech => feetech::control::forget(self),
+        }
     }
 
     /// The shaft this servo starts with.
@@ -82,6 +137,9 @@ impl Servo {
 
     /// The id it answers to now.
     pub(crate) fn id(&self) -> u8 {
+        if let Some(wrong_id) = self.wrong_id {
+            return wrong_id;
+        }
         match self.model.protocol {
             Protocol::Dynamixel => self.byte(dynamixel_x::ID),
             Protocol::Feetech => self.byte(feetech_sts::ID),
@@ -113,7 +171,7 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = self.drive(shaft.speed_rad_s, supply_v);
+        let drive = if self.is_awake() { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
         self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
     }
 
@@ -131,6 +189,9 @@ impl Servo {
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;
         }
+        if !self.is_awake() {
+            return;
+        }
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::observe(self, shaft.speed_rad_s, around),
             Protocol::Feetech => feetech::control::observe(self, shaft.speed_rad_s, around),
@@ -139,10 +200,11 @@ impl Servo {
 
     /// Is the bridge closed?
     pub(crate) fn is_torque_on(&self) -> bool {
-        match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
-            Protocol::Feetech => feetech::control::is_torque_on(self),
-        }
+        self.is_awake()
+            && match self.model.protocol {
+                Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
+                Protocol::Feetech => feetech::control::is_torque_on(self),
+            }
     }
 }
 

@@ -20,6 +20,7 @@ const MODE_PWM: i64 = 16;
 
 const ERROR_VOLTAGE: i64 = 1;
 const ERROR_TEMPERATURE: i64 = 4;
+const ERROR_OVERLOAD: i64 = 32;
 /// Drive Mode: counts grow the other way.
 const REVERSE: i64 = 1;
 /// Value of Goal PWM and Present PWM that is full duty.
@@ -39,6 +40,19 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(ID, i64::from(id));
     servo.registers.set(BAUD, baud_code);
     servo.registers.set(RETURN_DELAY, delay_units);
+    leave_turns_out(servo);
+    servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
+}
+
+/// What a reboot leaves: everything in RAM as shipped, no error, and no turns counted.
+pub(crate) fn forget(servo: &mut Servo) {
+    servo.registers.reset(EEPROM_END..u16::MAX);
+    for (goal, limit) in
+        [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
+    {
+        servo.registers.set(goal, servo.get(limit));
+    }
+    servo.is_shut_down = false;
     leave_turns_out(servo);
     servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
 }
@@ -187,7 +201,7 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     registers.set(PRESENT_TEMPERATURE, celsius);
     servo.registers.set(POSITION_TRAJECTORY, servo.get(GOAL_POSITION));
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
-    watch_hardware(servo, deci_volts, celsius);
+    watch_hardware(servo, deci_volts, celsius, around.is_overloaded);
     watch_bus(servo, around.now_ns);
 }
 
@@ -218,8 +232,11 @@ fn watch_bus(servo: &mut Servo, now_ns: u64) {
 }
 
 /// Errors stay until a reboot; those in the Shutdown mask also switch the torque off until then.
-fn watch_hardware(servo: &mut Servo, deci_volts: i64, celsius: i64) {
+fn watch_hardware(servo: &mut Servo, deci_volts: i64, celsius: i64, is_overloaded: bool) {
     let mut errors = servo.get(HARDWARE_ERROR);
+    if is_overloaded {
+        errors |= ERROR_OVERLOAD;
+    }
     if !(servo.get(MIN_VOLTAGE)..=servo.get(MAX_VOLTAGE)).contains(&deci_volts) {
         errors |= ERROR_VOLTAGE;
     }

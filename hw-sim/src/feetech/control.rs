@@ -31,6 +31,13 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
+/// What a restart leaves: everything in RAM as shipped.
+pub(crate) fn forget(servo: &mut Servo) {
+    servo.registers.reset(TORQUE_SWITCH..u16::MAX);
+    servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
+    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+}
+
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     matches!(servo.get(TORQUE_SWITCH), 1 | DAMPING)
 }
