@@ -139,10 +139,8 @@ fn a_reboot_answers_at_once_then_the_servo_is_away_and_ram_is_as_at_power_on() {
         let mut world = one(model);
         write(&mut world, 31, &[60]);
         write(&mut world, 65, &[1]);
-        write(&mut world, 68, &[1]);
         write(&mut world, 84, &[1, 0]);
-        exchange(&mut world, &dynamixel(1, &[4, 65, 0, 1]));
-        write_quietly(&mut world, 68, &[2]);
+        tell(&mut world, &[4, 65, 0, 1]);
         write(&mut world, 64, &[1]);
         assert!(world.shaft(0, 1).unwrap().torque_on);
         assert_eq!(exchange(&mut world, &dynamixel(1, &[8])), status(1, 0, &[]), "{model}");
@@ -162,11 +160,6 @@ fn a_reboot_answers_at_once_then_the_servo_is_away_and_ram_is_as_at_power_on() {
         assert_eq!(read(&mut world, 69, 1), [0], "what was registered is gone");
         assert_eq!(tell(&mut world, &[5]), 2);
     }
-}
-
-/// A write that may not be answered.
-fn write_quietly(world: &mut World, address: u8, data: &[u8]) {
-    exchange(world, &dynamixel(1, &[&[3, address, 0], data].concat()));
 }
 
 #[test]

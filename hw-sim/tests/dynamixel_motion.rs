@@ -292,7 +292,7 @@ fn in_current_mode_a_blocked_shaft_feels_the_current_times_the_torque_constant()
             let wanted = forward * units * unit * model.stall_torque_nm / model.stall_current_a;
             let torque = shaft(&world).torque_nm;
             assert!((torque - wanted).abs() < 1e-9, "{} {share}: {torque}, not {wanted}", model.name);
-            assert_eq!(f64::from(get(&world, 126, 2)), units, "{}: Present Current", model.name);
+            assert_eq!(get(&world, 126, 2), units as i32, "{}: Present Current", model.name);
         }
     }
 }

@@ -255,7 +255,7 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     registers.set(PRESENT_TEMPERATURE, celsius);
     let present = present_counts(servo);
     servo.registers.set(PRESENT_POSITION, present);
-    protection::watch_hardware(servo, deci_volts, celsius, speed_rad_s, around.dt_s);
+    protection::watch_hardware(servo, deci_volts, celsius, speed_rad_s, around);
     protection::watch_bus(servo, around.now_ns);
     follow(servo, present, is_fast, around.now_ns);
 }

@@ -33,7 +33,6 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
 /// What a reboot leaves: RAM as shipped, or as Startup Configuration wants it, no error, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
     servo.registers.reset(EEPROM_END..u16::MAX);
-    servo.is_shut_down = false;
     servo.dynamixel = State { backup: servo.dynamixel.backup.take(), ..State::default() };
     leave_turns_out(servo);
     rules::reset_goals(servo);

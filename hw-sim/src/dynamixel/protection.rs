@@ -3,7 +3,7 @@
 
 use super::control::{self, is_torque_on};
 use crate::registers::dynamixel_x::*;
-use crate::servo::Servo;
+use crate::servo::{Servo, Surroundings};
 
 const ERROR_VOLTAGE: i64 = 1;
 const ERROR_TEMPERATURE: i64 = 4;
@@ -18,7 +18,13 @@ const OVERLOAD_S: f64 = 2.0;
 const STANDING_RAD_S: f64 = 10.0 * control::VELOCITY_UNIT_RAD_S;
 
 /// Errors stay until a reboot; those in the Shutdown mask also switch the torque off until then.
-pub(super) fn watch_hardware(servo: &mut Servo, deci_volts: i64, celsius: i64, speed_rad_s: f64, dt_s: f64) {
+pub(super) fn watch_hardware(
+    servo: &mut Servo,
+    deci_volts: i64,
+    celsius: i64,
+    speed_rad_s: f64,
+    around: &Surroundings,
+) {
     let mut errors = servo.get(HARDWARE_ERROR);
     if !(servo.get(MIN_VOLTAGE)..=servo.get(MAX_VOLTAGE)).contains(&deci_volts) {
         errors |= ERROR_VOLTAGE;
@@ -28,8 +34,8 @@ pub(super) fn watch_hardware(servo: &mut Servo, deci_volts: i64, celsius: i64, s
     }
     let motion = &mut servo.dynamixel.motion;
     let is_stalled = motion.is_at_limit && speed_rad_s.abs() < STANDING_RAD_S;
-    motion.stalled_s = if is_stalled { motion.stalled_s + dt_s } else { 0.0 };
-    if motion.stalled_s > OVERLOAD_S {
+    motion.stalled_s = if is_stalled { motion.stalled_s + around.dt_s } else { 0.0 };
+    if motion.stalled_s > OVERLOAD_S || around.is_overloaded {
         errors |= ERROR_OVERLOAD;
     }
     servo.registers.set(HARDWARE_ERROR, errors);
