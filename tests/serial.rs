@@ -41,7 +41,7 @@ fn rig(file: &str) -> Rig {
     let Motion::Horse(horse) = &robot.motion;
     let capability = HorseCapability::of(&robot, horse).unwrap();
     let horse = capability.plan(horse, Command::ahead(0, 0.05));
-    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 };
+    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0, driver: None };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
     let mut without_adapters = robot.clone();
