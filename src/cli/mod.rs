@@ -3,8 +3,10 @@
 #[macro_use]
 mod say;
 mod check;
+mod confirm;
 mod drivers;
 mod guard;
+mod interrupt;
 mod jog;
 mod load;
 mod monitor;
@@ -17,6 +19,8 @@ mod provoke;
 mod record;
 mod replay;
 mod run;
+mod scan;
+mod servo;
 mod sim;
 mod status;
 mod unit;
@@ -115,6 +119,19 @@ enum Command {
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
                             --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
+    /// Finds out which servos are on a serial line.
+    ///
+    /// Asks every id, at all rates servos have, in both languages; prints who answered, and notices ids that two servos
+    /// have and adapters that hand back what they are sent. Writes nothing. Exit codes: 0 somebody answered, 1 nobody.
+    #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
+                            hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
+    Scan(scan::ScanArguments),
+    /// Reads and sets a single servo.
+    ///
+    /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
+    /// asks first, unless told --yes. See docs/servos.md.
+    #[command(subcommand)]
+    Servo(servo::ServoCommand),
     /// Puts the robot's servos behind pseudo-terminals, for any program that drives servos.
     ///
     /// Every bus of the robot file is a serial device under a name that stays, and its servos answer there in real
@@ -348,6 +365,8 @@ pub fn main() -> ExitCode {
         Command::Jog(options) => jog::jog(options),
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
+        Command::Scan(options) => scan::scan(options),
+        Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
         Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
