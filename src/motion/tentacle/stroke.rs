@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn the_rear_pushes_and_sides_alternate() {
         let [front, rear] = [1, 4].map(|role| strokes(role, false, FRAC_PI_2).walk);
-        let root_swing = |stroke: Stroke| {
+        let root_swing = |stroke: KeyStroke| {
             let lifts = (0..100).map(|step| stroke.turns(TAU * f64::from(step) / 100.0, 0.0)[0].lift);
             lifts.clone().fold(f64::MIN, f64::max) - lifts.fold(f64::MAX, f64::min)
         };
