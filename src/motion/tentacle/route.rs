@@ -111,6 +111,8 @@ pub fn sweep_towards(heading_rad: f64, direction: DVec3, most_rad: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
     use super::*;
 
     fn bend() -> Route {
@@ -154,8 +156,10 @@ mod tests {
 
     #[test]
     fn strokes_turn_to_the_goal_and_no_further_than_they_may() {
-        assert!((sweep_towards(0.3, DVec3::new(0.0, 2.0, 5.0), 3.0) - (1.570_796 - 0.3)).abs() < 1e-5);
-        assert!((sweep_towards(3.0, DVec3::new(-1.0, -0.2, 0.0), 0.5) - 0.338_988).abs() < 1e-3);
+        assert!((sweep_towards(0.3, DVec3::new(0.0, 2.0, 5.0), 3.0) - (FRAC_PI_2 - 0.3)).abs() < 1e-5);
+        assert!(
+            (sweep_towards(3.0, DVec3::new(-1.0, -0.2, 0.0), 0.5) - (PI - 3.0 + 0.2_f64.atan())).abs() < 1e-9
+        );
         assert!((sweep_towards(0.0, DVec3::NEG_Y, 0.5) + 0.5).abs() < 1e-12);
         assert!(sweep_towards(0.0, DVec3::Z, 0.5).abs() < 1e-12);
     }
