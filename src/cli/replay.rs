@@ -43,13 +43,7 @@ pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
 
 fn print_run(recording: &Recording) {
     let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
-    say!(
-        "{}: {} at {:.3} m/s for {} s",
-        robot.name,
-        header.gait,
-        header.command.speed_m_s,
-        header.walk_for_s
-    );
+    say!("{}: {} for {} s", robot.name, header.task, header.walk_for_s);
     match &recording.ending {
         Ending::Outcome(outcome) => {
             let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
@@ -92,13 +86,9 @@ fn worst_tracking(robot: &Robot, samples: &[Sample]) -> Option<(f64, usize, f64)
 }
 
 fn print_replay(robot: &Robot, replay: &Replay) {
-    say!(
-        "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
-        replay.feet.excursion_max_m * 1e3,
-        replay.feet.stance_slip_planned_max_m * 1e3,
-        replay.feet.stance_slip_measured_max_m * 1e3,
-        replay.feet.ik_residual_max_m * 1e3
-    );
+    if let Some(feet) = &replay.feet {
+        say!("  {feet}");
+    }
     for violation in &replay.violations {
         say!("VIOLATED: {violation}");
     }

@@ -20,6 +20,7 @@
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
+mod arms;
 mod buses;
 mod chains;
 mod fault;
@@ -32,6 +33,7 @@ mod safety;
 mod script;
 mod servos;
 mod source;
+mod strokes;
 mod unique;
 mod unit;
 mod unit_check;
@@ -58,8 +60,11 @@ const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;
 /// More cycles a second than any servo bus carries.
 const LOOP_RATE_LARGEST_HZ: f64 = 1000.0;
 
-const STOP_ACTIONS: [(&str, StopAction); 2] =
-    [("hold", StopAction::Hold), ("sit-then-limp", StopAction::SitThenLimp)];
+const STOP_ACTIONS: [(&str, StopAction); 3] = [
+    ("hold", StopAction::Hold),
+    ("sit-then-limp", StopAction::SitThenLimp),
+    ("park-then-limp", StopAction::SitThenLimp),
+];
 
 /// A robot, and the file it came from.
 #[derive(Debug, Clone)]
@@ -189,7 +194,7 @@ fn refuse_times_within_a_few_cycles(
     };
     refuse("safety.coast_s", safety.map(|settings| settings.coast_s), PATIENCE_CYCLES);
     refuse("safety.hold_s", safety.map(|settings| settings.hold_s), PATIENCE_CYCLES);
-    let swing_time_s = motion.map(|Motion::Horse(horse)| horse.swing_time_s);
+    let swing_time_s = motion.and_then(Motion::horse).map(|horse| horse.swing_time_s);
     refuse("motion.swing_time_s", swing_time_s, SWING_CYCLES);
 }
 

@@ -7,6 +7,7 @@ mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
+mod tentacle;
 
 use std::ops::Range;
 
@@ -15,6 +16,7 @@ use glam::{DQuat, DVec3};
 use crate::units::ServoId;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use tentacle::{Arm, Bending, Carrier, KeyAngles, Pole, TentacleMotion};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
@@ -113,6 +115,26 @@ pub struct Bus {
 pub enum Motion {
     /// A four-legged walker.
     Horse(HorseMotion),
+    /// Arms that move like an octopus'.
+    Tentacle(TentacleMotion),
+}
+
+impl Motion {
+    /// The settings of a horse, if it is one.
+    pub fn horse(&self) -> Option<&HorseMotion> {
+        match self {
+            Motion::Horse(horse) => Some(horse),
+            Motion::Tentacle(_) => None,
+        }
+    }
+
+    /// The settings of a rig of arms, if it is one.
+    pub fn tentacle(&self) -> Option<&TentacleMotion> {
+        match self {
+            Motion::Horse(_) => None,
+            Motion::Tentacle(tentacle) => Some(tentacle),
+        }
+    }
 }
 
 /// The legs' order in every array of four: left hind, left fore, right hind, right fore.
@@ -200,6 +222,6 @@ pub struct SafetySettings {
 pub enum StopAction {
     /// Keep the last pose, torque on.
     Hold,
-    /// Sit down slowly, then torque off.
+    /// Sit down slowly (arms go to where they are parked), then torque off.
     SitThenLimp,
 }

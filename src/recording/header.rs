@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::task::Task;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::motion::Command;
 use crate::run::RunPlan;
 
 /// The attachment `run.json`.
@@ -18,11 +18,10 @@ pub struct RunHeader {
     pub robot_file: String,
     /// Time of day at the run's time zero, nanoseconds since 1970; 0 on a virtual clock.
     pub started_unix_ns: u64,
-    /// Name of the gait.
-    pub gait: String,
     /// What it was to do while the operator said no more than to go.
-    pub command: Command,
-    /// How long to walk, s.
+    #[serde(flatten)]
+    pub task: Task,
+    /// How long to do that, s.
     pub walk_for_s: f64,
     /// How targets are solved.
     pub ik: Method,
@@ -53,9 +52,8 @@ impl RunHeader {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             robot_file: robot_file.to_owned(),
             started_unix_ns,
-            gait: plan.horse.gait_name(plan.horse.command.gait).to_owned(),
-            command: plan.horse.command,
-            walk_for_s: plan.walk_for_s,
+            task: Task::of(&plan.motion),
+            walk_for_s: plan.move_for_s,
             ik: plan.method,
             servos: robot.joints.iter().map(servo).collect(),
         }
