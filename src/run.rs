@@ -34,6 +34,8 @@ pub struct RunPlan {
     pub method: Method,
     /// How long to do that, from the first step to slowing down, s.
     pub move_for_s: f64,
+    /// Who drives in the plan's place, for people: "the keyboard".
+    pub driver: Option<String>,
 }
 
 /// What a person wants to see while it runs. Small and copied, so that it can be handed to another thread.
@@ -122,6 +124,7 @@ pub fn run_recorded<P: Ports>(
         }
         Plan::Tentacle(_) => (None, None, "moved for the time asked"),
     };
+    let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
@@ -148,6 +151,7 @@ pub fn run_recorded<P: Ports>(
     }
     Ok(Report {
         robot: robot.name.clone(),
+        driver,
         gait,
         speed_m_s,
         duration_s: duration.as_secs_f64(),

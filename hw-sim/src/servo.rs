@@ -13,6 +13,8 @@ use crate::{body::ShaftState, dynamixel, feetech};
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
+    /// Is it connected? One that is not hears nothing and has no torque.
+    pub(crate) is_powered: bool,
     pub(crate) motor: Motor,
     /// Shaft position as the encoder sees it, counts, from the last motor step.
     pub(crate) encoder_counts: i64,
@@ -43,6 +45,7 @@ impl Servo {
         let mut servo = Servo {
             model,
             registers: RegisterFile::new(model.registers()),
+            is_powered: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
             turns_left_out: 0,
@@ -57,6 +60,24 @@ impl Servo {
             Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
         }
         servo
+    }
+
+    /// Makes every register what it was when the servo left its maker.
+    pub(crate) fn make_new(&mut self) {
+        self.registers = RegisterFile::new(self.model.registers());
+        self.power_up();
+    }
+
+    /// Starts it: registers outside the EEPROM get their defaults, and all that it only remembered is forgotten.
+    pub(crate) fn power_up(&mut self) {
+        self.is_powered = true;
+        self.is_shut_down = false;
+        self.turns_left_out = 0;
+        self.motor.duty = 0.0;
+        match self.model.protocol {
+            Protocol::Dynamixel => dynamixel::control::power_up(self),
+            Protocol::Feetech => feetech::control::power_up(self),
+        }
     }
 
     /// The shaft this servo starts with.
@@ -113,7 +134,7 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = self.drive(shaft.speed_rad_s, supply_v);
+        let drive = if self.is_powered { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
         self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
     }
 
@@ -131,6 +152,9 @@ impl Servo {
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;
         }
+        if !self.is_powered {
+            return;
+        }
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::observe(self, shaft.speed_rad_s, around),
             Protocol::Feetech => feetech::control::observe(self, shaft.speed_rad_s, around),
@@ -139,10 +163,11 @@ impl Servo {
 
     /// Is the bridge closed?
     pub(crate) fn is_torque_on(&self) -> bool {
-        match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
-            Protocol::Feetech => feetech::control::is_torque_on(self),
-        }
+        self.is_powered
+            && match self.model.protocol {
+                Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
+                Protocol::Feetech => feetech::control::is_torque_on(self),
+            }
     }
 }
 

@@ -115,7 +115,7 @@ fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
             "{:<24} {:>16.1}  {:>9}  forward {:.1}, left {:.1}, up {:.1}",
             chain.name,
             length_m * 1e3,
-            arm.joints,
+            chain.joints.len() / arm.hinges,
             root.x,
             root.y,
             root.z

@@ -3,10 +3,13 @@
 #[macro_use]
 mod say;
 mod check;
+mod confirm;
 mod drivers;
 mod guard;
+mod interrupt;
 mod jog;
 mod load;
+mod monitor;
 mod operator;
 mod panics;
 mod plot;
@@ -16,6 +19,9 @@ mod provoke;
 mod record;
 mod replay;
 mod run;
+mod scan;
+mod servo;
+mod sim;
 mod status;
 mod unit;
 
@@ -96,6 +102,14 @@ enum Command {
     /// held to it. The joint is held at its goal for a second; what it measures then is printed.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
+    /// Shows what every servo reports, live; writes nothing to any.
+    ///
+    /// A table of every joint, redrawn in place on a terminal: goal, angle, speed, load (of stall torque), supply,
+    /// temperature, alarms. Torque stays as it is. A servo that falls silent is shown as lost, and comes back by itself.
+    /// The unit file need not be calibrated. Ctrl-C ends it.
+    #[command(after_help = "Examples:\n  hippocamp monitor config/horse.toml --port main=/dev/ttyACM0\n  \
+                            hippocamp monitor config/horse.toml --json --for 10")]
+    Monitor(MonitorArguments),
     /// Draws what the robot would do by a motion script, without servos.
     ///
     /// Gaits, inverse kinematics and safety run at the robot's own rate on joints that are always where they are told
@@ -105,6 +119,28 @@ enum Command {
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
                             --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
+    /// Finds out which servos are on a serial line.
+    ///
+    /// Asks every id, at all rates servos have, in both languages; prints who answered, and notices ids that two servos
+    /// have and adapters that hand back what they are sent. Writes nothing. Exit codes: 0 somebody answered, 1 nobody.
+    #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
+                            hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
+    Scan(scan::ScanArguments),
+    /// Reads and sets a single servo.
+    ///
+    /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
+    /// asks first, unless told --yes. See docs/servos.md.
+    #[command(subcommand)]
+    Servo(servo::ServoCommand),
+    /// Puts the robot's servos behind pseudo-terminals, for any program that drives servos.
+    ///
+    /// Every bus of the robot file is a serial device under a name that stays, and its servos answer there in real
+    /// time, byte for byte as real ones, at the rate the program that opens it has set. Servos are plugged in, pulled
+    /// out and turned by hand by what is typed on standard input ('help' says how). Runs until Ctrl-C, SIGTERM or
+    /// 'quit'; the end of standard input is none. See docs/simulated-buses.md.
+    #[command(after_help = "Examples:\n  hippocamp sim config/horse.toml\n  \
+                            hippocamp sim config/horse.toml --factory-new --link ports --reversed left_hind.hip")]
+    Sim(SimArguments),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]
     Guard {
@@ -150,6 +186,27 @@ struct JogArguments {
     unit: UnitArguments,
 }
 
+/// Options of `monitor`.
+#[derive(Debug, clap::Args)]
+struct MonitorArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// Print a line of JSON each time, in the place of a table.
+    #[arg(long = "json")]
+    is_json: bool,
+    /// End after so many seconds [default: at Ctrl-C].
+    #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
+    for_s: Option<f64>,
+    /// Time between two tables or lines, in seconds [default: 0.2 on a terminal, 1 elsewhere].
+    #[arg(long = "every", value_name = "SECONDS", allow_negative_numbers = true)]
+    every_s: Option<f64>,
+    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    #[arg(long, value_name = "FILE", conflicts_with = "ports")]
+    faults: Option<PathBuf>,
+    #[command(flatten)]
+    unit: UnitArguments,
+}
+
 /// Options of `plot`.
 #[derive(Debug, clap::Args)]
 struct PlotArguments {
@@ -172,6 +229,33 @@ struct PlotArguments {
     thesis: bool,
 }
 
+/// Options of `sim`.
+#[derive(Debug, clap::Args)]
+struct SimArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The folder for the links to the terminals, one for each bus, by its name; made if it is not there [default: one
+    /// named after the robot file in the user's folder for running programs].
+    #[arg(long, value_name = "DIR")]
+    link: Option<PathBuf>,
+    /// Things that go wrong on the buses, and when (TOML; see docs/faults.md).
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// New servos out of the box: all with id 1 and every register as shipped, horns put on anyhow, none plugged in.
+    #[arg(long, conflicts_with = "unit")]
+    factory_new: bool,
+    /// Joints whose servo is mounted the other way round than the robot file says.
+    #[arg(long, value_name = "JOINT", value_delimiter = ',')]
+    reversed: Vec<String>,
+    /// Where the limp joints are at the start, how the horns were put on, and all other chance.
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    seed: u64,
+    /// The unit file of the robot that is simulated [default: the robot file's name with .unit.toml for .toml, if
+    /// there is one].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+}
+
 /// Options of `run`.
 #[derive(Debug, clap::Args)]
 struct RunArguments {
@@ -180,7 +264,7 @@ struct RunArguments {
     /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
-    /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
+    /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// How long to walk, in seconds, before slowing down.
@@ -279,7 +363,11 @@ pub fn main() -> ExitCode {
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
         Command::Jog(options) => jog::jog(options),
+        Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
+        Command::Scan(options) => scan::scan(options),
+        Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
+        Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {

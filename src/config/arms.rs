@@ -11,12 +11,10 @@ use super::number::Limits;
 use super::reader::Section;
 use super::servos::{ServoPlaces, ServoRow};
 use super::unique::Unique;
-use crate::model::{Arm, Joint};
+use crate::model::{ArmSettings, GROUPS, Joint, link_length};
 
 /// Most joints of an arm: more than any bus of ids carries.
 const JOINTS_MAX: u32 = 60;
-/// Joints come in three groups (Ishizuka 2008, 3.1.1).
-const GROUPS: usize = 3;
 /// How much shorter each link is than the one before, a share of the first: w_i = w_0 (1 - 0.01 i) (3.1).
 const TAPER: f64 = 0.01;
 /// Links behind it have no length.
@@ -76,7 +74,7 @@ fn read_arm<'a>(
     let stiffness = section.number_or("stiffness", meaning, Limits::AboveToMost(0.0, 1.0), STIFFNESS);
     let mass_kg =
         section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
-    let settings = read_settings(section, joints, hinges);
+    let settings = read_settings(section, hinges);
 
     let rows: Option<Vec<ServoRow>> = servos.read_rows(section, joints, hinges, bend_range);
     let limb = || {
@@ -86,8 +84,7 @@ fn read_arm<'a>(
         let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
         let mut all = Vec::new();
         for joint in 0..joints? {
-            #[allow(clippy::cast_precision_loss, reason = "at most 60")]
-            let length_mm = link? * (1.0 - taper? * joint as f64);
+            let length_mm = link_length(2.0 * link?, taper?, joint);
             for (hinge, (kind, axis)) in HINGES.iter().take(hinges).enumerate() {
                 // The link is behind the last hinge of the joint; the others share its place.
                 let is_last = hinge + 1 == hinges;
@@ -114,7 +111,7 @@ fn read_joints(section: &Section<'_>) -> Option<usize> {
     let meaning = "how many joints, a multiple of 3";
     let joints = section.integer("joints", meaning, 3..=JOINTS_MAX)?;
     let joints = usize::try_from(joints).ok()?;
-    if joints % GROUPS == 0 {
+    if joints.is_multiple_of(GROUPS) {
         return Some(joints);
     }
     section.fault("joints", format!("{meaning}: an arm bends in three groups of as many joints each"));
@@ -122,7 +119,7 @@ fn read_joints(section: &Section<'_>) -> Option<usize> {
 }
 
 /// The arm's settings beyond its joints; its chain is not known yet.
-fn read_settings(section: &Section<'_>, joints: Option<usize>, hinges: Option<usize>) -> Option<Arm> {
+fn read_settings(section: &Section<'_>, hinges: Option<usize>) -> Option<ArmSettings> {
     let meaning = "the arm's place on its side of an octopus, from the front";
     let role = section.integer_or("role", meaning, 1..=4, 1).and_then(|role| u8::try_from(role).ok());
     let meaning = "the turn of the plane of walking strokes in degrees, 0 left-right, 90 up-down";
@@ -130,10 +127,9 @@ fn read_settings(section: &Section<'_>, joints: Option<usize>, hinges: Option<us
     let radius = section.number("radius_mm", "the arm's radius with its skin in mm", Limits::Positive);
     let meaning = "the lift of every joint where the arm is parked, in degrees";
     let park = section.number_or("park_lift_deg", meaning, Limits::FromTo(-90.0, 90.0), 0.0);
-    Some(Arm {
+    Some(ArmSettings {
         chain: 0,
         hinges: hinges?,
-        joints: joints?,
         role: role?,
         stroke_plane_rad: plane?.to_radians(),
         radius_m: radius? / 1000.0,

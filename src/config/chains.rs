@@ -7,7 +7,7 @@ use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
 use super::{arms, meters};
-use crate::model::{Arm, Chain, Joint};
+use crate::model::{ArmSettings, Chain, Joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -25,7 +25,7 @@ pub(super) struct ChainEntry<'a> {
     pub(super) name: Option<&'a str>,
     pub(super) limb: Option<Limb>,
     /// Settings of an arm, which is a chain too, if all of them were good.
-    pub(super) arm: Option<Arm>,
+    pub(super) arm: Option<ArmSettings>,
 }
 
 /// A chain with its joints.
@@ -146,6 +146,7 @@ fn read_joint<'a>(
         section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
     let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::NotNegative);
     let meaning = "the centre of the link's mass, from the joint, in mm";
+    section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);
     Some(Joint {

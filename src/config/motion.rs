@@ -6,7 +6,7 @@ use super::meters;
 use super::number::Limits;
 use super::reader::Section;
 use super::strokes::read_pole;
-use crate::model::{Arm, Bending, Carrier, HorseMotion, KeyAngles, Motion, TentacleMotion};
+use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, TentacleMotion};
 
 /// The kinds of motion a file may name.
 #[derive(Clone)]
@@ -109,7 +109,7 @@ fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usi
 
 const CARRIERS: [(&str, Carrier); 3] =
     [("servos", Carrier::Servos), ("water", Carrier::Water), ("counterweight", Carrier::Counterweight)];
-const KEY_ANGLES: [(&str, KeyAngles); 2] = [("linear", KeyAngles::Linear), ("smooth", KeyAngles::Smooth)];
+const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
 fn read_tentacle(
@@ -132,9 +132,9 @@ fn read_tentacle(
         _ => section.number("carried_share", meaning, Limits::FromTo(0.0, 1.0)),
     };
     let stroke_time_s = section.number("stroke_time_s", "the time of one stroke in s", Limits::Positive);
-    let key_angles = match section.has("key_angles") {
-        true => section.choice("key_angles", "how strokes go from one key angle to the next", &KEY_ANGLES),
-        false => Some(KeyAngles::Smooth),
+    let between = match section.has("key_angles") {
+        true => section.choice("key_angles", "how strokes go from one key angle to the next", &BETWEEN),
+        false => Some(Between::Smooth),
     };
     let bending = match section.has("bending") {
         true => section.choice("bending", "how an arm is bent to where its groups end", &BENDINGS),
@@ -151,13 +151,14 @@ fn read_tentacle(
         true => section.section("pole", "what to wind round", read_pole).map(Some),
         false => Some(None),
     };
-    let arm = |(place, entry): (usize, &ChainEntry<'_>)| Some(Arm { chain: place, ..entry.arm.clone()? });
+    let arm =
+        |(place, entry): (usize, &ChainEntry<'_>)| Some(ArmSettings { chain: place, ..entry.arm.clone()? });
     Some(TentacleMotion {
         arms: chains.iter().enumerate().map(arm).collect::<Option<_>>()?,
         carrier: carrier?,
         carried_share: carried_share?,
         stroke_time_s: stroke_time_s?,
-        key_angles: key_angles?,
+        between: between?,
         bending: bending?,
         variation_rad: variation?.to_radians(),
         seed: u64::from(seed?),

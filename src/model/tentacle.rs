@@ -3,12 +3,13 @@
 //! The frame of an arm's chain: x along the stretched arm from root to tip, y to its left, z up.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Settings of a rig of arms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TentacleMotion {
     /// The arms, in file order; one is a tentacle, eight are an octopus.
-    pub arms: Vec<Arm>,
+    pub arms: Vec<ArmSettings>,
     /// What carries the arms' weight.
     pub carrier: Carrier,
     /// Share of the arms' weight that it carries, 0 to 1; the servos carry the rest.
@@ -16,7 +17,7 @@ pub struct TentacleMotion {
     /// Time of one walking, swimming or swaying stroke at tempo 1, s.
     pub stroke_time_s: f64,
     /// How strokes go from one key angle to the next.
-    pub key_angles: KeyAngles,
+    pub between: Between,
     /// How an arm is bent so that its groups end where the stroke has them.
     pub bending: Bending,
     /// Most that is added to each key angle by chance, either way, so that arms differ, rad (thesis 3.4).
@@ -29,16 +30,14 @@ pub struct TentacleMotion {
     pub pole: Option<Pole>,
 }
 
-/// One arm: a chain whose joints are hinges that share a place, two or three by three.
+/// One arm: a chain that is an [`Arm`](super::Arm), and its part in the motion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Arm {
-    /// Its chain, index into [`crate::model::Robot::chains`]. Its hinges come in this order: lift (positive up, about
-    /// -y), sweep (positive to the left, about z) and, of three, twist (about x); the link is behind the last.
+pub struct ArmSettings {
+    /// Its chain, index into [`crate::model::Robot::chains`].
     pub chain: usize,
-    /// Hinges a joint, 2 or 3.
+    /// Hinges a joint, 2 or 3: lift (positive up, about -y), sweep (positive to the left, about z) and, of three, twist
+    /// (about x).
     pub hinges: usize,
-    /// Joints, a multiple of 3.
-    pub joints: usize,
     /// Place of the arm on its side of an octopus, 1 (front) to 4 (rear): its part in a walk (thesis 2.2).
     pub role: u8,
     /// Turn of the plane of walking strokes about the arm, rad: 0 is left-right, as the thesis has it, a right angle
@@ -61,15 +60,6 @@ pub enum Carrier {
     Counterweight,
 }
 
-/// How a stroke goes from one key angle to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KeyAngles {
-    /// In straight lines, as the thesis has it (3.8 to 3.17).
-    Linear,
-    /// On a periodic cubic through the same angles.
-    Smooth,
-}
-
 /// How an arm is bent so that its groups end where they should.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bending {
@@ -88,4 +78,15 @@ pub struct Pole {
     pub axis: DVec3,
     /// Radius, m.
     pub radius_m: f64,
+}
+
+/// What lies between key poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Between {
+    /// Straight lines, as in the thesis; the speed leaps at each key.
+    Linear,
+    /// The periodic cubic through the same poses, whose speed and acceleration are continuous.
+    #[default]
+    Smooth,
 }

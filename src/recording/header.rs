@@ -18,6 +18,9 @@ pub struct RunHeader {
     pub robot_file: String,
     /// Time of day at the run's time zero, nanoseconds since 1970; 0 on a virtual clock.
     pub started_unix_ns: u64,
+    /// Who drove, for people: "the keyboard"; none for a run by its own plan.
+    #[serde(default)]
+    pub driver: Option<String>,
     /// What it was to do while the operator said no more than to go.
     #[serde(flatten)]
     pub task: Task,
@@ -52,10 +55,19 @@ impl RunHeader {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             robot_file: robot_file.to_owned(),
             started_unix_ns,
+            driver: plan.driver.clone(),
             task: Task::of(&plan.motion),
             walk_for_s: plan.move_for_s,
             ik: plan.method,
             servos: robot.joints.iter().map(servo).collect(),
+        }
+    }
+
+    /// What the run was, for people: "walk at 0.062 m/s", "driven by the keyboard".
+    pub fn words(&self) -> String {
+        match &self.driver {
+            Some(driver) => format!("driven by {driver}"),
+            None => self.task.to_string(),
         }
     }
 

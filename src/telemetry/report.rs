@@ -28,10 +28,12 @@ pub enum Outcome {
 pub struct Report {
     /// Name of the robot.
     pub robot: String,
-    /// Name of a horse's gait.
+    /// Who drove it: a script, the keyboard, a gamepad. None for a run by its own plan.
+    pub driver: Option<String>,
+    /// Name of the gait a horse was planned for; `stand` where somebody drove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gait: Option<String>,
-    /// Speed a horse walked at, after limits, m/s.
+    /// Speed a horse was planned for, after limits, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<f64>,
     /// How long the whole run took, s.

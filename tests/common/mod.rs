@@ -163,6 +163,7 @@ impl<'r> Scenario<'r> {
             motion: self.plan.clone().into(),
             method: Method::CcdThenFinish,
             move_for_s: self.walk_for_s,
+            driver: None,
         }
     }
 

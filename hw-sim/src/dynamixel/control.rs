@@ -43,6 +43,18 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
 }
 
+/// The start from the EEPROM.
+pub(crate) fn power_up(servo: &mut Servo) {
+    servo.registers.reset_from(EEPROM_END);
+    for (goal, limit) in
+        [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
+    {
+        servo.registers.set(goal, servo.get(limit));
+    }
+    leave_turns_out(servo);
+    servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
+}
+
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     servo.get(TORQUE_ENABLE) == 1
 }

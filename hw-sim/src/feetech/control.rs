@@ -31,6 +31,13 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
+/// The start from the EPROM.
+pub(crate) fn power_up(servo: &mut Servo) {
+    servo.registers.reset_from(TORQUE_SWITCH);
+    servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
+    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+}
+
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     matches!(servo.get(TORQUE_SWITCH), 1 | DAMPING)
 }

@@ -176,6 +176,16 @@ impl RegisterFile {
         }
     }
 
+    /// Gives the registers from `address` on their defaults.
+    pub(crate) fn reset_from(&mut self, address: u16) {
+        for index in 0..self.table.len() {
+            let register = self.table[index];
+            if register.address >= address {
+                self.set(register.address, register.default);
+            }
+        }
+    }
+
     /// One byte, if a register has it.
     pub(crate) fn byte(&self, address: u16) -> Option<u8> {
         self.at(address).and_then(|_| self.bytes.get(usize::from(address)).copied())

@@ -1,6 +1,12 @@
-//! Arms that move like an octopus' (Ishizuka 2008).
+//! Motions of octopus arms (Ishizuka 2008): where the ends of an arm's groups, its tip or all its joints are to be.
+//!
+//! Key angles, pseudo-targets and what is made of them are functions of phase or time and settings; what an arm's joints
+//! do about it is inverse kinematics' matter. Frames: `in_arm` is the arm's own at its root, x along the straight arm,
+//! y left, z up.
 
 mod generator;
+pub mod key_angles;
+pub mod pseudo_targets;
 
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::StrokeCommand;
