@@ -97,6 +97,7 @@ fn read_arm<'a>(
                     stiffness: stiffness?,
                     mass_kg: if is_last { mass_kg? } else { 0.0 },
                     center_m: link_m / 2.0,
+                    ball: None,
                     servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
                 });
             }

@@ -20,7 +20,7 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
-pub use tentacle::{ArmSettings, Bending, Between, Carrier, Pole, TentacleMotion};
+pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
 
 /// A whole robot.
 #[derive(Debug, Clone)]

@@ -5,6 +5,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::Bending;
+
 /// Settings of a rig of arms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TentacleMotion {
@@ -30,7 +32,7 @@ pub struct TentacleMotion {
     pub pole: Option<Pole>,
 }
 
-/// One arm: a chain that is an [`Arm`](super::Arm), and its part in the motion.
+/// One arm: a chain that is an arm ([`super::ArmGeometry`]), and its part in the motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmSettings {
     /// Its chain, index into [`crate::model::Robot::chains`].
@@ -58,15 +60,6 @@ pub enum Carrier {
     Water,
     /// A counterweight, a spring or strings.
     Counterweight,
-}
-
-/// How an arm is bent so that its groups end where they should.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bending {
-    /// By the thesis' cyclic coordinate descent, group by group (3.1.2, 3.2).
-    Ccd,
-    /// With the least sum of squared bends.
-    Smooth,
 }
 
 /// A cylinder to wind round.
