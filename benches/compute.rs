@@ -13,7 +13,7 @@ use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
-use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Motion, Robot, link_length};
+use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Robot, link_length};
 use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
@@ -33,7 +33,7 @@ fn main() {
 fn trotting() -> (Robot, HorsePlan, Walk) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
     let robot = config::load(&path).unwrap().robot;
-    let Motion::Horse(horse) = robot.motion.clone();
+    let horse = robot.motion.horse().unwrap().clone();
     let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
     let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
     let walk = Walk::cruising(&plan, trot, Rates { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });

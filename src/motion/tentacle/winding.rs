@@ -9,6 +9,8 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::model::Pole;
+
 /// How far outside the grown pole the chords of the links pass, as a share of the arm's radius: rounding never puts one
 /// inside.
 const MARGIN_SHARE: f64 = 0.01;
@@ -18,17 +20,6 @@ const CLIMB_DIAMETERS: f64 = 1.1;
 const CLIMB_FROM_TURNS: f64 = 0.85;
 /// Newton steps to the end of a link.
 const NEWTON_STEPS: u32 = 5;
-
-/// A cylinder without ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cylinder {
-    /// A point on its axis, body frame, m.
-    pub point_in_body: DVec3,
-    /// Direction of its axis, body frame; any length but 0.
-    pub axis: DVec3,
-    /// Radius, m.
-    pub radius_m: f64,
-}
 
 /// What makes a pole impossible to wind round.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -83,7 +74,7 @@ impl Winding {
         ahead: DVec3,
         links_m: impl Iterator<Item = f64> + Clone,
         arm_radius_m: f64,
-        pole: Cylinder,
+        pole: Pole,
         squeeze_m: f64,
     ) -> Result<Winding, WindingError> {
         let axis = pole.axis.try_normalize().ok_or(WindingError::NoPole)?;
@@ -182,8 +173,8 @@ mod tests {
     }
 
     /// A pole beside an arm that stands upright.
-    fn pole(radius_links: f64, off_m: f64) -> Cylinder {
-        Cylinder {
+    fn pole(radius_links: f64, off_m: f64) -> Pole {
+        Pole {
             point_in_body: DVec3::new(0.3, off_m, 5.0),
             axis: DVec3::new(1.5, 0.0, 0.1),
             radius_m: 0.5 * radius_links,
@@ -191,18 +182,18 @@ mod tests {
     }
 
     /// Distance from the axis.
-    fn off_m(place: DVec3, pole: Cylinder) -> f64 {
+    fn off_m(place: DVec3, pole: Pole) -> f64 {
         (place - pole.point_in_body).cross(pole.axis.normalize()).length()
     }
 
-    fn winding(pole: Cylinder, count: usize) -> Winding {
+    fn winding(pole: Pole, count: usize) -> Winding {
         Winding::new(DVec3::ZERO, DVec3::Z, links(count), 0.5, pole, 0.0).unwrap()
     }
 
     #[test]
     fn the_distal_groups_lie_on_the_pole_and_nothing_is_inside_on_the_way() {
         for radius_links in [1.5, 2.5, 4.0] {
-            let pole = Cylinder {
+            let pole = Pole {
                 point_in_body: DVec3::new(1.5 + 0.5 * radius_links, 0.0, 1.2),
                 axis: DVec3::Y,
                 ..pole(radius_links, 0.0)
@@ -234,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_long_arm_climbs_past_itself() {
-        let pole = Cylinder { point_in_body: DVec3::new(1.8, 0.0, 1.2), axis: DVec3::Y, radius_m: 0.5 };
+        let pole = Pole { point_in_body: DVec3::new(1.8, 0.0, 1.2), axis: DVec3::Y, radius_m: 0.5 };
         let winding = winding(pole, 36);
         let mut places = [DVec3::ZERO; 36];
         winding.write(winding.length_m(), links(36), &mut places);
@@ -249,9 +240,9 @@ mod tests {
     fn poles_out_of_reach_or_round_the_root_are_refused() {
         let new = |pole| Winding::new(DVec3::ZERO, DVec3::Z, links(12), 0.5, pole, 0.0);
         assert!(matches!(new(pole(2.0, 20.0)), Err(WindingError::TooFar { .. })));
-        let near = Cylinder { point_in_body: DVec3::Z, axis: DVec3::X, radius_m: 0.5 };
+        let near = Pole { point_in_body: DVec3::Z, axis: DVec3::X, radius_m: 0.5 };
         assert!(matches!(new(near), Err(WindingError::Inside { .. })));
-        assert_eq!(new(Cylinder { axis: DVec3::ZERO, ..near }), Err(WindingError::NoPole));
-        assert_eq!(new(Cylinder { radius_m: f64::NAN, ..near }), Err(WindingError::NoPole));
+        assert_eq!(new(Pole { axis: DVec3::ZERO, ..near }), Err(WindingError::NoPole));
+        assert_eq!(new(Pole { radius_m: f64::NAN, ..near }), Err(WindingError::NoPole));
     }
 }
