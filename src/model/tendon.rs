@@ -11,7 +11,9 @@
 use glam::{DQuat, DVec3};
 use thiserror::Error;
 
-/// Newton steps that find a section's bend from its winches.
+use super::GROUPS;
+
+/// Most iterations that find a section's bend from its winches.
 const NEWTON_STEPS: u32 = 8;
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
@@ -79,6 +81,9 @@ pub struct TendonDrive {
 /// What keeps a drive from working.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum TendonError {
+    /// Another number of sections.
+    #[error("an arm on tendons has {GROUPS} sections, not {0}")]
+    Sections(usize),
     /// A length that is none.
     #[error("section {0}: joints, links, radii and gaps are above 0, and a gap is at most a link long")]
     Size(usize),
@@ -109,9 +114,17 @@ impl TendonDrive {
         pretension_m: f64,
         slack_max_m: f64,
     ) -> Result<TendonDrive, TendonError> {
+        if sections.len() != GROUPS {
+            return Err(TendonError::Sections(sections.len()));
+        }
         for (index, section) in sections.iter().enumerate() {
-            let lengths =
-                [section.link_m, section.cord_radius_m, section.gap_m, section.spool_radius_m, section.bend_max_rad];
+            let lengths = [
+                section.link_m,
+                section.cord_radius_m,
+                section.gap_m,
+                section.spool_radius_m,
+                section.bend_max_rad,
+            ];
             let are_good = lengths.iter().all(|length| *length > 0.0 && length.is_finite());
             if section.joints == 0 || !are_good || section.gap_m > section.link_m {
                 return Err(TendonError::Size(index));
@@ -303,7 +316,7 @@ mod tests {
     #[test]
     fn an_upright_bend_shortens_the_upper_cord_by_chords_across_the_plates() {
         // One joint between plates of gap g, bent by a: the cord at radius r is g cos(a/2) - 2 r sin(a/2) long.
-        let drive = TendonDrive::new(vec![Section { joints: 1, ..section(0.0) }], 0.0, 0.02).unwrap();
+        let drive = TendonDrive::new(vec![Section { joints: 1, ..section(0.0) }; 3], 0.0, 0.02).unwrap();
         let (gap_m, radius_m, bend) = (0.012, 0.012, 0.7_f64);
         let [upper, lower] = drive.changes_m(0, 0, &[SectionBend { lift: bend, sweep: 0.0 }]);
         let (sine, cosine) = (0.5 * bend).sin_cos();
@@ -348,10 +361,14 @@ mod tests {
 
     #[test]
     fn slack_beyond_the_limit_is_refused() {
-        let slack = TendonDrive::new(vec![section(0.0)], 0.0, 1e-4);
+        let slack = TendonDrive::new(vec![section(0.0); 3], 0.0, 1e-4);
         assert!(matches!(slack, Err(TendonError::Slack { section: 0, .. })), "{slack:?}");
-        assert!(TendonDrive::new(vec![section(0.0)], 0.001, 1e-4).is_ok());
+        // The third section's cords run through all twelve joints.
+        let slack = TendonDrive::new(vec![section(0.0); 3], 0.002, 1e-4);
+        assert!(matches!(slack, Err(TendonError::Slack { section: 2, .. })), "{slack:?}");
+        assert!(TendonDrive::new(vec![section(0.0); 3], 0.004, 1e-4).is_ok());
         let none = Section { gap_m: 0.0, ..section(0.0) };
-        assert_eq!(TendonDrive::new(vec![none], 0.0, 1.0), Err(TendonError::Size(0)));
+        assert_eq!(TendonDrive::new(vec![none; 3], 0.0, 1.0), Err(TendonError::Size(0)));
+        assert_eq!(TendonDrive::new(vec![section(0.0)], 0.0, 1.0), Err(TendonError::Sections(1)));
     }
 }

@@ -337,7 +337,8 @@ mod tests {
             // Half of the time further away than the arm can be.
             let mut target = target(ArmAim::Ends, &drive, &chain, &bends);
             if step > 300 {
-                target.ends_in_body = target.ends_in_body.map(|end| chain.root_m + 1.2 * (end - chain.root_m));
+                target.ends_in_body =
+                    target.ends_in_body.map(|end| chain.root_m + 1.2 * (end - chain.root_m));
             }
             let solution = solver.solve(&target, step == 0, &mut winches);
             assert!(step > 300 || solution.residual_m < 2e-3 * drive.length_m(), "{step}: {solution:?}");
