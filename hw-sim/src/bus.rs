@@ -175,11 +175,13 @@ impl Bus {
                 if is_late {
                     decoder.reset();
                 }
-                let Some(request) = decoder.push(crossed.byte) else { return };
-                self.keep(now_ns, request.id, request.instruction, &request.parameters);
+                let Some(heard) = decoder.push(crossed.byte) else { return };
+                if let dynamixel::packet::Heard::Request(request) = &heard {
+                    self.keep(now_ns, request.id, request.instruction, &request.parameters);
+                }
+                self.mistake_ids(now_ns);
                 for hears in self.hearers(now_ns) {
-                    dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
-                    let slots = dynamixel::answer::answer(&request, &mut self.servos, &hears);
+                    let slots = dynamixel::answer::answer(&heard, &mut self.servos, &hears, now_ns);
                     self.schedule(now_ns, slots);
                 }
             }
@@ -189,6 +191,7 @@ impl Bus {
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
+                self.mistake_ids(now_ns);
                 for hears in self.hearers(now_ns) {
                     let slots = feetech::answer::answer(&request, &mut self.servos, &hears);
                     self.schedule(now_ns, slots);
@@ -209,13 +212,13 @@ impl Bus {
         self.servos.iter().position(|servo| servo.id() == id)
     }
 
-    /// Which servos understand the line: powered, right baud, and not silent by a fault. In groups in which no two
+    /// Which servos understand the line: awake, right baud, and not silent by a fault. In groups in which no two
     /// have the same id: those that have do not know of each other, and talk at the same time.
     fn hearers(&self, now_ns: u64) -> Vec<Vec<bool>> {
         let mut groups = vec![vec![false; self.servos.len()]];
         let mut with_id = [0_usize; 256];
         for (index, servo) in self.servos.iter().enumerate() {
-            let is_tuned = servo.is_powered && Some(servo.baud_code()) == self.baud_code;
+            let is_tuned = servo.is_awake() && Some(servo.baud_code()) == self.baud_code;
             if !is_tuned || self.faults.is_silent(now_ns, self.home_id(index)) {
                 continue;
             }
@@ -229,6 +232,13 @@ impl Bus {
         groups
     }
 
+    /// Has servos whose script says so take another id for their own.
+    fn mistake_ids(&mut self, now_ns: u64) {
+        for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
+            servo.wrong_id = self.faults.wrong_id(now_ns, *home_id);
+        }
+    }
+
     /// The id a fault script knows the servo by: the one it was built with.
     pub(crate) fn home_id(&self, servo: usize) -> u8 {
         self.faults.home_ids[servo]
@@ -240,11 +250,17 @@ impl Bus {
             match slot {
                 Slot::Missing { bytes } => at += self.wire.duration_ns(bytes) + MISSING_GUARD_NS,
                 Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
-                    at += delay_ns;
                     let id = self.home_id(servo);
+                    at += delay_ns + self.faults.late_ns(at, id);
                     if self.faults.flips_a_bit(at, id) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);
+                    }
+                    if self.faults.garbles(at, id) {
+                        bytes.iter_mut().for_each(|byte| *byte ^= self.rng.random_range(1..=255u8));
+                    }
+                    if self.faults.cuts_short(at, id) {
+                        bytes.truncate(self.rng.random_range(1..bytes.len().max(2)));
                     }
                     if starts_packet && self.faults.makes_noise(at, id) {
                         let count = self.rng.random_range(1..=NOISE_BYTES_MAX);

@@ -6,6 +6,11 @@ pub(crate) fn round_to_i64(value: f64) -> i64 {
     value.round() as i64
 }
 
+/// Nearest byte.
+pub(crate) fn nearest_u8(value: f64) -> u8 {
+    u8::try_from(round_to_i64(value).clamp(0, 255)).unwrap_or(u8::MAX)
+}
+
 /// Seconds as whole nanoseconds, 0 for what is negative or NaN.
 pub(crate) fn nanoseconds(seconds: f64) -> u64 {
     u64::try_from(round_to_i64(seconds * 1e9)).unwrap_or(0)

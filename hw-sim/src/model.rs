@@ -97,6 +97,21 @@ impl Model {
         self.stall_torque_nm / self.no_load_speed_rad_s
     }
 
+    /// Time from power or a restart until it hears and answers, ns. Feetech wiki, ft-scs 4.12: about 1800 ms.
+    /// ROBOTIS states none; 0.4 s were measured on an XC330 (ROBOTIS-GIT/emanual issue 1698).
+    pub(crate) fn start_ns(&self) -> u64 {
+        match self.protocol {
+            Protocol::Dynamixel => 400_000_000,
+            Protocol::Feetech => 1_800_000_000,
+        }
+    }
+
+    /// Supply below which it stops to run and starts anew when there is more, V: its processor's own limit. No maker
+    /// states it: estimate for a 3.3 V processor behind a regulator.
+    pub(crate) fn brown_out_v(&self) -> f64 {
+        3.0
+    }
+
     /// Code of the fastest line rate it knows.
     pub(crate) fn highest_baud_code(&self) -> i64 {
         let address = match self.protocol {

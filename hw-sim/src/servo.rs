@@ -9,12 +9,25 @@ use crate::motor::{Drive, Motor};
 use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
 use crate::{body::ShaftState, dynamixel, feetech};
 
+/// Whether a servo runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Power {
+    /// No supply, or too little.
+    Off,
+    /// It starts: deaf and limp until then.
+    Starting {
+        until_ns: u64,
+    },
+    On,
+}
+
 #[derive(Debug)]
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
-    /// Is it connected? One that is not hears nothing and has no torque.
-    pub(crate) is_powered: bool,
+    pub(crate) dynamixel: dynamixel::State,
+    /// Is it connected?
+    pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
     /// Shaft position as the encoder sees it, counts, from the last motor step.
     pub(crate) encoder_counts: i64,
@@ -24,6 +37,9 @@ pub(crate) struct Servo {
     pub(crate) is_shut_down: bool,
     /// When it last heard an instruction packet, ns (Dynamixel).
     pub(crate) heard_ns: u64,
+    /// The id it takes for its own by a fault.
+    pub(crate) wrong_id: Option<u8>,
+    power: Power,
 }
 
 /// What a servo feels in one motor step.
@@ -37,6 +53,8 @@ pub(crate) struct Surroundings {
     pub(crate) supply_v: f64,
     /// Temperature forced by a fault, °C.
     pub(crate) celsius: Option<f64>,
+    /// A fault makes it find too much load.
+    pub(crate) is_overloaded: bool,
 }
 
 impl Servo {
@@ -45,18 +63,19 @@ impl Servo {
         let mut servo = Servo {
             model,
             registers: RegisterFile::new(model.registers()),
-            is_powered: true,
+            dynamixel: dynamixel::State::default(),
+            is_plugged_in: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
             turns_left_out: 0,
             is_shut_down: false,
             heard_ns: 0,
+            wrong_id: None,
+            power: Power::On,
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
-            Protocol::Dynamixel => {
-                dynamixel::control::power_on(&mut servo, config.id, baud_code, delay_units)
-            }
+            Protocol::Dynamixel => dynamixel::power::power_on(&mut servo, config.id, baud_code, delay_units),
             Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
         }
         servo
@@ -65,18 +84,60 @@ impl Servo {
     /// Makes every register what it was when the servo left its maker.
     pub(crate) fn make_new(&mut self) {
         self.registers = RegisterFile::new(self.model.registers());
-        self.power_up();
+        self.dynamixel = dynamixel::State::default();
+        self.forget();
     }
 
-    /// Starts it: registers outside the EEPROM get their defaults, and all that it only remembered is forgotten.
-    pub(crate) fn power_up(&mut self) {
-        self.is_powered = true;
+    /// Connects it: it starts from what is in its EEPROM.
+    pub(crate) fn plug_in(&mut self) {
+        (self.is_plugged_in, self.power) = (true, Power::On);
+        self.forget();
+    }
+
+    /// Disconnects it.
+    pub(crate) fn pull_out(&mut self) {
+        (self.is_plugged_in, self.power) = (false, Power::Off);
+        self.forget();
+    }
+
+    /// Whether it hears, answers and can turn.
+    pub(crate) fn is_awake(&self) -> bool {
+        self.power == Power::On
+    }
+
+    /// Gives it a supply it can run on or takes it away. When it comes back the servo starts anew; one that is not
+    /// plugged in has none.
+    pub(crate) fn set_power(&mut self, is_on: bool, now_ns: u64) {
+        let is_on = is_on && self.is_plugged_in;
+        match self.power {
+            Power::Off if is_on => self.restart(now_ns),
+            Power::Off => {}
+            _ if !is_on => {
+                self.power = Power::Off;
+                self.forget();
+            }
+            Power::Starting { until_ns } if now_ns >= until_ns => {
+                self.power = Power::On;
+                self.forget();
+            }
+            Power::Starting { .. } | Power::On => {}
+        }
+    }
+
+    /// Starts anew: away for as long as its model takes, and then with what it held in RAM forgotten.
+    pub(crate) fn restart(&mut self, now_ns: u64) {
+        self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
+        self.forget();
+    }
+
+    /// What was in RAM is gone.
+    fn forget(&mut self) {
         self.is_shut_down = false;
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
         match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::power_up(self),
-            Protocol::Feetech => feetech::control::power_up(self),
+            Protocol::Dynamixel => dynamixel::power::forget(self),
+            Protocol::Feetech => feetech::control::forget(self),
         }
     }
 
@@ -103,6 +164,9 @@ impl Servo {
 
     /// The id it answers to now.
     pub(crate) fn id(&self) -> u8 {
+        if let Some(wrong_id) = self.wrong_id {
+            return wrong_id;
+        }
         match self.model.protocol {
             Protocol::Dynamixel => self.byte(dynamixel_x::ID),
             Protocol::Feetech => self.byte(feetech_sts::ID),
@@ -112,6 +176,8 @@ impl Servo {
     /// Register code of the line rate it listens at now.
     pub(crate) fn baud_code(&self) -> i64 {
         match self.model.protocol {
+            // Set to another protocol it understands nothing at any rate.
+            Protocol::Dynamixel if self.get(dynamixel_x::PROTOCOL_TYPE) != 2 => -1,
             Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
             Protocol::Feetech => self.get(feetech_sts::BAUD),
         }
@@ -134,11 +200,11 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = if self.is_powered { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
+        let drive = if self.is_awake() { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
         self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
     }
 
-    fn drive(&self, speed_rad_s: f64, supply_v: f64) -> Drive {
+    fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
             Protocol::Feetech => feetech::control::drive(self),
@@ -152,7 +218,7 @@ impl Servo {
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;
         }
-        if !self.is_powered {
+        if !self.is_awake() {
             return;
         }
         match self.model.protocol {
@@ -163,7 +229,7 @@ impl Servo {
 
     /// Is the bridge closed?
     pub(crate) fn is_torque_on(&self) -> bool {
-        self.is_powered
+        self.is_awake()
             && match self.model.protocol {
                 Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
                 Protocol::Feetech => feetech::control::is_torque_on(self),

@@ -202,3 +202,128 @@ fn an_id_needs_no_bus_where_only_one_has_it() {
     assert!(error.contains("fault[0].id = 2: expected an id that only one bus has"), "{error}");
     assert!(error.contains("\"legs\", \"arms\" have this one"), "{error}");
 }
+
+#[test]
+fn a_slow_servo_answers_late_and_the_others_behind_it() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'slow'\ndelay_ms = 3\nbus = 'legs'\nid = 1");
+    world.host_send(0, &feetech(0xFE, 0x82, &[56, 2, 1, 2])).unwrap();
+    // Request 10 bytes, reply 8, 10 µs each.
+    world.advance_to(100_000 + 3 * MS + 80_000 - 1);
+    assert_eq!(world.host_pending(0), 7);
+    world.advance_to(100_000 + 3 * MS + 160_000);
+    assert_eq!(world.host_pending(0), 16);
+}
+
+#[test]
+fn a_garbled_reply_has_no_byte_of_the_true_one_and_its_length() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'garbled'\nbus = 'legs'\nid = 1");
+    for _ in 0..20 {
+        let (reply, clean) = (ping(&mut world, 1), feetech(1, 0, &[]));
+        assert_eq!(reply.len(), clean.len());
+        assert!(reply.iter().zip(&clean).all(|(a, b)| a != b), "{reply:02X?}");
+    }
+    assert_eq!(ping(&mut world, 2), feetech(2, 0, &[]));
+}
+
+#[test]
+fn a_reply_that_is_cut_short_begins_as_it_should() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'cut-short'");
+    let clean = feetech(1, 0, &[]);
+    let mut lengths = std::collections::BTreeSet::new();
+    for _ in 0..50 {
+        let reply = ping(&mut world, 1);
+        assert!(clean.starts_with(&reply) && !reply.is_empty());
+        lengths.insert(reply.len());
+    }
+    assert_eq!(lengths.into_iter().collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
+}
+
+#[test]
+fn a_servo_with_a_wrong_id_answers_to_that_one_alone() {
+    let mut world = one("[[fault]]\nat_s = 0\nfor_s = 1\nkind = 'wrong-id'\nas_id = 9\nbus = 'legs'\nid = 1");
+    assert_eq!(ping(&mut world, 1), []);
+    assert_eq!(ping(&mut world, 9), feetech(9, 0, &[]));
+    world.advance_to(S);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+}
+
+#[test]
+fn two_servos_with_one_id_talk_over_each_other() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'wrong-id'\nas_id = 2\nbus = 'legs'\nid = 1");
+    let reply = ping(&mut world, 2);
+    let clean = feetech(2, 0, &[]);
+    assert_eq!(reply.len(), 2 * clean.len(), "both, at the same time");
+    assert!(world.wire_statistics(0).unwrap().bytes_garbled >= 12);
+    // 6 bytes of request and 6 of both replies at once.
+    assert_eq!(world.wire_statistics(0).unwrap().busy_ns, 120_000);
+}
+
+/// Torque on and a goal, then whatever `script` does at one second.
+fn holding(script: &str) -> World {
+    let mut world = one(script);
+    for id in [1, 2] {
+        feetech_write(&mut world, id, 42, &[0x00, 0x08]);
+        feetech_write(&mut world, id, 40, &[1]);
+    }
+    world.advance_to(S + 2 * MS);
+    world
+}
+
+#[test]
+fn a_servo_that_resets_is_away_for_1800_ms_and_limp_with_its_ram_as_new() {
+    let mut world = holding("[[fault]]\nat_s = 1\nkind = 'reset'\nbus = 'legs'\nid = 1");
+    assert!(!world.shaft(0, 1).unwrap().torque_on);
+    assert_eq!(ping(&mut world, 1), []);
+    assert_eq!(ping(&mut world, 2), feetech(2, 0, &[]));
+    world.advance_to(2_790 * MS);
+    assert_eq!(ping(&mut world, 1), []);
+    world.advance_to(2_900 * MS);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    assert_eq!((world.register(0, 1, 40), world.register(0, 1, 43)), (Some(0), Some(0)));
+    assert_eq!((world.register(0, 2, 40), world.register(0, 2, 43)), (Some(1), Some(8)));
+}
+
+#[test]
+fn a_brown_out_takes_every_servo_of_the_bus_until_it_has_started_again() {
+    let mut world = holding("[[fault]]\nat_s = 1\nfor_s = 0.5\nkind = 'brown-out'\nbus = 'legs'");
+    assert!((world.shaft(0, 2).unwrap().supply_v).abs() < 1e-9);
+    for id in [1, 2] {
+        assert!(!world.shaft(0, id).unwrap().torque_on);
+        assert_eq!(ping(&mut world, id), []);
+    }
+    // Half a second without supply, 1.8 to start.
+    world.advance_to(3_200 * MS);
+    assert_eq!(ping(&mut world, 1), []);
+    world.advance_to(3_310 * MS);
+    for id in [1, 2] {
+        assert_eq!(ping(&mut world, id), feetech(id, 0, &[]));
+        assert_eq!(world.register(0, id, 40), Some(0));
+    }
+}
+
+#[test]
+fn a_servo_whose_plug_is_out_is_away_and_the_rest_of_the_bus_is_not() {
+    let mut world = holding("[[fault]]\nat_s = 1\nfor_s = 0.5\nkind = 'unplugged'\nbus = 'legs'\nid = 1");
+    assert!(!world.is_unplugged(0), "the adapter is there");
+    assert_eq!((ping(&mut world, 1), ping(&mut world, 2)), (vec![], feetech(2, 0, &[])));
+    assert!(!world.shaft(0, 1).unwrap().torque_on && world.shaft(0, 2).unwrap().torque_on);
+    world.advance_to(3_310 * MS);
+    assert_eq!(ping(&mut world, 1), feetech(1, 0, &[]));
+    assert!(!world.shaft(0, 1).unwrap().torque_on);
+}
+
+#[test]
+fn dynamixel_servos_start_anew_too_and_keep_their_eeprom() {
+    let script = "[[fault]]\nat_s = 1\nkind = 'reset'\nid = 1";
+    let mut world = world_with_faults(dynamixel_bus(vec![servo("XM430-W210", 1)]), script);
+    dynamixel_write(&mut world, 1, 31, &[60]);
+    dynamixel_write(&mut world, 1, 64, &[1]);
+    dynamixel_write(&mut world, 1, 100, &[100, 0]);
+    world.advance_to(S + 2 * MS);
+    assert_eq!(exchange(&mut world, &dynamixel(1, &[1])), []);
+    world.advance_to(4 * S);
+    assert_ne!(exchange(&mut world, &dynamixel(1, &[1])), []);
+    // Temperature limit, torque, goal PWM.
+    let registers = [31, 64, 100, 101].map(|address| world.register(0, 1, address));
+    assert_eq!(registers, [60, 0, 0x75, 0x03].map(Some));
+}

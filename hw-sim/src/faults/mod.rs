@@ -12,6 +12,9 @@ use crate::error::BuildError;
 
 pub use script::{FaultError, FaultKind, FaultScript, Mistake, ScriptedFault, Target};
 
+/// A servo that is reset is without supply for this long, ns: a step of the motors sees it.
+const RESET_NS: u64 = 1_000_000;
+
 /// One fault on one bus.
 #[derive(Debug, Clone, Copy)]
 struct Fault {
@@ -26,6 +29,11 @@ struct Fault {
 impl Fault {
     fn is_on(&self, now_ns: u64) -> bool {
         (self.from_ns..self.until_ns).contains(&now_ns)
+    }
+
+    /// The plug of one servo, and not that of the adapter, is out.
+    fn is_one_plug(&self) -> bool {
+        self.kind == FaultKind::Unplugged && self.id.is_some()
     }
 
     fn applies(&self, now_ns: u64, id: u8) -> bool {
@@ -56,6 +64,44 @@ impl BusFaults {
         self.any_on(now_ns, id, FaultKind::Silent)
     }
 
+    /// The id the servo takes for its own, if not the one it has.
+    pub(crate) fn wrong_id(&self, now_ns: u64, id: u8) -> Option<u8> {
+        self.faults.iter().filter(|fault| fault.applies(now_ns, id)).find_map(|fault| match fault.kind {
+            FaultKind::WrongId { as_id } => Some(as_id),
+            _ => None,
+        })
+    }
+
+    /// How much later than it should a reply comes, ns.
+    pub(crate) fn late_ns(&self, now_ns: u64, id: u8) -> u64 {
+        let on = self.faults.iter().filter(|fault| fault.applies(now_ns, id));
+        on.map(|fault| match fault.kind {
+            FaultKind::Slow { delay_ms } => nanoseconds(delay_ms / 1000.0),
+            _ => 0,
+        })
+        .sum()
+    }
+
+    pub(crate) fn garbles(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::Garbled)
+    }
+
+    pub(crate) fn cuts_short(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::CutShort)
+    }
+
+    /// Whether the servo has no supply: its own plug is out, or it is reset.
+    pub(crate) fn takes_power(&self, now_ns: u64, id: u8) -> bool {
+        self.faults.iter().any(|fault| {
+            let is_own = fault.kind == FaultKind::Reset || fault.is_one_plug();
+            is_own && fault.applies(now_ns, id)
+        })
+    }
+
+    pub(crate) fn overloads(&self, now_ns: u64, id: u8) -> bool {
+        self.any_on(now_ns, id, FaultKind::Overload)
+    }
+
     pub(crate) fn flips_a_bit(&self, now_ns: u64, id: u8) -> bool {
         self.any_on(now_ns, id, FaultKind::BitFlip)
     }
@@ -73,7 +119,9 @@ impl BusFaults {
     }
 
     pub(crate) fn is_unplugged(&self, now_ns: u64) -> bool {
-        self.any(now_ns, FaultKind::Unplugged)
+        self.faults
+            .iter()
+            .any(|fault| fault.kind == FaultKind::Unplugged && fault.id.is_none() && fault.is_on(now_ns))
     }
 
     /// Supply forced by a fault, V; the lowest if there are several.
@@ -81,6 +129,7 @@ impl BusFaults {
         let forced =
             self.faults.iter().filter(|fault| fault.is_on(now_ns)).filter_map(|fault| match fault.kind {
                 FaultKind::LowVoltage { volts } => Some(volts),
+                FaultKind::BrownOut => Some(0.0),
                 _ => None,
             });
         forced.min_by(f64::total_cmp)
@@ -106,7 +155,8 @@ impl BusFaults {
 
     /// Has the adapter back at `now_ns`.
     pub(crate) fn plug_in(&mut self, now_ns: u64) {
-        self.faults.retain(|fault| fault.kind != FaultKind::Unplugged || !fault.is_on(now_ns));
+        self.faults
+            .retain(|fault| fault.kind != FaultKind::Unplugged || fault.id.is_some() || !fault.is_on(now_ns));
     }
 
     /// When the adapter is next pulled out.
@@ -154,7 +204,11 @@ impl FaultScript {
                 Vec::new()
             });
             let from_ns = nanoseconds(fault.at_s);
-            let until_ns = fault.for_s.map_or(u64::MAX, |for_s| from_ns.saturating_add(nanoseconds(for_s)));
+            let for_ns = match fault.kind {
+                FaultKind::Reset => Some(RESET_NS),
+                _ => fault.for_s.map(nanoseconds),
+            };
+            let until_ns = for_ns.map_or(u64::MAX, |for_ns| from_ns.saturating_add(for_ns));
             if let FaultKind::LateHost { delay_ms } = fault.kind {
                 stalls.stalls.push((from_ns, nanoseconds(delay_ms / 1000.0)));
                 continue;
@@ -162,7 +216,7 @@ impl FaultScript {
             for place in places {
                 let faults = &mut assigned[place];
                 faults.faults.push(Fault { kind: fault.kind, from_ns, until_ns, id: fault.target.id });
-                if fault.kind == FaultKind::Unplugged {
+                if fault.kind == FaultKind::Unplugged && fault.target.id.is_none() {
                     faults.unplugs_ns.push(from_ns);
                 }
             }

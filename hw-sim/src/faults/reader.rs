@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::script::{FaultError, FaultKind, FaultScript, Mistake, Place, ScriptedFault, Target};
 use super::targets;
 use crate::config::BusConfig;
+use crate::convert::nearest_u8;
 
 /// Whom a kind befalls, and so which keys it has.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -17,6 +18,8 @@ enum Scope {
     /// Whole buses: no `id`.
     Buses,
     Servos,
+    /// Servos, once: no `for_s`.
+    ServosOnce,
 }
 
 /// A kind as it is written.
@@ -33,17 +36,30 @@ const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> K
     Kind { word, scope, own: None, make }
 }
 
-static KINDS: [Kind; 9] = [
+static KINDS: [Kind; 16] = [
     kind("silent", Scope::Servos, |_| FaultKind::Silent),
+    Kind {
+        own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
+        ..kind("slow", Scope::Servos, |delay_ms| FaultKind::Slow { delay_ms })
+    },
     kind("bit-flip", Scope::Servos, |_| FaultKind::BitFlip),
+    kind("garbled", Scope::Servos, |_| FaultKind::Garbled),
+    kind("cut-short", Scope::Servos, |_| FaultKind::CutShort),
     kind("noise", Scope::Servos, |_| FaultKind::Noise),
     kind("echo", Scope::Buses, |_| FaultKind::Echo),
-    kind("unplugged", Scope::Buses, |_| FaultKind::Unplugged),
+    Kind {
+        own: Some(("as_id", "the id the servo takes for its own", 0.0..=253.0)),
+        ..kind("wrong-id", Scope::Servos, |as_id| FaultKind::WrongId { as_id: nearest_u8(as_id) })
+    },
+    kind("unplugged", Scope::Servos, |_| FaultKind::Unplugged),
     Kind {
         own: Some(("delay_ms", "by how many ms the host oversleeps", 0.0..=1e6)),
         ..kind("late-host", Scope::Host, |delay_ms| FaultKind::LateHost { delay_ms })
     },
     kind("stuck", Scope::Servos, |_| FaultKind::Stuck),
+    kind("overload", Scope::Servos, |_| FaultKind::Overload),
+    kind("brown-out", Scope::Buses, |_| FaultKind::BrownOut),
+    kind("reset", Scope::ServosOnce, |_| FaultKind::Reset),
     Kind {
         own: Some(("volts", "the voltage of the supply", 0.0..=100.0)),
         ..kind("low-voltage", Scope::Buses, |volts| FaultKind::LowVoltage { volts })
@@ -54,8 +70,8 @@ static KINDS: [Kind; 9] = [
     },
 ];
 
-/// Keys a fault may have, whatever its kind.
-const KEYS: [&str; 8] = ["kind", "at_s", "for_s", "bus", "id", "delay_ms", "volts", "celsius"];
+/// Keys a fault may have, whatever its kind; those from `for_s` on not in every kind.
+const KEYS: [&str; 9] = ["kind", "at_s", "for_s", "bus", "id", "delay_ms", "as_id", "volts", "celsius"];
 
 /// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
 const TIME_MAX_S: f64 = 8.64e6;
@@ -63,7 +79,7 @@ const TIME_MAX_S: f64 = 8.64e6;
 impl FaultScript {
     /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
     /// (else every bus), `id` (else every servo; without `bus`, one that only one bus has), and the kind's own key:
-    /// `delay_ms`, `volts` or `celsius`.
+    /// `delay_ms`, `as_id`, `volts` or `celsius`.
     ///
     /// # Errors
     /// Every mistake, with its line and key. Whether there are such buses and servos is not known here.
@@ -188,11 +204,12 @@ impl<'a> Section<'a> {
 
     fn refuse_keys_of_others(&mut self, kind: &Kind) {
         let own = kind.own.as_ref().map(|(key, ..)| *key);
-        for key in ["for_s", "bus", "id", "delay_ms", "volts", "celsius"] {
-            let belongs = match key {
-                "for_s" | "bus" => kind.scope != Scope::Host,
-                "id" => kind.scope == Scope::Servos,
-                _ => own == Some(key),
+        for key in &KEYS[2..] {
+            let belongs = match *key {
+                "for_s" => !matches!(kind.scope, Scope::Host | Scope::ServosOnce),
+                "bus" => kind.scope != Scope::Host,
+                "id" => matches!(kind.scope, Scope::Servos | Scope::ServosOnce),
+                own_key => own == Some(own_key),
             };
             if !belongs && self.value(key).is_some() {
                 self.mistake(key, format!("no such key: kind \"{}\" has none; leave it out", kind.word));

@@ -7,13 +7,27 @@ use std::fmt;
 pub enum FaultKind {
     /// The servo neither listens nor answers; its motor goes on as last told.
     Silent,
+    /// Replies come late.
+    Slow {
+        /// By how much, ms.
+        delay_ms: f64,
+    },
     /// One bit of each reply is flipped on the way to the host; in a fast sync read, of the servo's own block.
     BitFlip,
+    /// Every byte of each reply is another.
+    Garbled,
+    /// Each reply ends before its end.
+    CutShort,
     /// Random bytes run ahead of each reply.
     Noise,
     /// The adapter gives the host back what it sends.
     Echo,
-    /// The adapter is gone.
+    /// The servo takes itself for one with another id: two servos that answer to one id talk over each other.
+    WrongId {
+        /// Which.
+        as_id: u8,
+    },
+    /// Of a whole bus, the adapter is gone; of one servo, its plug, and with it the supply.
     Unplugged,
     /// The host oversleeps once.
     LateHost {
@@ -22,6 +36,12 @@ pub enum FaultKind {
     },
     /// The shaft does not turn, whatever the torque.
     Stuck,
+    /// The servo's overload protection finds too much load.
+    Overload,
+    /// The supply of the whole bus is gone; when it is back, the servos start anew.
+    BrownOut,
+    /// The servo starts anew, once.
+    Reset,
     /// The supply of the whole bus has another voltage.
     LowVoltage {
         /// Which, V.

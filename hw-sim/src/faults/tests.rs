@@ -39,7 +39,7 @@ fn errors_name_line_key_value_and_what_was_expected() {
     for (text, expected) in [
         (
             "[[fault]]\nat_s = 0\nkind = 'sleepy'",
-            "script:3: fault[0].kind = 'sleepy': expected what happens: one of \"silent\", \"bit-flip\"",
+            "script:3: fault[0].kind = 'sleepy': expected what happens: one of \"silent\", \"slow\"",
         ),
         (
             "[[fault]]\nat_s = 0",

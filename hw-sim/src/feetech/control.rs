@@ -31,9 +31,9 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
-/// The start from the EPROM.
-pub(crate) fn power_up(servo: &mut Servo) {
-    servo.registers.reset_from(TORQUE_SWITCH);
+/// What a restart leaves: everything in RAM as shipped.
+pub(crate) fn forget(servo: &mut Servo) {
+    servo.registers.reset(TORQUE_SWITCH..u16::MAX);
     servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }

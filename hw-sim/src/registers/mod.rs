@@ -14,7 +14,7 @@ pub enum Access {
     ReadWrite,
 }
 
-/// How bits mean a number. All registers are little endian.
+/// How bits mean a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     /// Plain.
@@ -32,6 +32,8 @@ pub struct Register {
     pub address: u16,
     /// Bytes: 1, 2 or 4.
     pub size: u8,
+    /// The high byte stands first, as in Feetech's SCS series.
+    pub is_big_endian: bool,
     /// The maker's name.
     pub name: &'static str,
     /// Who may change it.
@@ -65,7 +67,8 @@ const fn entry(
     encoding: Encoding,
     range: (i64, i64, i64),
 ) -> Register {
-    Register { address, size, name, access, encoding, default: range.0, min: range.1, max: range.2 }
+    let (default, min, max) = range;
+    Register { address, size, is_big_endian: false, name, access, encoding, default, min, max }
 }
 
 /// Unsigned, the host may write; `(default, min, max)`.
@@ -98,7 +101,11 @@ impl Register {
     /// The number these bytes mean.
     fn decode(&self, bytes: &[u8]) -> i64 {
         let mut word = [0u8; 8];
-        word[..bytes.len()].copy_from_slice(bytes);
+        let used = &mut word[..bytes.len()];
+        used.copy_from_slice(bytes);
+        if self.is_big_endian {
+            used.reverse();
+        }
         let raw = i64::from_le_bytes(word);
         let bits = 8 * u32::from(self.size);
         match self.encoding {
@@ -122,7 +129,11 @@ impl Register {
                 if value < 0 { magnitude | 1 << bit } else { magnitude }
             }
         };
-        raw.to_le_bytes()
+        let mut bytes = raw.to_le_bytes();
+        if self.is_big_endian {
+            bytes[..usize::from(self.size)].reverse();
+        }
+        bytes
     }
 
     /// One past the last address.
@@ -176,12 +187,12 @@ impl RegisterFile {
         }
     }
 
-    /// Gives the registers from `address` on their defaults.
-    pub(crate) fn reset_from(&mut self, address: u16) {
+    /// Makes every register whose address lies in `addresses` what it is as shipped.
+    pub(crate) fn reset(&mut self, addresses: std::ops::Range<u16>) {
         for index in 0..self.table.len() {
-            let register = self.table[index];
-            if register.address >= address {
-                self.set(register.address, register.default);
+            let Register { address, default, .. } = self.table[index];
+            if addresses.contains(&address) {
+                self.set(address, default);
             }
         }
     }
@@ -228,5 +239,9 @@ mod tests {
         let goal = rw_as(116, 4, "Goal Position", Encoding::TwosComplement, (0, 0, 0));
         assert_eq!(goal.encode(-1)[..4], [0xFF; 4]);
         assert_eq!(goal.decode(&[0xFE, 0xFF, 0xFF, 0xFF]), -2);
+        // Feetech wiki, memory-scscl: the high byte is at the leading address.
+        let limit = Register { is_big_endian: true, ..rw(11, 2, "Max Angle Limit", (1003, 0, 1023)) };
+        assert_eq!(limit.encode(1003)[..2], [0x03, 0xEB]);
+        assert_eq!(limit.decode(&[0x03, 0xEB]), 1003);
     }
 }

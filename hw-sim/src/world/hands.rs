@@ -24,22 +24,22 @@ impl World {
     /// Connects a servo: it starts from its EEPROM, without torque. Does nothing to one that is connected.
     pub fn plug_servo_in(&mut self, bus: usize, place: usize) {
         if let Some(servo) = self.servo_mut(bus, place)
-            && !servo.is_powered
+            && !servo.is_plugged_in
         {
-            servo.power_up();
+            servo.plug_in();
         }
     }
 
     /// Disconnects a servo: it has no power, hears nothing, and what was not in its EEPROM is lost.
     pub fn pull_servo_out(&mut self, bus: usize, place: usize) {
         if let Some(servo) = self.servo_mut(bus, place) {
-            servo.is_powered = false;
+            servo.pull_out();
         }
     }
 
     /// Whether a servo is there and connected.
     pub fn is_servo_plugged_in(&self, bus: usize, place: usize) -> bool {
-        self.servo(bus, place).is_some_and(|servo| servo.is_powered)
+        self.servo(bus, place).is_some_and(|servo| servo.is_plugged_in)
     }
 
     /// The id a servo has now.

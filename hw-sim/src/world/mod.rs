@@ -228,7 +228,11 @@ impl World {
         for bus in &mut self.buses {
             let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
             for place in 0..bus.servos.len() {
-                let is_stuck = bus.faults.is_stuck(now_ns, bus.home_id(place));
+                let id = bus.home_id(place);
+                let is_stuck = bus.faults.is_stuck(now_ns, id);
+                let has_power = supply_v >= bus.servos[place].model.brown_out_v();
+                let has_power = has_power && !bus.faults.takes_power(now_ns, id);
+                bus.servos[place].set_power(has_power, now_ns);
                 let shaft = &mut self.shafts[index];
                 shaft.is_stuck = is_stuck;
                 self.torques[index] = bus.servos[place].torque(shaft, supply_v);
@@ -247,8 +251,11 @@ impl World {
             let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
             for place in 0..bus.servos.len() {
                 let Some(shaft) = shafts.next() else { return };
-                let celsius = bus.faults.celsius(now_ns, bus.home_id(place));
-                bus.servos[place].observe(shaft, &Surroundings { now_ns, dt_s, supply_v, celsius });
+                let id = bus.home_id(place);
+                let celsius = bus.faults.celsius(now_ns, id);
+                let is_overloaded = bus.faults.overloads(now_ns, id);
+                let around = Surroundings { now_ns, dt_s, supply_v, celsius, is_overloaded };
+                bus.servos[place].observe(shaft, &around);
             }
         }
     }
