@@ -60,6 +60,7 @@ impl Rig {
                 .map(|joint| UnitJoint {
                     name: joint.name.clone(),
                     zero_count: joint.servo.unwrap().zero_count,
+                    reversed: None,
                     direction_checked: true,
                     firmware: None,
                 })

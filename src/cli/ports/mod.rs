@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::Device;
-use crate::config::{UnitFile, default_unit_path, nearest};
+use crate::config::{UnitBus, UnitFile, default_unit_path, nearest};
 use crate::model::{Bus, Robot};
 
 /// `--port BUS=PATH`.
@@ -24,6 +24,11 @@ pub(super) struct PortOption {
 }
 
 impl PortOption {
+    /// As it stands in a unit file.
+    pub(super) fn to_unit_bus(&self) -> UnitBus {
+        UnitBus { name: self.bus.clone(), device: self.path.display().to_string() }
+    }
+
     /// As it is typed after `--port`.
     pub(super) fn to_argument(&self) -> OsString {
         let mut argument = OsString::from(&self.bus);

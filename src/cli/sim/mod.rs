@@ -68,7 +68,7 @@ fn stop_signals() -> Result<Receiver<()>> {
 }
 
 /// What is typed, line by line. At the end of standard input there is no more, and the servos go on.
-fn typed_lines() -> Result<Receiver<String>> {
+pub(super) fn typed_lines() -> Result<Receiver<String>> {
     let (sender, receiver) = bounded(LINES_WAITING);
     std::thread::Builder::new().name("standard input".to_owned()).spawn(move || {
         for line in std::io::stdin().lock().lines() {
