@@ -11,9 +11,9 @@ use toml::value::Date;
 use super::drivers::Driver;
 use super::guard::Guard;
 use super::operator::{OnHardware, Signals, Terminal};
-use super::ports::{self, Choice, PortOption};
+use super::ports::{self, PortOption};
 use super::sim::typed_lines;
-use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY, UnitArguments};
+use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY};
 use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
 use crate::model::Robot;
@@ -27,7 +27,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
         say!("{} is calibrated: nothing to do (--again calibrates it anew)", robot.name);
         return Ok(COMPLETED);
     };
-    let ports = ports(options, &robot, unit_file.as_ref())?;
+    let ports = ports::devices_for_tools(&robot, unit_file.as_ref(), &options.ports)?;
     for port in ports.iter().map(PortOption::to_unit_bus) {
         if !unit.buses.iter().any(|bus| bus.name == port.name) {
             unit.buses.push(port);
@@ -110,26 +110,6 @@ fn unit_to_go_on_with(
     }
     (unit.calibrated_on, unit.calibration_hash) = (None, None);
     Ok(Some(unit))
-}
-
-/// The device of each bus.
-fn ports(options: &CalibrateArguments, robot: &Robot, unit: Option<&UnitFile>) -> Result<Vec<PortOption>> {
-    let choice = UnitArguments {
-        unit: None,
-        ports: options.ports.clone(),
-        simulate: false,
-        is_virtual: false,
-        processor: None,
-    };
-    match ports::choose_to_look(&choice, robot, unit)? {
-        Choice::Devices(ports) => Ok(ports),
-        Choice::Simulated { .. } => Err(BadInput(
-            "there is no device: name each bus's with --port BUS=PATH, or in the unit file ('hippocamp setup' does). \
-             Without hardware, 'hippocamp sim' has devices with simulated servos behind them"
-                .to_owned(),
-        )
-        .into()),
-    }
 }
 
 /// The day it is now, UTC.

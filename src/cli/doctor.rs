@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::Result;
 use serde::Serialize;
 
-use super::ports::{self, Choice};
+use super::ports;
 use super::unit;
-use super::{BadInput, COMPLETED, DoctorArguments, FAILED, UnitArguments, interrupt};
+use super::{BadInput, COMPLETED, DoctorArguments, FAILED, interrupt};
 use crate::config::{self, ConfigError, UnitFile, default_unit_path};
 use crate::doctor::{Line, Lines, Verdict, examine};
 use crate::model::Robot;
@@ -29,21 +29,8 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
         return Err(BadInput(format!("{} has no servos: it exists on paper only", robot.name)).into());
     }
     let unit = unit::find(&options.robot, options.unit.as_deref())?;
-    let choice = UnitArguments {
-        unit: None,
-        ports: options.ports.clone(),
-        simulate: false,
-        is_virtual: false,
-        processor: None,
-    };
-    let devices = match ports::choose_to_look(&choice, &robot, unit.as_ref())? {
-        Choice::Devices(ports) => ports::devices(&robot, &ports)?,
-        Choice::Simulated { .. } => return Err(BadInput(
-            "there is no device: name each bus's with --port BUS=PATH, or in the unit file ('hippocamp setup' does)"
-                .to_owned(),
-        )
-        .into()),
-    };
+    let ports = ports::devices_for_tools(&robot, unit.as_ref(), &options.ports)?;
+    let devices = ports::devices(&robot, &ports)?;
 
     let mut tell = |line: &Line| {
         if !options.is_json {

@@ -23,6 +23,7 @@ mod replay;
 mod run;
 mod scan;
 mod servo;
+mod setup;
 mod sim;
 mod status;
 mod unit;
@@ -146,6 +147,13 @@ enum Command {
     #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
                             hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
     Scan(scan::ScanArguments),
+    /// Sets up a robot's new servos, one after the other.
+    ///
+    /// Asks for the servo of each joint to be plugged in, finds it, keeps a backup of it, gives it id, rate and modes, and
+    /// reads all of it back. Goes on where it was broken off. Leave servos that are set up plugged in. Writes the devices
+    /// to the unit file. See docs/servos.md.
+    #[command(after_help = "Example: hippocamp setup config/horse.toml --port main=/dev/ttyUSB0")]
+    Setup(setup::SetupArguments),
     /// Reads and sets a single servo.
     ///
     /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
@@ -429,6 +437,7 @@ pub fn main() -> ExitCode {
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
         Command::Scan(options) => scan::scan(options),
+        Command::Setup(options) => setup::setup(options).map(|()| COMPLETED),
         Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
         Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
@@ -439,6 +448,8 @@ pub fn main() -> ExitCode {
             let is_input = error.is::<BadInput>()
                 || error.is::<crate::config::ConfigError>()
                 || error.is::<crate::recording::ReadError>()
+                || error.is::<crate::service::BackupError>()
+                || error.is::<crate::service::registers::BadValue>()
                 || error.is::<crate::replay::ReplayError>();
             complain(&error);
             ExitCode::from(if is_input { BAD_INPUT } else { FAILED })

@@ -34,6 +34,7 @@ impl Limbs {
     pub fn new(robot: &Robot, method: Method) -> Limbs {
         let bending = match &robot.motion {
             Motion::Horse(_) => Bending::default(),
+            Motion::Tentacle(tentacle) => tentacle.bending,
         };
         let limb = |chain: &Chain| Limb {
             joints: chain.joints.clone(),

@@ -9,6 +9,7 @@ mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
+mod tentacle;
 
 use std::ops::Range;
 
@@ -19,6 +20,7 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
@@ -120,6 +122,26 @@ pub struct Bus {
 pub enum Motion {
     /// A four-legged walker.
     Horse(HorseMotion),
+    /// Arms that move like an octopus'.
+    Tentacle(TentacleMotion),
+}
+
+impl Motion {
+    /// The settings of a horse, if it is one.
+    pub fn horse(&self) -> Option<&HorseMotion> {
+        match self {
+            Motion::Horse(horse) => Some(horse),
+            Motion::Tentacle(_) => None,
+        }
+    }
+
+    /// The settings of a rig of arms, if it is one.
+    pub fn tentacle(&self) -> Option<&TentacleMotion> {
+        match self {
+            Motion::Horse(_) => None,
+            Motion::Tentacle(tentacle) => Some(tentacle),
+        }
+    }
 }
 
 /// The legs' order in every array of four: left hind, left fore, right hind, right fore.
@@ -207,6 +229,6 @@ pub struct SafetySettings {
 pub enum StopAction {
     /// Keep the last pose, torque on.
     Hold,
-    /// Sit down slowly, then torque off.
+    /// Sit down slowly (arms go to where they are parked), then torque off.
     SitThenLimp,
 }

@@ -116,6 +116,26 @@ pub enum ServiceError {
         /// Name of the register.
         register: String,
     },
+    /// It is another model than the one meant.
+    #[error("{address} is model number {found}, not {expected}: this is for another model")]
+    OtherModel {
+        /// Who.
+        address: Address,
+        /// Its model number.
+        found: u16,
+        /// The one meant.
+        expected: u16,
+    },
+    /// A register does not hold what was written before.
+    #[error(
+        "{address} no longer holds what was written to {register}: do the same again, and look at its supply"
+    )]
+    NotKept {
+        /// Who.
+        address: Address,
+        /// Name of the register.
+        register: String,
+    },
     /// The id is not free.
     #[error("{address} is there already: each servo on a line needs an id of its own")]
     IdTaken {

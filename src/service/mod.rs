@@ -17,6 +17,7 @@
 //! Writing is for the program's own commands alone: a goal written so would have skipped the safety checks.
 
 mod ask;
+pub mod backup;
 pub mod centre;
 mod dynamixel;
 mod error;
@@ -24,7 +25,9 @@ mod line;
 pub mod registers;
 mod scan;
 mod servo;
+pub mod setup;
 
+pub use backup::{Backup, BackupError};
 pub use error::{Address, ServiceError};
 pub use line::ServicePort;
 pub use registers::{Access, Family, Identity, RegisterInfo, Value};

@@ -5,8 +5,9 @@ use std::time::Duration;
 use super::ask::{Answer, Ask};
 use super::error::{Address, ServiceError};
 use super::line::ServicePort;
-use super::registers::{Access, Family, Identity, RegisterInfo, Value, baud_of_code};
-use crate::bus::{decode, encode};
+use super::registers::{
+    Access, Family, Identity, RegisterInfo, Value, baud_of_code, decode_bytes, encode_bytes,
+};
 use crate::config::nearest;
 use crate::model::servo_model::Register;
 use crate::model::{Firmware, Protocol};
@@ -25,6 +26,9 @@ const RESTART: Duration = Duration::from_secs(5);
 /// Between two looks whether it is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
+/// A register, what it holds, and its bytes as they stand in the servo.
+type Held = (RegisterInfo, Value, Vec<u8>);
+
 /// A servo that answers, on a line that is free for it.
 #[derive(Debug)]
 pub struct Servo<'p> {
@@ -40,6 +44,15 @@ impl ServicePort {
     /// When it does not answer, or only with damaged answers, as two servos with one id do.
     pub fn servo(&mut self, address: Address) -> Result<Servo<'_>, ServiceError> {
         let identity = self.identify(address, TRIES)?;
+        Ok(Servo { port: self, address, identity })
+    }
+
+    /// The same, asked only once: for looking where it may well not be.
+    ///
+    /// # Errors
+    /// As [`ServicePort::servo`].
+    pub fn servo_at_once(&mut self, address: Address) -> Result<Servo<'_>, ServiceError> {
+        let identity = self.identify(address, 1)?;
         Ok(Servo { port: self, address, identity })
     }
 
@@ -111,6 +124,16 @@ pub(super) fn identity(protocol: Protocol, data: &[u8]) -> Option<Identity> {
     }
 }
 
+/// What a backup says of its servo.
+pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_endian: bool) -> Identity {
+    let family = match protocol {
+        Protocol::Dynamixel => Family::DynamixelX,
+        Protocol::Feetech if is_big_endian => Family::FeetechScs,
+        Protocol::Feetech => Family::FeetechSts,
+    };
+    Identity { family, model_number, firmware: Firmware { major: 0, minor: None }, is_speed_fine: true }
+}
+
 impl Servo<'_> {
     /// Where it answers now.
     pub fn address(&self) -> Address {
@@ -179,6 +202,11 @@ impl Servo<'_> {
     /// # Errors
     /// When no good answer came.
     pub fn read_all(&mut self) -> Result<Vec<(RegisterInfo, Value)>, ServiceError> {
+        Ok(self.read_all_bytes()?.into_iter().map(|(register, value, _)| (register, value)).collect())
+    }
+
+    /// The same with the bytes as they stand in the servo.
+    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<Held>, ServiceError> {
         let registers = self.identity.registers();
         let mut all = Vec::new();
         for block in blocks(&registers) {
@@ -186,8 +214,8 @@ impl Servo<'_> {
                 Ok(values) => all.extend(values),
                 Err(ServiceError::Refused { .. }) => {
                     for register in block {
-                        match self.read_raw(register) {
-                            Ok(raw) => all.push((register.clone(), self.identity.value(register, raw))),
+                        match self.read_block(std::slice::from_ref(register)) {
+                            Ok(value) => all.extend(value),
                             Err(ServiceError::Refused { .. }) => {}
                             Err(error) => return Err(error),
                         }
@@ -199,7 +227,7 @@ impl Servo<'_> {
         Ok(all)
     }
 
-    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<(RegisterInfo, Value)>, ServiceError> {
+    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<Held>, ServiceError> {
         let (Some(first), Some(last)) = (block.first(), block.last()) else { return Ok(Vec::new()) };
         let start = first.register.address;
         let bytes = end(last) - start;
@@ -208,7 +236,8 @@ impl Servo<'_> {
         let value = |register: &RegisterInfo| {
             let from = usize::from(register.register.address - start);
             let bytes = data.get(from..from + usize::from(register.register.bytes)).unwrap_or_default();
-            (register.clone(), self.identity.value(register, self.decode(register.register, bytes)))
+            let value = self.identity.value(register, self.decode(register.register, bytes));
+            (register.clone(), value, bytes.to_vec())
         };
         Ok(block.iter().map(value).collect())
     }
@@ -267,6 +296,17 @@ impl Servo<'_> {
             "id" => self.move_to_id(register, raw),
             "baud_rate" => self.move_to_baud(register, raw),
             _ => self.put(register, raw),
+        }
+    }
+
+    /// Whether its settings are locked, where it has a lock: what is written to an unlocked one outlasts the power.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn is_locked(&mut self) -> Result<bool, ServiceError> {
+        match self.identity.register("lock") {
+            Some(lock) => Ok(self.read_raw(&lock)? == 1),
+            None => Ok(true),
         }
     }
 
@@ -389,34 +429,37 @@ impl Servo<'_> {
     /// Writes a register and reads it back.
     fn put(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
         let data = self.encode(register.register, raw);
-        match self.port.ask(self.address, &Ask::Write { start: register.register.address, data: &data }) {
+        self.put_bytes(register, &data)
+    }
+
+    /// The same for the bytes as they shall stand in the servo.
+    pub(super) fn put_bytes(&mut self, register: &RegisterInfo, data: &[u8]) -> Result<(), ServiceError> {
+        match self.port.ask(self.address, &Ask::Write { start: register.register.address, data }) {
             // A servo can be set to answer reads only. Then what it holds tells.
             Ok(_) | Err(ServiceError::NoAnswer { .. }) => {}
             Err(error) => return Err(error),
         }
-        let found = self.read_raw(register)?;
-        if found == raw {
+        let found = self.read_block(std::slice::from_ref(register))?;
+        if found.iter().all(|(_, _, bytes)| bytes == data) {
             return Ok(());
         }
+        let found = found.first().map_or(0, |(_, value, _)| value.raw);
+        let wanted = self.decode(register.register, data);
         let register = register.name.to_string();
-        Err(ServiceError::NotTaken { address: self.address, register, wanted: raw, found })
+        Err(ServiceError::NotTaken { address: self.address, register, wanted, found })
+    }
+
+    /// Whether another servo answers at `address`.
+    pub(super) fn is_anybody_else_at(&mut self, address: Address) -> Result<bool, ServiceError> {
+        Ok(address != self.address && self.port.is_anybody_at(address)?)
     }
 
     fn encode(&self, register: Register, raw: i64) -> Vec<u8> {
-        let mut bytes = encode(register, raw).to_le_bytes()[..usize::from(register.bytes)].to_vec();
-        if self.identity.family.is_big_endian() {
-            bytes.reverse();
-        }
-        bytes
+        encode_bytes(self.identity.family, register, raw)
     }
 
-    /// A register of no bytes holds 0.
     fn decode(&self, register: Register, bytes: &[u8]) -> i64 {
-        let mut bytes = bytes.to_vec();
-        if self.identity.family.is_big_endian() {
-            bytes.reverse();
-        }
-        decode(register, &bytes).unwrap_or(0)
+        decode_bytes(self.identity.family, register, bytes)
     }
 }
 

@@ -2,5 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod bench;
+mod boxed;
 mod scan;
 mod servo;
+mod setup;

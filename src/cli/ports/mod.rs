@@ -26,7 +26,14 @@ pub(super) struct PortOption {
 impl PortOption {
     /// As it stands in a unit file.
     pub(super) fn to_unit_bus(&self) -> UnitBus {
-        UnitBus { name: self.bus.clone(), device: self.path.display().to_string() }
+        // A link in /dev/serial/by-id stays one.
+        let path = std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone());
+        UnitBus { name: self.bus.clone(), device: path.display().to_string() }
+    }
+
+    /// The device.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// As it is typed after `--port`.
@@ -129,6 +136,20 @@ pub(super) fn choose_to_look(
         return Ok(Choice::Simulated { is_virtual: options.is_virtual });
     }
     Ok(Choice::Devices(fill_up(robot, unit, &options.ports)?))
+}
+
+/// A device for each bus, in the order of the robot's buses: the user's before the unit file's. For commands that talk
+/// to single servos.
+///
+/// # Errors
+/// Bad input: ports that do not fit the robot's buses, a bus without a device.
+pub(super) fn devices_for_tools(
+    robot: &Robot,
+    unit: Option<&UnitFile>,
+    ports: &[PortOption],
+) -> Result<Vec<PortOption>, BadInput> {
+    check_ports(robot, ports)?;
+    fill_up(robot, unit, ports)
 }
 
 fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> bool {

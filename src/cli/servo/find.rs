@@ -17,6 +17,15 @@ pub(super) fn find<'p>(port: &'p mut ServicePort, which: &Which) -> Result<Servo
     Ok(port.servo(address)?)
 }
 
+/// The same, or else the servo at `home`: where it is if it was moved there before and that was broken off.
+pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Address) -> Result<Servo<'p>> {
+    match find_address(port, which) {
+        Ok(address) if port.is_anybody_at(address)? => Ok(port.servo(address)?),
+        Err(error) if error.is::<BadInput>() => Err(error),
+        Ok(_) | Err(_) => Ok(port.servo(home)?),
+    }
+}
+
 fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
     let candidates = candidates(which)?;
     if let [address] = candidates[..] {

@@ -1,5 +1,6 @@
 //! `hippocamp servo`: one servo read, written, given another id or rate, centred, reset, kept in a file.
 
+mod backup;
 mod change;
 mod find;
 mod registers;
@@ -39,6 +40,24 @@ pub(super) enum ServoCommand {
         /// The value is the count in the register.
         #[arg(long)]
         raw: bool,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Keeps every register of the servo in a file.
+    #[command(after_help = "Example: hippocamp servo backup /dev/ttyUSB0 1 left_hip.toml")]
+    Backup {
+        #[command(flatten)]
+        which: Which,
+        /// The file (TOML); must not be there yet.
+        file: PathBuf,
+    },
+    /// Gives the servo the settings that a file of 'servo backup' holds, byte for byte, id and rate included.
+    #[command(after_help = "Example: hippocamp servo restore /dev/ttyUSB0 1 left_hip.toml")]
+    Restore {
+        #[command(flatten)]
+        which: Which,
+        /// The file.
+        file: PathBuf,
         #[command(flatten)]
         consent: Consent,
     },
@@ -117,6 +136,8 @@ pub(super) fn servo(command: &ServoCommand) -> Result<()> {
         ServoCommand::Write { which, register, value, raw, consent } => {
             registers::write(which, register, *value, *raw, consent.yes)
         }
+        ServoCommand::Backup { which, file } => backup::backup(which, file),
+        ServoCommand::Restore { which, file, consent } => backup::restore(which, file, consent),
         ServoCommand::Id { which, new_id, consent } => change::id(which, *new_id, consent),
         ServoCommand::Baud { which, new_baud, consent } => change::baud(which, *new_baud, consent),
         ServoCommand::Center { which, consent } => change::center(which, consent),

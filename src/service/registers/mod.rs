@@ -12,6 +12,7 @@ use std::borrow::Cow;
 use crate::model::servo_model::{Encoding, Register};
 use crate::model::{Firmware, Protocol};
 pub use value::{BadValue, Value, baud_code, baud_of_code};
+pub(crate) use value::{decode_bytes, encode_bytes};
 
 /// Who may change a register, and what becomes of it without power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

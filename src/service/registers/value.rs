@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-use super::{Identity, RegisterInfo, Scale};
+use super::{Family, Identity, RegisterInfo, Scale};
+use crate::bus::{decode, encode};
 use crate::model::Protocol;
+use crate::model::servo_model::Register;
 
 /// Codes of line rates, bit/s: the place in the list is the code.
 /// Sources: ROBOTIS e-manual, Baud Rate (8); Feetech wiki, memory-sts, address 6.
@@ -25,6 +27,25 @@ pub fn baud_code(protocol: Protocol, baud: u32) -> Option<i64> {
 /// The line rate of a code, bit/s.
 pub fn baud_of_code(protocol: Protocol, code: i64) -> Option<u32> {
     baud_codes(protocol).get(usize::try_from(code).ok()?).copied()
+}
+
+/// The bytes of `raw` in a register, as they stand in a servo of `family`.
+pub(crate) fn encode_bytes(family: Family, register: Register, raw: i64) -> Vec<u8> {
+    let mut bytes = encode(register, raw).to_le_bytes().to_vec();
+    bytes.truncate(usize::from(register.bytes));
+    if family.is_big_endian() {
+        bytes.reverse();
+    }
+    bytes
+}
+
+/// The count those bytes mean; 0 where there are too few.
+pub(crate) fn decode_bytes(family: Family, register: Register, bytes: &[u8]) -> i64 {
+    let mut bytes = bytes.to_vec();
+    if family.is_big_endian() {
+        bytes.reverse();
+    }
+    decode(register, &bytes).unwrap_or(0)
 }
 
 /// What a register holds, in both ways.
