@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DMat3, DQuat, DVec3};
 use hippocamp::ik::ArmSolver;
-use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, link_length};
+use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, link_length};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{KeyStroke, Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
-use hippocamp::motion::tentacle::winding::{Cylinder, Winding};
+use hippocamp::motion::tentacle::winding::Winding;
 use hippocamp::signals::{ArmAim, ArmTarget};
 
 /// Cycles of one stroke.
@@ -275,7 +275,7 @@ fn joints_wind_the_arm_round_poles() {
     let (link_m, arm_radius_m) = (0.5, 0.5);
     for radius_links in [1.5, 2.5, 4.0] {
         let radius_m = radius_links * link_m;
-        let pole = Cylinder {
+        let pole = Pole {
             point_in_body: DVec3::new(1.2, radius_m + 1.2, 7.0),
             axis: DVec3::new(0.0, 0.1, 1.0),
             radius_m,
