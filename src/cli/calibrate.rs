@@ -12,7 +12,7 @@ use super::drivers::Driver;
 use super::guard::Guard;
 use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, PortOption};
-use super::sim::typed_lines;
+use super::sim::typed;
 use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY};
 use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
@@ -132,7 +132,7 @@ struct AtTerminal {
 
 impl AtTerminal {
     fn new(path: PathBuf, is_asked: bool) -> Result<AtTerminal> {
-        let lines = is_asked.then(typed_lines).transpose()?;
+        let lines = is_asked.then(typed::lines).transpose().context("standard input cannot be read")?;
         Ok(AtTerminal { path, is_kept: false, signals: Signals::catch()?, lines, has_enough: false })
     }
 }
