@@ -266,7 +266,7 @@ const THREE: [usize; 3] = [2, 7, 13];
 fn horns_anywhere_and_three_servos_the_other_way_round() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
-    let servos = Servos::new(&built, &vec![-0.7; 16], "");
+    let servos = Servos::new(&built, &[-0.7; 16], "");
     let mut person = Somebody::new(&built, &servos, &file);
     let ended = run(&robot, &mut new_unit("horse.toml"), &mut person, true);
     let heard = person.heard.join("\n");
@@ -285,7 +285,7 @@ fn horns_anywhere_and_three_servos_the_other_way_round() {
 fn ended_after_any_step_it_goes_on_from_there() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
-    let servos = Servos::new(&built, &vec![-0.7; 16], "");
+    let servos = Servos::new(&built, &[-0.7; 16], "");
     for round in 0..200 {
         let known = if file.exists() { load_unit(&file).unwrap().unit } else { new_unit("horse.toml") };
         let mut person = Somebody::new(&built, &servos, &file);
