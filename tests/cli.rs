@@ -101,12 +101,7 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
         (run(&["--faults", "nowhere.toml"]), vec!["nowhere.toml", "No such file"]),
         (
             with_faults(bad_kind),
-            vec![
-                bad_kind,
-                ":3: fault[0].kind = \"thunder\"",
-                "\"silent\", \"slow\"",
-                "nothing was started",
-            ],
+            vec![bad_kind, ":3: fault[0].kind = \"thunder\"", "\"silent\", \"slow\"", "nothing was started"],
         ),
         (with_faults(bad_bus), vec![bad_bus, ":4: fault[0].bus = \"rear\"", "\"main\""]),
         (with_faults(bad_id), vec![bad_id, ":5: fault[0].id = 99", "16 on \"main\""]),

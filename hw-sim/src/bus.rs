@@ -187,7 +187,7 @@ impl Bus {
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 let hears = self.hears(now_ns);
                 self.mistake_ids(now_ns);
-                feetech::answer::answer(&request, &mut self.servos, &hears)
+                feetech::answer::answer(&request, &mut self.servos, &hears, now_ns)
             }
         };
         self.schedule(now_ns, slots);

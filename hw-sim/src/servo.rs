@@ -4,7 +4,7 @@
 
 use crate::config::{Protocol, ServoConfig};
 use crate::convert::{low_byte, round_to_i64};
-use crate::model::{COUNTS_PER_RAD, Model};
+use crate::model::Model;
 use crate::motor::{Drive, Motor};
 use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
 use crate::{body::ShaftState, dynamixel, feetech};
@@ -37,6 +37,8 @@ pub(crate) struct Servo {
     /// The id it takes for its own by a fault.
     pub(crate) wrong_id: Option<u8>,
     power: Power,
+    /// What only a Feetech servo has.
+    pub(crate) feetech: feetech::State,
 }
 
 /// What a servo feels in one motor step.
@@ -57,9 +59,11 @@ pub(crate) struct Surroundings {
 impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
     pub(crate) fn new(model: &'static Model, config: &ServoConfig, baud_code: i64) -> Servo {
+        let registers = RegisterFile::new(model.registers());
+        let feetech = feetech::State::new(&registers);
         let mut servo = Servo {
             model,
-            registers: RegisterFile::new(model.registers()),
+            registers,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
             turns_left_out: 0,
@@ -67,6 +71,7 @@ impl Servo {
             heard_ns: 0,
             wrong_id: None,
             power: Power::On,
+            feetech,
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
@@ -117,7 +122,7 @@ impl Servo {
     /// The shaft this servo starts with.
     pub(crate) fn shaft(&self, config: &ServoConfig) -> ShaftState {
         ShaftState {
-            position_rad: config.position_counts / COUNTS_PER_RAD,
+            position_rad: config.position_counts / self.model.counts_per_rad(),
             speed_rad_s: 0.0,
             inertia_kg_m2: self.model.reflected_inertia_kg_m2,
             friction_nm: self.model.friction_nm,
@@ -175,16 +180,16 @@ impl Servo {
         self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
     }
 
-    fn drive(&self, speed_rad_s: f64, supply_v: f64) -> Drive {
+    fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
-            Protocol::Feetech => feetech::control::drive(self),
+            Protocol::Feetech => feetech::control::drive(self, speed_rad_s),
         }
     }
 
     /// Writes what the servo measures into its registers, after the shaft has moved.
     pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
-        self.encoder_counts = round_to_i64(shaft.position_rad * COUNTS_PER_RAD);
+        self.encoder_counts = round_to_i64(shaft.position_rad * self.model.counts_per_rad());
         self.motor.warm(self.model, around.dt_s);
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;

@@ -11,7 +11,7 @@ use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{FaultScript, HostStalls};
-use crate::model::{COUNTS_PER_RAD, MODELS, Model};
+use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
 
@@ -251,7 +251,7 @@ impl World {
         let before: usize = self.buses[..bus].iter().map(|bus| bus.servos.len()).sum();
         let (state, servo) = (self.shafts.get(before + place)?, &line.servos[place]);
         Some(Shaft {
-            position_counts: state.position_rad * COUNTS_PER_RAD,
+            position_counts: state.position_rad * servo.model.counts_per_rad(),
             speed_rad_s: state.speed_rad_s,
             torque_nm: servo.motor.torque_nm,
             torque_on: servo.is_torque_on(),

@@ -15,9 +15,19 @@ fn bus_for(model: &Model, position_counts: f64) -> BusConfig {
     BusConfig { supply_v: model.nominal_voltage_v, ..bus }
 }
 
+fn is_scs(model: &Model) -> bool {
+    model.name == "SCS0009"
+}
+
+/// A position of servos with 4096 counts a turn, for all.
+fn counts(model: &Model, position: i32) -> i32 {
+    if is_scs(model) { position / 4 } else { position }
+}
+
 fn write(world: &mut World, model: &Model, feetech_at: u8, dynamixel_at: u8, value: i32) {
     let bytes = value.to_le_bytes();
     match model.protocol {
+        Protocol::Feetech if is_scs(model) => feetech_write(world, 1, feetech_at, &[bytes[1], bytes[0]]),
         Protocol::Feetech => feetech_write(world, 1, feetech_at, &bytes[..2]),
         Protocol::Dynamixel => {
             let size = if dynamixel_at == 100 { 2 } else { 4 };
@@ -36,6 +46,10 @@ fn torque_on(world: &mut World, model: &Model) {
 /// Full duty in PWM mode.
 fn full_duty(world: &mut World, model: &Model) {
     match model.protocol {
+        Protocol::Feetech if is_scs(model) => {
+            feetech_write(world, 1, 9, &[0; 4]);
+            feetech_write(world, 1, 44, &1000u16.to_be_bytes());
+        }
         Protocol::Feetech => {
             feetech_write(world, 1, 33, &[2]);
             feetech_write(world, 1, 44, &1000u16.to_le_bytes());
@@ -88,14 +102,17 @@ fn a_blocked_shaft_feels_stall_torque_in_proportion_to_the_supply() {
 #[test]
 fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
     for model in &MODELS {
-        let mut world = world(bus_for(model, 2048.0));
-        write(&mut world, model, 42, 116, 2048);
+        let (start, goal) = (counts(model, 2048), counts(model, 3072));
+        let mut world = world(bus_for(model, start.into()));
+        write(&mut world, model, 42, 116, start);
         torque_on(&mut world, model);
-        write(&mut world, model, 42, 116, 3072);
+        write(&mut world, model, 42, 116, goal);
         let settled = after(&mut world, 3 * S);
         // Friction holds against what the gain makes of this many counts; one more for rounding.
         let gain = match model.protocol {
-            Protocol::Feetech => model.position_gain_nm_per_rad / (4096.0 / std::f64::consts::TAU),
+            // P over four tenths of a percent a count; without the quarter on SCS.
+            Protocol::Feetech if is_scs(model) => model.stall_torque_nm * 0.015,
+            Protocol::Feetech => model.stall_torque_nm * 0.008,
             Protocol::Dynamixel => {
                 let p: f64 = match model.name {
                     "XL330-M288" => 400.0,
@@ -106,7 +123,7 @@ fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
             }
         };
         let dead_zone = model.friction_nm / gain + 1.0;
-        let error = (settled.position_counts - 3072.0).abs();
+        let error = (settled.position_counts - f64::from(goal)).abs();
         assert!(error <= dead_zone, "{}: {error} counts, dead zone {dead_zone}", model.name);
         assert!(settled.speed_rad_s.abs() < 1e-9, "{}", model.name);
     }
@@ -116,11 +133,12 @@ fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
 fn torque_limit_limits_torque() {
     for model in &MODELS {
         let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
-        let mut world = world_with_faults(bus_for(model, 2048.0), stuck);
+        let mut world = world_with_faults(bus_for(model, counts(model, 2048).into()), stuck);
         torque_on(&mut world, model);
         write(&mut world, model, 42, 116, 100);
         let (limit, share) = if model.protocol == Protocol::Feetech { (250, 0.25) } else { (177, 0.2) };
-        write(&mut world, model, 48, 100, limit);
+        // SCS has no limit beside the largest torque.
+        write(&mut world, model, if is_scs(model) { 16 } else { 48 }, 100, limit);
         let torque = after(&mut world, S / 10).torque_nm;
         assert!((torque / model.stall_torque_nm + share).abs() < 1e-9, "{}: {torque}", model.name);
     }
@@ -130,7 +148,7 @@ fn torque_limit_limits_torque() {
 fn a_limp_shaft_does_not_move_by_itself() {
     for model in &MODELS {
         let mut world = world(bus_for(model, 1000.25));
-        write(&mut world, model, 42, 116, 3000);
+        write(&mut world, model, 42, 116, counts(model, 3000));
         let limp = after(&mut world, 2 * S);
         assert!(!limp.torque_on);
         assert!((limp.position_counts - 1000.25).abs() < 1e-9, "{}", model.name);
@@ -184,14 +202,16 @@ fn feedback_registers_agree_with_the_shaft_in_each_model_s_units() {
     for model in &MODELS {
         let mut world = world(bus_for(model, 0.0));
         full_duty(&mut world, model);
-        world.advance_to(world.now_ns() + 2 * S);
+        world.advance_to(world.now_ns() + 1500 * MS);
         let truth = shaft(&world);
         let word = |address: u16, size: u16| {
-            let bytes = (0..size).map(|n| u32::from(world.register(0, 1, address + n).unwrap()) << (8 * n));
+            let place = |n| if is_scs(model) { size - 1 - n } else { n };
+            let bytes =
+                (0..size).map(|n| u32::from(world.register(0, 1, address + place(n)).unwrap()) << (8 * n));
             f64::from(bytes.sum::<u32>())
         };
         let (speed, unit) = match model.protocol {
-            Protocol::Feetech => (word(58, 2), std::f64::consts::TAU / 4096.0),
+            Protocol::Feetech => (word(58, 2), std::f64::consts::TAU / model.counts_per_turn),
             Protocol::Dynamixel => (word(128, 4), 0.229 * std::f64::consts::TAU / 60.0),
         };
         assert!((speed * unit - truth.speed_rad_s).abs() <= unit / 2.0 + 1e-9, "{}", model.name);
@@ -209,6 +229,8 @@ fn feedback_registers_agree_with_the_shaft_in_each_model_s_units() {
 fn load_warms_the_servo_slowly() {
     let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
     let mut world = world_with_faults(bus_for(model, 0.0), "[[fault]]\nat_s = 0\nkind = 'stuck'");
+    // No overload protection.
+    feetech_write(&mut world, 1, 19, &[0x0C]);
     full_duty(&mut world, model);
     let after_10_s = after(&mut world, 10 * S).temperature_c;
     assert!(after_10_s > 32.0 && after_10_s < 40.0, "{after_10_s}");

@@ -3,6 +3,7 @@
 //! In: addresses and bytes or numbers. Out: bytes or numbers. Knows nothing of what the numbers do.
 
 pub mod dynamixel_x;
+pub mod feetech_scs;
 pub mod feetech_sts;
 
 /// Who may change a register.
@@ -99,7 +100,7 @@ const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -
 
 impl Register {
     /// The number these bytes mean.
-    fn decode(&self, bytes: &[u8]) -> i64 {
+    pub(crate) fn decode(&self, bytes: &[u8]) -> i64 {
         let mut word = [0u8; 8];
         let used = &mut word[..bytes.len()];
         used.copy_from_slice(bytes);
@@ -195,6 +196,12 @@ impl RegisterFile {
                 self.set(address, default);
             }
         }
+    }
+
+    /// Takes over what `other`, of the same table, holds in the registers whose address lies in `addresses`.
+    pub(crate) fn copy(&mut self, other: &RegisterFile, addresses: std::ops::Range<u16>) {
+        let places = usize::from(addresses.start)..usize::from(addresses.end).min(self.bytes.len());
+        self.bytes[places.clone()].copy_from_slice(&other.bytes[places]);
     }
 
     /// One byte, if a register has it.
