@@ -26,6 +26,7 @@ pub mod html;
 pub mod ik;
 pub mod jog;
 pub mod model;
+pub mod monitor;
 pub mod motion;
 pub mod operator;
 pub mod platform;

@@ -34,6 +34,8 @@ pub struct RunPlan {
     pub method: Method,
     /// How long to walk, from the first step to slowing down, s.
     pub walk_for_s: f64,
+    /// Who drives in the plan's place, for people: "the keyboard".
+    pub driver: Option<String>,
 }
 
 /// What a person wants to see while it runs. Small and copied, so that it can be handed to another thread.
@@ -115,6 +117,7 @@ pub fn run_recorded<P: Ports>(
     let buses = find_servos(robot, ports, &mut operator)?;
     let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
     let speed_m_s = plan.horse.command.speed_m_s;
+    let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
@@ -141,6 +144,7 @@ pub fn run_recorded<P: Ports>(
     }
     Ok(Report {
         robot: robot.name.clone(),
+        driver,
         gait,
         speed_m_s,
         duration_s: duration.as_secs_f64(),

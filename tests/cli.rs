@@ -80,7 +80,6 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
             run(&["--gait", "pace"]),
             vec!["--gait pace", "walk, walk-steady, trot, canter, canter-left, gallop"],
         ),
-        (run(&["--speed", "-0.1"]), vec!["--speed -0.1", "0 or more"]),
         (run(&["--seed", "-1"]), vec!["'-1'", "--seed", "a whole number, 0 or more"]),
         (run(&["--seed", "0.5"]), vec!["'0.5'", "--seed", "a whole number, 0 or more"]),
         (run(&["--speed", "NaN"]), vec!["--speed NaN", "a speed in m/s"]),
@@ -303,6 +302,11 @@ fn speed_beyond_the_limit_is_held_and_said() {
     assert!(stdout.contains("_fore.carpus can turn no faster"), "{stdout}");
     let report = report(&path);
     assert!(at(&report, "/speed_m_s").as_f64().is_some_and(|speed| speed < 0.1), "{report}");
+    let backwards =
+        output(&["run", HORSE, "--speed", "-9", "--for", "1", "--virtual", "--report", text(&path)]);
+    assert!(texts(&backwards).0.contains("-9 m/s is too fast"), "{backwards:?}");
+    let report = self::report(&path);
+    assert!(at(&report, "/speed_m_s").as_f64().is_some_and(|speed| -0.1 < speed && speed < 0.0), "{report}");
     assert_eq!(at(&report, "/joints/rate_violations"), 0);
     assert_eq!(at(&report, "/safety_interventions"), 0);
 }

@@ -80,7 +80,12 @@ fn walk(file: &str) -> Walked {
     command.args(["--for", WALK_S, "--processor", &near.to_string(), "--report"]).arg(&report_file);
     let mut child = command.spawn().unwrap();
     let first = half_a_period_after_the_loop(&built);
-    let plan = RunPlan { horse: plan(robot, "walk", 0.9), method: Method::CcdThenFinish, walk_for_s: 0.0 };
+    let plan = RunPlan {
+        horse: plan(robot, "walk", 0.9),
+        method: Method::CcdThenFinish,
+        walk_for_s: 0.0,
+        driver: None,
+    };
     let spare = &built.server.as_ref().unwrap().paths()[robot.buses.len()..];
     let is_done = AtomicBool::new(false);
     let bare = std::thread::scope(|scope| {

@@ -195,6 +195,19 @@ fn random_script(robot: &Robot, plan: &HorsePlan, seed: u64) {
 }
 
 #[test]
+fn a_trunk_that_may_accelerate_steeply_starts_and_stops_in_every_gait_all_the_same() {
+    let robot = shipped("horse.toml");
+    let mut plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+    plan.settings.acceleration_m_s2 = 20.0;
+    for gait in 0..plan.settings.gaits.len() {
+        let mut horse = OnFeet::new(&robot, &plan);
+        follow(&mut horse, Command::ahead(gait, 0.9 * plan.top_speed_m_s(GaitChoice::Gait(gait))));
+        follow(&mut horse, Command::default());
+        horse.assert_kept();
+    }
+}
+
+#[test]
 fn a_thousand_random_scripts_keep_everything() {
     let robot = shipped("horse.toml");
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());

@@ -24,7 +24,7 @@ fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
     let robot = config::load(Path::new("config/horse.toml")).unwrap().robot;
     let Motion::Horse(motion) = robot.motion.clone();
     let horse = HorseCapability::of(&robot, &motion).unwrap().plan(&motion, Command::ahead(0, 0.05));
-    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 1.0 };
+    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 1.0, driver: None };
     let header = RunHeader::new(&robot, &plan, "horse.toml", 0);
     let text = std::fs::read_to_string("config/horse.toml").unwrap();
     let mut recorder =

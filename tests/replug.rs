@@ -52,6 +52,7 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
         horse: capability.plan(horse, Command::ahead(0, 0.0)),
         method: Method::CcdThenFinish,
         walk_for_s: 60.0,
+        driver: None,
     };
     let (mut is_swapped, mut swapped_at_s, mut last_goals) = (false, 0.0, None);
     let report = run(robot, plan, ports, |status| {

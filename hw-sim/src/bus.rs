@@ -49,7 +49,9 @@ pub(crate) struct Bus {
     pub(crate) wire: Wire,
     pub(crate) faults: BusFaults,
     pub(crate) supply_v: f64,
-    baud_code: i64,
+    protocol: Protocol,
+    /// Register code of the host's rate; none where the servos know no such rate.
+    baud_code: Option<i64>,
     decoder: Decoder,
     last_byte_ns: u64,
     latency_ns: u64,
@@ -63,20 +65,15 @@ pub(crate) struct Bus {
 }
 
 impl Bus {
-    pub(crate) fn new(
-        config: &BusConfig,
-        baud_code: i64,
-        servos: Vec<Servo>,
-        faults: BusFaults,
-        seed: u64,
-    ) -> Bus {
+    pub(crate) fn new(config: &BusConfig, servos: Vec<Servo>, faults: BusFaults, seed: u64) -> Bus {
         Bus {
             name: config.name.clone(),
             servos,
             wire: Wire::new(config.baud),
             faults,
             supply_v: config.supply_v,
-            baud_code,
+            protocol: config.protocol,
+            baud_code: config.protocol.baud_code(config.baud),
             decoder: match config.protocol {
                 Protocol::Dynamixel => Decoder::Dynamixel(dynamixel::packet::Decoder::default()),
                 Protocol::Feetech => Decoder::Feetech(feetech::packet::Decoder::default()),
@@ -123,6 +120,12 @@ impl Bus {
         arrival.into_iter().chain(self.wire.next_burst_end_ns()).min()
     }
 
+    /// The host talks and listens at this rate from now on, bit/s.
+    pub(crate) fn set_host_baud(&mut self, baud: u32) {
+        self.wire.set_baud(baud);
+        self.baud_code = self.protocol.baud_code(baud);
+    }
+
     pub(crate) fn is_unplugged(&self, now_ns: u64) -> bool {
         self.faults.is_unplugged(now_ns)
     }
@@ -167,17 +170,19 @@ impl Bus {
         let is_late = crossed.at_ns > self.last_byte_ns + PACKET_PAUSE_NS;
         self.last_byte_ns = crossed.at_ns;
         let now_ns = crossed.at_ns;
-        let slots = match &mut self.decoder {
+        match &mut self.decoder {
             Decoder::Dynamixel(decoder) => {
                 if is_late {
                     decoder.reset();
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
-                let hears = self.hears(now_ns);
                 self.mistake_ids(now_ns);
-                dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
-                dynamixel::answer::answer(&request, &mut self.servos, &hears)
+                for hears in self.hearers(now_ns) {
+                    dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
+                    let slots = dynamixel::answer::answer(&request, &mut self.servos, &hears);
+                    self.schedule(now_ns, slots);
+                }
             }
             Decoder::Feetech(decoder) => {
                 if is_late {
@@ -185,12 +190,13 @@ impl Bus {
                 }
                 let Some(request) = decoder.push(crossed.byte) else { return };
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
-                let hears = self.hears(now_ns);
                 self.mistake_ids(now_ns);
-                feetech::answer::answer(&request, &mut self.servos, &hears, now_ns)
+                for hears in self.hearers(now_ns) {
+                    let slots = feetech::answer::answer(&request, &mut self.servos, &hears, now_ns);
+                    self.schedule(now_ns, slots);
+                }
             }
-        };
-        self.schedule(now_ns, slots);
+        }
     }
 
     /// Keeps a request for those who look on, if any do.
@@ -205,14 +211,24 @@ impl Bus {
         self.servos.iter().position(|servo| servo.id() == id)
     }
 
-    /// Which servos understand the line: right baud, and not silent by a fault.
-    fn hears(&self, now_ns: u64) -> Vec<bool> {
-        let is_listening = |(index, servo): (usize, &Servo)| {
-            servo.is_awake()
-                && servo.baud_code() == self.baud_code
-                && !self.faults.is_silent(now_ns, self.home_id(index))
-        };
-        self.servos.iter().enumerate().map(is_listening).collect()
+    /// Which servos understand the line: awake, right baud, and not silent by a fault. In groups in which no two
+    /// have the same id: those that have do not know of each other, and talk at the same time.
+    fn hearers(&self, now_ns: u64) -> Vec<Vec<bool>> {
+        let mut groups = vec![vec![false; self.servos.len()]];
+        let mut with_id = [0_usize; 256];
+        for (index, servo) in self.servos.iter().enumerate() {
+            let is_tuned = servo.is_awake() && Some(servo.baud_code()) == self.baud_code;
+            if !is_tuned || self.faults.is_silent(now_ns, self.home_id(index)) {
+                continue;
+            }
+            let group = &mut with_id[usize::from(servo.id())];
+            if *group == groups.len() {
+                groups.push(vec![false; self.servos.len()]);
+            }
+            groups[*group][index] = true;
+            *group += 1;
+        }
+        groups
     }
 
     /// Has servos whose script says so take another id for their own.
@@ -229,18 +245,12 @@ impl Bus {
 
     fn schedule(&mut self, request_end_ns: u64, slots: Vec<Slot>) {
         let mut at = request_end_ns;
-        // Who talked last, and from when on it was its turn: whoever has the same id talks at the same time.
-        let mut turn: Option<(u8, u64)> = None;
         for slot in slots {
             match slot {
                 Slot::Missing { bytes } => at += self.wire.duration_ns(bytes) + MISSING_GUARD_NS,
                 Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
-                    let own_id = self.servos[servo].id();
-                    let from = turn.filter(|(id, _)| *id == own_id).map_or(at, |(_, from)| from);
-                    turn = Some((own_id, from));
-                    let before = at;
                     let id = self.home_id(servo);
-                    at = from + delay_ns + self.faults.late_ns(from, id);
+                    at += delay_ns + self.faults.late_ns(at, id);
                     if self.faults.flips_a_bit(at, id) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);
@@ -255,7 +265,7 @@ impl Bus {
                         let count = self.rng.random_range(1..=NOISE_BYTES_MAX);
                         bytes.splice(0..0, (0..count).map(|_| self.rng.random::<u8>()));
                     }
-                    at = self.wire.talk(Talker::Servo(servo), at, bytes).max(before);
+                    at = self.wire.talk(Talker::Servo(servo), at, bytes);
                 }
             }
         }

@@ -39,6 +39,11 @@ impl Protocol {
         }
     }
 
+    /// Register code of a line rate, if servos can be set to it.
+    pub(crate) fn baud_code(self, baud: u32) -> Option<i64> {
+        self.bauds().iter().find(|(_, known)| *known == baud).map(|&(code, _)| code)
+    }
+
     /// Highest id a servo may have.
     pub(crate) fn id_max(self) -> u8 {
         match self {

@@ -3,7 +3,7 @@
 //! In: bytes a program writes to a bus's terminal. Out: the servos' bytes, when they would have arrived. The
 //! bus is there under one path, a symbolic link, as an adapter is under `/dev/serial/by-id`: while a fault
 //! script has the adapter out, the terminal behind it is hung up, and afterwards there is a new one.
-//! A program that has set another line rate than the bus has is not understood, and hears nothing.
+//! The line rate is the one the program has set, and only servos set to the same understand it.
 //! One thread serves all buses. Linux only.
 
 use std::fs;
@@ -72,8 +72,8 @@ impl PtyServer {
         prepare: impl FnOnce() + Send + 'static,
     ) -> io::Result<PtyServer> {
         let mut lines = Vec::new();
-        for (bus, (name, baud)) in world.lines().enumerate() {
-            let mut line = Line { bus, link: folder.join(name), baud, terminal: None };
+        for (bus, (name, _)) in world.lines().enumerate() {
+            let mut line = Line { bus, link: folder.join(name), terminal: None };
             line.plug_in()?;
             lines.push(line);
         }
@@ -128,8 +128,6 @@ impl Shared {
 struct Line {
     bus: usize,
     link: PathBuf,
-    /// Line rate of the bus, bit/s.
-    baud: u32,
     /// None while the adapter is out.
     terminal: Option<Terminal>,
 }
@@ -170,18 +168,15 @@ impl Line {
         let Some(terminal) = &self.terminal else { return };
         // A real terminal forgets an exclusive open with its last close; this one is never closed here.
         let _ = rustix::termios::ioctl_tiocnxcl(&terminal.slave);
-        let is_understood =
-            tcgetattr(&terminal.slave).is_ok_and(|settings| settings.output_speed() == self.baud);
+        if let Ok(settings) = tcgetattr(&terminal.slave) {
+            world.set_host_baud(self.bus, settings.output_speed());
+        }
         while let Ok(count @ 1..) = rustix::io::read(&terminal.master, &mut *piece) {
-            if is_understood {
-                let _ = world.host_send(self.bus, piece.get(..count).unwrap_or_default());
-            }
+            let _ = world.host_send(self.bus, piece.get(..count).unwrap_or_default());
         }
         while let Ok(count @ 1..) = world.host_receive(self.bus, piece) {
-            if is_understood {
-                // Bytes a program leaves no room for are lost, as on any line without flow control.
-                let _ = rustix::io::write(&terminal.master, piece.get(..count).unwrap_or_default());
-            }
+            // Bytes a program leaves no room for are lost, as on any line without flow control.
+            let _ = rustix::io::write(&terminal.master, piece.get(..count).unwrap_or_default());
         }
     }
 }

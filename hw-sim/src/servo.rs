@@ -25,6 +25,8 @@ enum Power {
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
+    /// Is it connected? One that is not has no supply.
+    pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
     /// Shaft position as the encoder sees it, counts, from the last motor step.
     pub(crate) encoder_counts: i64,
@@ -64,6 +66,7 @@ impl Servo {
         let mut servo = Servo {
             model,
             registers,
+            is_plugged_in: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
             turns_left_out: 0,
@@ -88,34 +91,57 @@ impl Servo {
         self.power == Power::On
     }
 
-    /// Gives it a supply it can run on or takes it away. When it comes back the servo starts anew.
-    pub(crate) fn set_power(&mut self, is_on: bool, now_ns: u64) {
+    /// Tells it whether it has a supply it can run on. When that comes back the servo starts anew.
+    pub(crate) fn set_power(&mut self, has_supply: bool, now_ns: u64) {
+        let is_on = has_supply && self.is_plugged_in;
         match self.power {
             Power::Off if is_on => self.restart(now_ns),
             Power::Off => {}
-            _ if !is_on => {
-                self.power = Power::Off;
-                self.forget();
-            }
-            Power::Starting { until_ns } if now_ns >= until_ns => {
-                self.power = Power::On;
-                self.forget();
-            }
+            _ if !is_on => self.lose_power(),
+            Power::Starting { until_ns } if now_ns >= until_ns => self.power_up(),
             Power::Starting { .. } | Power::On => {}
         }
     }
 
-    /// Starts anew: away for as long as its model takes, and then with what it held in RAM forgotten.
+    /// Starts anew: away for as long as its model takes.
     pub(crate) fn restart(&mut self, now_ns: u64) {
+        self.lose_power();
         self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
-        self.forget();
     }
 
-    /// What was in RAM is gone.
-    fn forget(&mut self) {
+    fn lose_power(&mut self) {
+        self.power_up();
+        self.power = Power::Off;
+    }
+
+    /// A hand pulls its plug.
+    pub(crate) fn pull_out(&mut self) {
+        self.is_plugged_in = false;
+        self.lose_power();
+    }
+
+    /// A hand plugs it in, and it has started.
+    pub(crate) fn plug_in(&mut self) {
+        self.is_plugged_in = true;
+        self.power_up();
+    }
+
+    /// Makes every register what it was when the servo left its maker.
+    pub(crate) fn make_new(&mut self) {
+        self.registers = RegisterFile::new(self.model.registers());
+        self.feetech = feetech::State::new(&self.registers);
+        self.power_up();
+    }
+
+    /// Starts it: registers outside the EEPROM get their defaults, and all that it only remembered is forgotten.
+    fn power_up(&mut self) {
+        self.power = Power::On;
+        self.is_shut_down = false;
+        self.turns_left_out = 0;
+        self.motor.duty = 0.0;
         match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::forget(self),
-            Protocol::Feetech => feetech::control::forget(self),
+            Protocol::Dynamixel => dynamixel::control::power_up(self),
+            Protocol::Feetech => feetech::control::power_up(self),
         }
     }
 

@@ -22,7 +22,7 @@ pub struct WireStatistics {
     pub bytes_from_host: u64,
     /// Bytes the servos put on the line, noise included.
     pub bytes_from_servos: u64,
-    /// Bytes spoilt by two talkers at once.
+    /// Bytes spoilt by two talkers at once, or by a change of the host's rate while they crossed.
     pub bytes_garbled: u64,
     /// Time with a byte on the line, ns.
     pub busy_ns: u64,
@@ -31,6 +31,8 @@ pub struct WireStatistics {
 #[derive(Debug)]
 struct Burst {
     talker: Talker,
+    /// Line rate it is sent at, bit/s.
+    baud: u32,
     start_ns: u64,
     end_ns: u64,
     /// When the byte at `sent` will have crossed; kept, because it is asked for far more often than it changes.
@@ -49,6 +51,7 @@ pub(crate) struct Crossed {
 
 #[derive(Debug)]
 pub(crate) struct Wire {
+    /// The host's line rate, bit/s: no servo at another understands it, so none talks at another.
     baud: u32,
     bursts: Vec<Burst>,
     /// The byte that crosses next: when, and of which burst.
@@ -67,10 +70,9 @@ impl Wire {
         self.statistics
     }
 
-    /// Time `count` bytes take, ns, rounded up.
+    /// Time `count` bytes take at the host's rate, ns, rounded up.
     pub(crate) fn duration_ns(&self, count: usize) -> u64 {
-        let bits_ns = (count as u64).saturating_mul(BITS_PER_BYTE * 1_000_000_000);
-        bits_ns.div_ceil(u64::from(self.baud))
+        duration_ns(count, self.baud)
     }
 
     /// Puts bytes on the line from `start_ns` on; returns when the last will have crossed.
@@ -78,7 +80,8 @@ impl Wire {
         let end_ns = start_ns + self.duration_ns(bytes.len());
         if !bytes.is_empty() {
             let byte_end_ns = start_ns + self.duration_ns(1);
-            self.bursts.push(Burst { talker, start_ns, end_ns, byte_end_ns, bytes, sent: 0 });
+            let baud = self.baud;
+            self.bursts.push(Burst { talker, baud, start_ns, end_ns, byte_end_ns, bytes, sent: 0 });
             self.find_next();
         }
         end_ns
@@ -86,13 +89,9 @@ impl Wire {
 
     /// Takes back what a talker has not sent yet.
     pub(crate) fn cut(&mut self, talker: Talker) {
-        for index in 0..self.bursts.len() {
-            let sent_until = self.bursts[index].start_ns + self.duration_ns(self.bursts[index].sent);
-            let burst = &mut self.bursts[index];
-            if burst.talker == talker {
-                burst.bytes.truncate(burst.sent);
-                burst.end_ns = sent_until;
-            }
+        for burst in self.bursts.iter_mut().filter(|burst| burst.talker == talker) {
+            burst.bytes.truncate(burst.sent);
+            burst.end_ns = burst.start_ns + duration_ns(burst.sent, burst.baud);
         }
         self.find_next();
     }
@@ -112,6 +111,11 @@ impl Wire {
         self.baud
     }
 
+    /// The host talks and listens at this rate from now on; what is under way goes on at the rate it began with.
+    pub(crate) fn set_baud(&mut self, baud: u32) {
+        self.baud = baud.max(1);
+    }
+
     fn find_next(&mut self) {
         let ahead = self.bursts.iter().enumerate().filter(|(_, burst)| burst.sent < burst.bytes.len());
         self.next = ahead.map(|(index, burst)| (burst.byte_end_ns, index)).min();
@@ -121,13 +125,12 @@ impl Wire {
     pub(crate) fn cross(&mut self, rng: &mut Pcg64Mcg) -> Option<Crossed> {
         let (end, index) = self.next?;
         let sent = self.bursts[index].sent;
-        let start = self.bursts[index].start_ns + self.duration_ns(sent);
-        let byte_end_ns = self.bursts[index].start_ns + self.duration_ns(sent + 2);
         let burst = &mut self.bursts[index];
-        let (talker, mut byte) = (burst.talker, burst.bytes[sent]);
-        (burst.sent, burst.byte_end_ns) = (sent + 1, byte_end_ns);
+        let (talker, baud, mut byte) = (burst.talker, burst.baud, burst.bytes[sent]);
+        let start = burst.start_ns + duration_ns(sent, baud);
+        (burst.sent, burst.byte_end_ns) = (sent + 1, burst.start_ns + duration_ns(sent + 2, baud));
         let clashes = |other: &Burst| other.talker != talker && other.start_ns < end && other.end_ns > start;
-        if self.bursts.iter().any(clashes) {
+        if baud != self.baud || self.bursts.iter().any(clashes) {
             byte ^= rng.random_range(1..=255u8);
             self.statistics.bytes_garbled += 1;
         }
@@ -138,9 +141,15 @@ impl Wire {
         self.statistics.busy_ns += end.saturating_sub(start.max(self.busy_until_ns));
         self.busy_until_ns = self.busy_until_ns.max(end);
         // A burst is forgotten once it can no longer overlap a byte still to come.
-        let horizon = end.saturating_sub(2 * self.duration_ns(1));
+        let horizon = end.saturating_sub(2 * self.duration_ns(1).max(duration_ns(1, baud)));
         self.bursts.retain(|burst| burst.sent < burst.bytes.len() || burst.end_ns > horizon);
         self.find_next();
         Some(Crossed { talker, at_ns: end, byte })
     }
+}
+
+/// Time `count` bytes take at `baud`, ns, rounded up.
+fn duration_ns(count: usize, baud: u32) -> u64 {
+    let bits_ns = (count as u64).saturating_mul(BITS_PER_BYTE * 1_000_000_000);
+    bits_ns.div_ceil(u64::from(baud))
 }

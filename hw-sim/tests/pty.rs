@@ -63,8 +63,8 @@ fn at_another_rate_a_line_stays_silent() {
     // When the one that is understood has answered, the other has had its time.
     arms.read_exact(&mut [0; 6]).unwrap();
     assert_eq!(poll(&mut [PollFd::new(&legs, PollFlags::IN)], Some(&Timespec::default())), Ok(0));
-    let from_host = |bus| server.with_world(|world| world.wire_statistics(bus)).unwrap().bytes_from_host;
-    assert_eq!((from_host(0), from_host(1)), (0, 6));
+    let from_servos = |bus| server.with_world(|world| world.wire_statistics(bus)).unwrap().bytes_from_servos;
+    assert_eq!((from_servos(0), from_servos(1)), (0, 6));
     // At the right rate it answers too.
     drop(legs);
     let mut legs = open(&server, 0, 1_000_000);

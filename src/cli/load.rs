@@ -16,13 +16,20 @@ pub(super) struct Loaded {
     pub(super) capability: HorseCapability,
 }
 
-/// Loads the robot file at `path`, with the zero counts of `unit`; faults of reach and of the loop's rate are
-/// reported like all others.
-pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
+/// Loads the robot file at `path` as it stands, of whatever rig, with the zero counts of `unit`: for commands that ask
+/// the servos but plan no motion.
+pub(super) fn load_file(path: &Path, unit: Option<&UnitFile>) -> Result<RobotFile> {
     let mut file = config::load(path)?;
     if let Some(unit) = unit {
         unit.apply(&mut file.robot)?;
     }
+    Ok(file)
+}
+
+/// Loads the robot file at `path`, with the zero counts of `unit`; faults of reach and of the loop's rate are
+/// reported like all others.
+pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
+    let file = load_file(path, unit)?;
     let Motion::Horse(horse) = &file.robot.motion;
     let horse = horse.clone();
     let mut faults = Vec::new();

@@ -7,6 +7,7 @@ mod drivers;
 mod guard;
 mod jog;
 mod load;
+mod monitor;
 mod operator;
 mod panics;
 mod plot;
@@ -96,6 +97,14 @@ enum Command {
     /// held to it. The joint is held at its goal for a second; what it measures then is printed.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
+    /// Shows what every servo reports, live; writes nothing to any.
+    ///
+    /// A table of every joint, redrawn in place on a terminal: goal, angle, speed, load (of stall torque), supply,
+    /// temperature, alarms. Torque stays as it is. A servo that falls silent is shown as lost, and comes back by itself.
+    /// The unit file need not be calibrated. Ctrl-C ends it.
+    #[command(after_help = "Examples:\n  hippocamp monitor config/horse.toml --port main=/dev/ttyACM0\n  \
+                            hippocamp monitor config/horse.toml --json --for 10")]
+    Monitor(MonitorArguments),
     /// Draws what the robot would do by a motion script, without servos.
     ///
     /// Gaits, inverse kinematics and safety run at the robot's own rate on joints that are always where they are told
@@ -150,6 +159,27 @@ struct JogArguments {
     unit: UnitArguments,
 }
 
+/// Options of `monitor`.
+#[derive(Debug, clap::Args)]
+struct MonitorArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// Print a line of JSON each time, in the place of a table.
+    #[arg(long = "json")]
+    is_json: bool,
+    /// End after so many seconds [default: at Ctrl-C].
+    #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
+    for_s: Option<f64>,
+    /// Time between two tables or lines, in seconds [default: 0.2 on a terminal, 1 elsewhere].
+    #[arg(long = "every", value_name = "SECONDS", allow_negative_numbers = true)]
+    every_s: Option<f64>,
+    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    #[arg(long, value_name = "FILE", conflicts_with = "ports")]
+    faults: Option<PathBuf>,
+    #[command(flatten)]
+    unit: UnitArguments,
+}
+
 /// Options of `plot`.
 #[derive(Debug, clap::Args)]
 struct PlotArguments {
@@ -180,7 +210,7 @@ struct RunArguments {
     /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
-    /// Speed in m/s; held to what legs and servos can do [default: nine tenths of the top speed].
+    /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// How long to walk, in seconds, before slowing down.
@@ -279,6 +309,7 @@ pub fn main() -> ExitCode {
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options),
         Command::Jog(options) => jog::jog(options),
+        Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };

@@ -134,4 +134,9 @@ impl Signals {
         });
         Ok(Signals(receiver))
     }
+
+    /// Whether one has come since this was last asked: for commands that do nothing but look.
+    pub(super) fn is_stop_ordered(&self) -> bool {
+        self.0.try_recv().is_ok()
+    }
 }

@@ -12,8 +12,9 @@ use crate::motion::{Command, Generator};
 use crate::operator::{Repertoire, Script};
 use crate::plot::{self, Course, Subject};
 
-/// More than a picture can show, s.
+/// More than a picture can show, s; and more than it shows well.
 const LONGEST_S: f64 = 600.0;
+const LONG_S: f64 = 40.0;
 
 /// Draws what the robot would do by a script.
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
@@ -51,6 +52,9 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
         pictures.push(("thesis.svg", plot::comparison(&course, &change, &rule, swing.time_s)?));
     }
     print_summary(&course, &loaded);
+    if span_s.1 - span_s.0 > LONG_S {
+        say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
+    }
     fs::create_dir_all(&options.out)
         .with_context(|| format!("the directory {} could not be made", options.out.display()))?;
     for (name, svg) in pictures {

@@ -43,13 +43,10 @@ pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
 
 fn print_run(recording: &Recording) {
     let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
-    say!(
-        "{}: {} at {:.3} m/s for {} s",
-        robot.name,
-        header.gait,
-        header.command.speed_m_s,
-        header.walk_for_s
-    );
+    match &header.driver {
+        Some(_) => say!("{}: {}", robot.name, header.task()),
+        None => say!("{}: {} for {} s", robot.name, header.task(), header.walk_for_s),
+    }
     match &recording.ending {
         Ending::Outcome(outcome) => {
             let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);

@@ -66,9 +66,10 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     }
     let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
-        Choice::Simulated { is_virtual } => {
-            AnyPorts::Simulated(SimPorts::of(simulated_world(options, robot)?, *is_virtual))
-        }
+        Choice::Simulated { is_virtual } => AnyPorts::Simulated(SimPorts::of(
+            simulated_world(robot, options.faults.as_deref(), options.seed)?,
+            *is_virtual,
+        )),
         Choice::Devices(_) if options.faults.is_some() => {
             let said = "--faults: only simulated buses have them; add --simulate, or leave it out";
             return Err(BadInput(said.to_owned()).into());
@@ -91,14 +92,18 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
+    if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
+        say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
+    }
     let status_line = StatusLine::start(&horse.settings.gaits);
+    let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
         #[cfg(debug_assertions)]
         let terminal = provoke::Loop::new(terminal);
         terminal
     };
-    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s };
+    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s, driver: driver_name };
     #[cfg(debug_assertions)]
     let file = file.map(provoke::Sink::new);
     let recorder = recording.as_ref().zip(file);
@@ -146,12 +151,12 @@ enum AnyPorts {
 }
 
 /// The servos of `robot` in a world of their own, with the faults that were asked for.
-fn simulated_world(options: &RunArguments, robot: &Robot) -> Result<hw_sim::World> {
-    let faults = match &options.faults {
+pub(super) fn simulated_world(robot: &Robot, faults: Option<&Path>, seed: u64) -> Result<hw_sim::World> {
+    let faults = match faults {
         Some(path) => fault_script(robot, path)?,
         None => hw_sim::FaultScript::default(),
     };
-    Ok(simulation::world(robot, options.seed, &faults)?)
+    Ok(simulation::world(robot, seed, &faults)?)
 }
 
 /// Exit code of a run that ended so.
@@ -204,15 +209,20 @@ fn walking(options: &RunArguments, loaded: &Loaded, plan: HorsePlan) -> Result<H
     }
     let speed_m_s = match options.speed {
         None => plan.command.speed_m_s,
-        Some(speed) if !speed.is_finite() || speed < 0.0 => {
-            return Err(BadInput(format!("--speed {speed}: expected a speed in m/s, 0 or more")).into());
+        Some(speed) if !speed.is_finite() => {
+            let said = format!("--speed {speed}: expected a speed in m/s, negative to go backwards");
+            return Err(BadInput(said).into());
         }
-        Some(speed) if speed > top_m_s && choice != GaitChoice::Stand => {
-            let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
-                format!("{joint} can turn no faster")
-            });
-            say!("{speed} m/s is too fast for {name}: held at {top_m_s:.3} m/s ({limit})");
-            top_m_s
+        Some(speed) if choice != GaitChoice::Stand => {
+            let pace = plan.pace(choice);
+            let held = speed.clamp(-pace.backward_m_s, pace.forward_m_s);
+            if (held - speed).abs() > 0.0 {
+                let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
+                    format!("{joint} can turn no faster")
+                });
+                say!("{speed} m/s is too fast for {name}: held at {held:.3} m/s ({limit})");
+            }
+            held
         }
         Some(speed) => speed,
     };

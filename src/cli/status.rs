@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::model::Gait;
-use crate::motion::{Activity, GaitChoice, Order};
+use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
 use crate::run::Status;
 use crate::signals::Permission;
 
@@ -147,6 +147,11 @@ impl Names {
         let Order::Drive(asked) = order else {
             return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
         };
+        self.steps(gait, status, &asked) + &posture_words(&asked.posture)
+    }
+
+    /// Its steps, if it takes any.
+    fn steps(&self, gait: Option<&str>, status: &Status, asked: &Command) -> String {
         let doing = match (gait, asked.gait) {
             (None, GaitChoice::Stand) => return "standing".to_owned(),
             (None, choice) => format!("standing -> {}", self.of(choice)),
@@ -167,6 +172,23 @@ impl Names {
     }
 }
 
+/// The posture that was asked for, where it is not the level stand.
+fn posture_words(posture: &Posture) -> String {
+    let mut words = String::new();
+    let mut add = |value: f64, unit: &str, [positive, negative]: [&str; 2]| {
+        // Less than half of the last place shown is none.
+        if value.abs() >= 0.05 {
+            let direction = if value > 0.0 { positive } else { negative };
+            words += &format!(", {:.1} {unit} {direction}", value.abs());
+        }
+    };
+    add(posture.rise_m * 1e3, "mm", ["higher", "lower"]);
+    add(posture.pitch_rad.to_degrees(), "deg", ["nose down", "nose up"]);
+    add(posture.roll_rad.to_degrees(), "deg", ["left up", "right up"]);
+    add(posture.sway_m * 1e3, "mm", ["to the left", "to the right"]);
+    words
+}
+
 /// How fast the robot turns, and how fast it is to, both towards the side it is to turn to.
 fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
     if turns_rad_s.abs().max(asked_rad_s.abs()) < TURN_SHOWN_RAD_S {
@@ -183,7 +205,6 @@ fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::Command;
 
     const WALKING: Status = Status {
         time_s: 59.94,
@@ -212,6 +233,14 @@ mod tests {
             let yaw_rate_rad_s = yaw_deg_s.to_radians();
             Order::Drive(Command { gait, speed_m_s: 0.2, yaw_rate_rad_s, ..Command::default() })
         };
+        let leaning = |order| match order {
+            Order::Drive(command) => {
+                let pitch_rad = -(2_f64.to_radians());
+                let posture = Posture { rise_m: -0.005, pitch_rad, ..Posture::default() };
+                Order::Drive(Command { posture, ..command })
+            }
+            other => other,
+        };
         let turning = Status { yaw_rate_rad_s: 3_f64.to_radians(), ..WALKING };
         let standing = Status { activity: Activity::Standing, gait: None, ..WALKING };
         use GaitChoice::{Auto, Gait, Stand};
@@ -224,6 +253,8 @@ mod tests {
             (turning, asked(Gait(1), -5.0), "m/s, -3.0 of 5.0 deg/s right, 41 C"),
             (turning, asked(Gait(1), 0.0), "m/s, 3.0 of 0.0 deg/s left, 41 C"),
             (standing, asked(Stand, 0.0), "59.9 s standing, 41 C"),
+            (standing, leaning(asked(Stand, 0.0)), "59.9 s standing, 5.0 mm lower, 2.0 deg nose up, 41 C"),
+            (WALKING, leaning(asked(Gait(1), 0.0)), "0.200 m/s, 5.0 mm lower, 2.0 deg nose up, 41 C"),
             (standing, asked(Gait(0), 0.0), "59.9 s standing -> walk"),
         ] {
             let line = line(&status, order);

@@ -131,6 +131,7 @@ fn read_joint<'a>(
         section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
     let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::NotNegative);
     let meaning = "the centre of the link's mass, from the joint, in mm";
+    section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);
     Some(Joint {

@@ -28,10 +28,10 @@ fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> 
         section.number("duty_factor", "the share of the period a foot stands", Limits::Between(0.0, 1.0));
     let lags = read_lags(section);
     let bob = read_bob(section);
-    let auto_froude_max = section.has("auto_froude_max").then(|| {
-        let meaning = "the Froude number above which gait auto takes the next faster gait";
-        section.number("auto_froude_max", meaning, Limits::Positive)
-    });
+    let meaning = "the Froude number above which gait auto takes the next faster gait";
+    section.describe_default("auto_froude_max", meaning, "none: taken by its name only");
+    let is_auto = section.has("auto_froude_max");
+    let auto_froude_max = is_auto.then(|| section.number("auto_froude_max", meaning, Limits::Positive));
     Some(Gait {
         name: name?.to_owned(),
         duty_factor: duty_factor?,
@@ -59,6 +59,9 @@ fn read_bob(section: &Section<'_>) -> Option<Bob> {
 
 fn read_lags(section: &Section<'_>) -> Option<[f64; 4]> {
     let period = Limits::FromToBelow(0.0, 1.0);
+    section.describe_default("lags", "", "the two keys below");
+    section.describe_default("fore_hind_lag", "", "lags, above");
+    section.describe_default("left_right_lag", "", "lags, above");
     let has_pair = section.has("fore_hind_lag") | section.has("left_right_lag");
     if section.has("lags") {
         if has_pair {

@@ -8,6 +8,8 @@
 //!
 //! The schema of robot files, one for all rigs; lengths in mm, angles in degrees, the unit at the end of each key's name:
 //!
+//! The page `docs/robot-file.md` says what each key means; it is made of [`robot_file_keys`].
+//!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
 //! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"` or `"sit-then-limp"` |
@@ -24,6 +26,7 @@ mod buses;
 mod chains;
 mod fault;
 mod gaits;
+mod keys;
 mod motion;
 mod nearest;
 mod number;
@@ -45,6 +48,7 @@ use toml::de::DeTable;
 
 use crate::model::{Motion, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
+pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
 use number::Limits;
 use reader::{File, Section};

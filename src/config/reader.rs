@@ -13,6 +13,7 @@ use toml::de::{DeTable, DeValue};
 use toml::value::{Date, Datetime};
 
 use super::fault::Fault;
+use super::keys::Keys;
 use super::nearest::nearest;
 use super::number::{LARGEST, Limits, real, whole};
 use super::source::{Source, element, join};
@@ -21,12 +22,14 @@ use super::source::{Source, element, join};
 pub(super) struct File {
     source: Source,
     faults: RefCell<Vec<Fault>>,
+    /// Every key that was asked for, set or not.
+    keys: RefCell<Keys>,
 }
 
 impl File {
     /// No faults yet.
     pub(super) fn new(source: Source) -> File {
-        File { source, faults: RefCell::default() }
+        File { source, faults: RefCell::default(), keys: RefCell::default() }
     }
 
     /// Reads the whole document.
@@ -36,6 +39,11 @@ impl File {
         read: impl FnOnce(&Section<'a>) -> T,
     ) -> T {
         Section::new(self, String::new(), Some(document)).read(read)
+    }
+
+    /// Every key that was asked for.
+    pub(super) fn keys(&self) -> Keys {
+        self.keys.borrow().clone()
     }
 
     /// The source, and the faults noted, in the file's order.
@@ -97,6 +105,17 @@ impl<'a> Section<'a> {
         self.note(&self.path(key), expected);
     }
 
+    /// Notes what is expected of a key, and what it is where it is not set, in words; none where it must be set.
+    fn describe(&self, key: &str, expected: &str, default: Option<String>) {
+        self.file.keys.borrow_mut().note(&self.path(key), expected, default);
+    }
+
+    /// Says in words what a key is that is not set, where its default is worked out; and what it means, where it is
+    /// asked for only if it is set.
+    pub(super) fn describe_default(&self, key: &str, meaning: &str, default: &str) {
+        self.describe(key, meaning, Some(default.to_owned()));
+    }
+
     fn note(&self, path: &str, expected: impl Into<String>) {
         let fault = self.file.source.fault(path, expected);
         self.file.faults.borrow_mut().push(fault);
@@ -131,6 +150,7 @@ impl<'a> Section<'a> {
     /// A text that is not blank.
     pub(super) fn text(&self, key: &'static str, meaning: &str) -> Option<&'a str> {
         let expected = format!("{meaning}, a text in quotes");
+        self.describe(key, &expected, None);
         match self.required(key, &expected)?.as_str() {
             Some(text) if !text.trim().is_empty() => Some(text),
             _ => {
@@ -142,11 +162,13 @@ impl<'a> Section<'a> {
 
     /// A text that is not blank; `Some(None)` where not set.
     pub(super) fn text_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<&'a str>> {
+        self.describe(key, &format!("{meaning}, a text in quotes"), Some("none".to_owned()));
         if self.has(key) { self.text(key, meaning).map(Some) } else { Some(None) }
     }
 
     /// A date without a time; `Some(None)` where not set.
     pub(super) fn date_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<Date>> {
+        self.describe(key, &format!("{meaning}, a date without quotes"), Some("none".to_owned()));
         let Some(value) = self.optional(key) else { return Some(None) };
         match value {
             DeValue::Datetime(Datetime { date: Some(date), time: None, offset: None }) => Some(Some(*date)),
@@ -180,6 +202,7 @@ impl<'a> Section<'a> {
             [only] => format!("{meaning}: {only}"),
             _ => format!("{meaning}: one of {}", words.join(", ")),
         };
+        self.describe(key, &expected, None);
         let text = self.required(key, &expected)?.as_str();
         let found = options.iter().find(|(word, _)| Some(*word) == text);
         if found.is_none() {
@@ -198,6 +221,7 @@ impl<'a> Section<'a> {
         meaning: &str,
         names: &[Option<&str>],
     ) -> Option<usize> {
+        self.describe(key, meaning, None);
         let options: Vec<(&str, usize)> =
             names.iter().enumerate().filter_map(|(place, name)| Some(((*name)?, place))).collect();
         if options.len() == names.len() {
@@ -209,6 +233,7 @@ impl<'a> Section<'a> {
 
     /// True or false; `default` where not set.
     pub(super) fn flag_or(&self, key: &'static str, meaning: &str, default: bool) -> Option<bool> {
+        self.describe(key, &format!("{meaning}: true or false"), Some(default.to_string()));
         let Some(value) = self.optional(key) else { return Some(default) };
         if value.as_bool().is_none() {
             self.fault(key, format!("{meaning}: true or false"));
@@ -224,6 +249,7 @@ impl<'a> Section<'a> {
         range: RangeInclusive<u32>,
     ) -> Option<u32> {
         let expected = format!("{meaning}, a whole number from {} to {}", range.start(), range.end());
+        self.describe(key, &expected, None);
         let value = whole(self.required(key, &expected)?).filter(|value| range.contains(value));
         if value.is_none() {
             self.fault(key, expected);
@@ -239,12 +265,16 @@ impl<'a> Section<'a> {
         range: RangeInclusive<u32>,
         default: u32,
     ) -> Option<u32> {
+        let expected = format!("{meaning}, a whole number from {} to {}", range.start(), range.end());
+        self.describe(key, &expected, Some(default.to_string()));
         if self.has(key) { self.integer(key, meaning, range) } else { Some(default) }
     }
 
     /// A finite number within limits.
     pub(super) fn number(&self, key: &'static str, meaning: &str, limits: Limits) -> Option<f64> {
-        let value = self.required(key, &format!("{meaning}, {}", limits.words()))?;
+        let expected = format!("{meaning}, {}", limits.words());
+        self.describe(key, &expected, None);
+        let value = self.required(key, &expected)?;
         self.limited(&self.path(key), value, meaning, limits)
     }
 
@@ -256,6 +286,7 @@ impl<'a> Section<'a> {
         limits: Limits,
         default: f64,
     ) -> Option<f64> {
+        self.describe(key, &format!("{meaning}, {}", limits.words()), Some(default.to_string()));
         if self.has(key) { self.number(key, meaning, limits) } else { Some(default) }
     }
 
@@ -267,6 +298,7 @@ impl<'a> Section<'a> {
         limits: Limits,
     ) -> Option<[f64; N]> {
         let expected = format!("{meaning}, a list of {N} numbers");
+        self.describe(key, &expected, None);
         let items = self.required(key, &expected)?.as_array().filter(|items| items.len() == N);
         let Some(items) = items else {
             self.fault(key, expected);
@@ -288,6 +320,8 @@ impl<'a> Section<'a> {
 
     /// Three numbers; `default` where not set.
     pub(super) fn vector_or(&self, key: &'static str, meaning: &str, default: DVec3) -> Option<DVec3> {
+        let expected = format!("{meaning} along x, y, z, a list of 3 numbers");
+        self.describe(key, &expected, Some(format!("{:?}", default.to_array())));
         if self.has(key) { self.vector(key, meaning) } else { Some(default) }
     }
 
@@ -313,7 +347,9 @@ impl<'a> Section<'a> {
         meaning: &str,
         read: impl FnOnce(&Section<'a>) -> Option<T>,
     ) -> Option<T> {
-        let value = self.required(key, &format!("{meaning}, a table"))?;
+        let expected = format!("{meaning}, a table");
+        self.describe(key, &expected, None);
+        let value = self.required(key, &expected)?;
         self.enter(&self.path(key), value, meaning, read)
     }
 
@@ -324,6 +360,7 @@ impl<'a> Section<'a> {
         meaning: &str,
         read: impl FnOnce(&Section<'a>) -> Option<T>,
     ) -> Option<T> {
+        self.describe(key, &format!("{meaning}, a table"), Some("all its keys left out".to_owned()));
         if self.has(key) {
             return self.section(key, meaning, read);
         }
@@ -337,6 +374,7 @@ impl<'a> Section<'a> {
         meaning: &str,
         mut read: impl FnMut(&Section<'a>) -> Option<T>,
     ) -> Vec<Option<T>> {
+        self.describe(key, &format!("{meaning}, a list of tables"), Some("none".to_owned()));
         let Some(value) = self.optional(key) else { return Vec::new() };
         let path = self.path(key);
         let Some(items) = value.as_array() else {

@@ -20,8 +20,7 @@ const MARK: &str = "\"DATA\"";
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     robot: &'a str,
-    gait: &'a str,
-    speed_m_s: f64,
+    task: String,
     ended: String,
     chains: Vec<Limb<'a>>,
     trunk_low: [f64; 3],
@@ -76,8 +75,7 @@ fn data(recording: &Recording) -> Data<'_> {
     let (low, high) = robot.root_extent();
     Data {
         robot: &robot.name,
-        gait: &recording.header.gait,
-        speed_m_s: recording.header.command.speed_m_s,
+        task: recording.header.task(),
         ended: match &recording.ending {
             Ending::Outcome(outcome) => {
                 let entry = |key: &str| outcome.get(key).map_or("", String::as_str);

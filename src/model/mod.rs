@@ -3,6 +3,8 @@
 //! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
 //! tentacles and figures.
 
+mod arm;
+pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
@@ -13,6 +15,8 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
+pub use arm::{Arm, ArmError, ArmJoint, GROUPS, diameter, link_length};
+pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
 

@@ -98,6 +98,10 @@ pub struct Registers {
     pub present_voltage: Register,
     /// Temperature, degrees Celsius.
     pub present_temperature: Register,
+    /// Why a servo raises an alarm, a bit a reason.
+    pub alarm_status: Register,
+    /// What the bits mean, in a word or two.
+    pub alarm_names: &'static [(u8, &'static str)],
     /// First address of the block read every cycle; it holds all the `present_` registers.
     pub feedback_address: u16,
     /// Length of that block, bytes.
@@ -128,6 +132,15 @@ pub static DYNAMIXEL_X: Registers = Registers {
     present_load: register(126, 2, Encoding::TwosComplement),
     present_voltage: register(144, 2, Encoding::Unsigned),
     present_temperature: register(146, 1, Encoding::Unsigned),
+    // Hardware Error Status.
+    alarm_status: register(70, 1, Encoding::Unsigned),
+    alarm_names: &[
+        (0x01, "input voltage"),
+        (0x04, "overheating"),
+        (0x08, "encoder"),
+        (0x10, "electrical shock"),
+        (0x20, "overload"),
+    ],
     feedback_address: 126,
     feedback_bytes: 21,
 };
@@ -154,9 +167,28 @@ pub static FEETECH_STS: Registers = Registers {
     present_load: register(60, 2, Encoding::SignMagnitude(10)),
     present_voltage: register(62, 1, Encoding::Unsigned),
     present_temperature: register(63, 1, Encoding::Unsigned),
+    alarm_status: register(65, 1, Encoding::Unsigned),
+    alarm_names: &[
+        (0x01, "voltage"),
+        (0x02, "encoder"),
+        (0x04, "overheating"),
+        (0x08, "overcurrent"),
+        (0x20, "overload"),
+    ],
     feedback_address: 56,
     feedback_bytes: 8,
 };
+
+impl Registers {
+    /// The alarm `bits` of [`Registers::alarm_status`] in words, joined by commas; empty where there is no alarm.
+    pub fn alarm_words(&self, bits: u8) -> String {
+        let known =
+            self.alarm_names.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| (*name).to_owned());
+        let rest = self.alarm_names.iter().fold(bits, |rest, (bit, _)| rest & !bit);
+        let unknown = (rest != 0).then(|| format!("bits 0x{rest:02X}"));
+        known.chain(unknown).collect::<Vec<_>>().join(", ")
+    }
+}
 
 /// What the controller must know of a servo model.
 #[derive(Debug, PartialEq)]

@@ -8,6 +8,7 @@ pub mod curves;
 mod ends;
 pub mod horse;
 mod jog;
+pub mod tentacle;
 
 use serde::{Deserialize, Serialize};
 

@@ -28,7 +28,11 @@ pub struct Instruction {
 
 impl From<Order> for Instruction {
     fn from(order: Order) -> Instruction {
-        Instruction { order, reason: "stopped by the operator" }
+        let reason = match order {
+            Order::StopAtOnce => "emergency stop by the operator",
+            Order::Go | Order::Drive(_) | Order::Stop => "stopped by the operator",
+        };
+        Instruction { order, reason }
     }
 }
 

@@ -18,7 +18,10 @@ pub struct RunHeader {
     pub robot_file: String,
     /// Time of day at the run's time zero, nanoseconds since 1970; 0 on a virtual clock.
     pub started_unix_ns: u64,
-    /// Name of the gait.
+    /// Who drove, for people: "the keyboard"; none for a run by its own plan.
+    #[serde(default)]
+    pub driver: Option<String>,
+    /// Name of the gait it was planned for.
     pub gait: String,
     /// What it was to do while the operator said no more than to go.
     pub command: Command,
@@ -53,11 +56,20 @@ impl RunHeader {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             robot_file: robot_file.to_owned(),
             started_unix_ns,
+            driver: plan.driver.clone(),
             gait: plan.horse.gait_name(plan.horse.command.gait).to_owned(),
             command: plan.horse.command,
             walk_for_s: plan.walk_for_s,
             ik: plan.method,
             servos: robot.joints.iter().map(servo).collect(),
+        }
+    }
+
+    /// What the run was, for people: "walk at 0.062 m/s", "driven by the keyboard".
+    pub fn task(&self) -> String {
+        match &self.driver {
+            Some(driver) => format!("driven by {driver}"),
+            None => format!("{} at {:.3} m/s", self.gait, self.command.speed_m_s),
         }
     }
 

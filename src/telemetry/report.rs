@@ -27,9 +27,11 @@ pub enum Outcome {
 pub struct Report {
     /// Name of the robot.
     pub robot: String,
-    /// Name of the gait.
+    /// Who drove it: a script, the keyboard, a gamepad. None for a run by its own plan, of this gait and speed.
+    pub driver: Option<String>,
+    /// Name of the gait it was planned for; `stand` where somebody drove.
     pub gait: String,
-    /// Speed it walked at, after limits, m/s.
+    /// Speed it was planned for, after limits, m/s.
     pub speed_m_s: f64,
     /// How long the whole run took, s.
     pub duration_s: f64,

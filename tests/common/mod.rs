@@ -159,7 +159,12 @@ impl<'r> Scenario<'r> {
     }
 
     fn run_plan(&self) -> RunPlan {
-        RunPlan { horse: self.plan.clone(), method: Method::CcdThenFinish, walk_for_s: self.walk_for_s }
+        RunPlan {
+            horse: self.plan.clone(),
+            method: Method::CcdThenFinish,
+            walk_for_s: self.walk_for_s,
+            driver: None,
+        }
     }
 
     /// Runs it and writes down every cycle.

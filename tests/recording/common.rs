@@ -27,7 +27,7 @@ pub(crate) fn plan(robot: &Robot) -> RunPlan {
     let plan = HorseCapability::of(robot, &motion).unwrap().plan(&motion, Command::default());
     let trot = plan.gait_choice("trot").unwrap();
     let horse = plan.at_share(trot, 0.5);
-    RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0 }
+    RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0, driver: None }
 }
 
 pub(crate) fn recorder(robot: &Robot, sink: impl Write + Send + 'static, waits: bool) -> Recorder {

@@ -2,6 +2,7 @@
 
 mod bad;
 mod facts;
+mod page;
 
 /// A good file made to be spoiled: two buses, every optional key once, no two numbers alike where it matters.
 const GOOD: &str = include_str!("good.toml");

@@ -44,15 +44,14 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
 }
 
-/// What a reboot leaves: everything in RAM as shipped, no error, and no turns counted.
-pub(crate) fn forget(servo: &mut Servo) {
-    servo.registers.reset(EEPROM_END..u16::MAX);
+/// The start from the EEPROM.
+pub(crate) fn power_up(servo: &mut Servo) {
+    servo.registers.reset_from(EEPROM_END);
     for (goal, limit) in
         [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
     {
         servo.registers.set(goal, servo.get(limit));
     }
-    servo.is_shut_down = false;
     leave_turns_out(servo);
     servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
 }

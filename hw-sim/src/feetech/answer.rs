@@ -8,7 +8,7 @@ use super::memory;
 use super::packet::{BROADCAST, Request, status};
 use crate::registers::feetech_sts::STATUS;
 use crate::reply::Slot;
-use crate::servo::Servo;
+use crate::servo::{Servo, listener};
 
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
@@ -18,11 +18,11 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool], no
     let is_broadcast = request.id == BROADCAST;
     match (request.instruction, request.parameters.as_slice()) {
         (SYNC_READ, [address, count, ids @ ..]) if is_broadcast => {
-            ids.iter().flat_map(|&id| sync_read_slots(id, *address, *count, servos, hears)).collect()
+            ids.iter().map(|&id| sync_read_slot(id, *address, *count, servos, hears)).collect()
         }
         (SYNC_WRITE, [address, count, rows @ ..]) if is_broadcast => {
             for row in rows.chunks_exact(usize::from(*count) + 1) {
-                for index in listeners(row[0], servos, hears) {
+                if let Some(index) = listener(row[0], servos, hears) {
                     memory::write(&mut servos[index], *address, &row[1..]);
                 }
             }
@@ -53,16 +53,9 @@ fn talk(index: usize, servo: &Servo, data: &[u8]) -> Slot {
     Slot::Talk { servo: index, bytes, delay_ns: servo.return_delay_ns(), starts_packet: true }
 }
 
-/// All that have this id: more than one is a mistake that happens.
-fn listeners(id: u8, servos: &[Servo], hears: &[bool]) -> Vec<usize> {
-    (0..servos.len()).filter(|&index| hears[index] && servos[index].id() == id).collect()
-}
-
-fn sync_read_slots(id: u8, address: u8, count: u8, servos: &[Servo], hears: &[bool]) -> Vec<Slot> {
-    let mut who = listeners(id, servos, hears);
-    who.retain(|&index| answers_sync_read(&servos[index]));
-    if who.is_empty() {
-        return vec![Slot::Missing { bytes: 6 + usize::from(count) }];
+fn sync_read_slot(id: u8, address: u8, count: u8, servos: &[Servo], hears: &[bool]) -> Slot {
+    match listener(id, servos, hears).filter(|&index| answers_sync_read(&servos[index])) {
+        Some(index) => talk(index, &servos[index], &read(&servos[index], address, count)),
+        None => Slot::Missing { bytes: 6 + usize::from(count) },
     }
-    who.into_iter().map(|index| talk(index, &servos[index], &read(&servos[index], address, count))).collect()
 }

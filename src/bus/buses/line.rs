@@ -69,6 +69,20 @@ impl Line {
         let sent = ports
             .discard_input(self.bus)
             .and_then(|()| ports.send(self.bus, self.client.begin_cycle(&self.goals)));
+        self.await_feedback(ports, sent);
+    }
+
+    /// Sends a request that only asks.
+    pub(super) fn begin_look(&mut self, ports: &mut impl Ports) {
+        if self.joints.is_empty() {
+            return;
+        }
+        let sent =
+            ports.discard_input(self.bus).and_then(|()| ports.send(self.bus, self.client.begin_look()));
+        self.await_feedback(ports, sent);
+    }
+
+    fn await_feedback(&mut self, ports: &mut impl Ports, sent: Result<(), PortError>) {
         self.await_replies(ports, sent);
         // The loop's rate outranks a reply that is late.
         if let State::Waiting { sent, deadline } = &mut self.state {

@@ -129,6 +129,20 @@ impl<P: Ports> Buses<P> {
         for line in &mut self.lines {
             line.begin_exchange(&mut self.ports, goals);
         }
+        self.finish_exchange(out);
+    }
+
+    /// Fetches what every servo reports and writes nothing to any: torque and goals stay as they are. `out` as in
+    /// [`Buses::exchange`].
+    pub fn look(&mut self, out: &mut [Slot]) {
+        out.fill(Slot::Missing);
+        for line in &mut self.lines {
+            line.begin_look(&mut self.ports);
+        }
+        self.finish_exchange(out);
+    }
+
+    fn finish_exchange(&mut self, out: &mut [Slot]) {
         self.wait_for_replies(|line, took| {
             let times = &mut line.times;
             times.last = took;

@@ -131,12 +131,25 @@ impl BusClient {
         codec.sync_write(request, registers.torque_limit, moving().map(limit));
         codec.sync_write(request, registers.goal_position, moving().map(position));
         codec.sync_write(request, registers.torque_enable, goals().map(enable));
+        self.ask_for_feedback(renewal_bytes)
+    }
+
+    /// Begins an exchange that only asks: nothing is written to any servo.
+    pub(super) fn begin_look(&mut self) -> &[u8] {
+        self.restart(Awaited::Feedback);
+        if self.inbox.ids.is_empty() { &[] } else { self.ask_for_feedback(0) }
+    }
+
+    /// Ends the request of an exchange of which `extra_bytes` are not among those of every cycle.
+    fn ask_for_feedback(&mut self, extra_bytes: usize) -> &[u8] {
+        let Inbox { ids, registers, .. } = &self.inbox;
+        let (codec, request) = (&mut self.codec, &mut self.request);
         let (address, bytes) = (registers.feedback_address, registers.feedback_bytes);
         match self.read_mode.group_read() {
             GroupRead::Plain => codec.sync_read(request, address, bytes, ids),
             GroupRead::Fast => codec.fast_sync_read(request, address, bytes, ids),
         }
-        self.reply_deadline = reply_deadline(self.cycle_time() + wire_time(renewal_bytes, self.bus.baud));
+        self.reply_deadline = reply_deadline(self.cycle_time() + wire_time(extra_bytes, self.bus.baud));
         self.counters.bytes_out += length(&self.request);
         &self.request
     }

@@ -90,10 +90,8 @@ pub(super) fn choose(
     robot_file: &Path,
     unit: Option<&UnitFile>,
 ) -> Result<Choice> {
-    let ports = &options.ports;
-    check_ports(robot, ports)?;
-    let has_devices = !ports.is_empty() || unit.is_some_and(|unit| !unit.unit.buses.is_empty());
-    if options.simulate || options.is_virtual || !has_devices {
+    check_ports(robot, &options.ports)?;
+    if is_simulated(options, unit) {
         return Ok(Choice::Simulated { is_virtual: options.is_virtual });
     }
     let Some(unit) = unit else {
@@ -107,9 +105,30 @@ pub(super) fn choose(
     unit.check_calibrated(robot, robot_file).context(
         "nothing moves on a real port without a calibrated unit file; --simulate runs without hardware",
     )?;
-    let ports = fill_up(robot, unit, ports)?;
+    let ports = fill_up(robot, Some(unit), &options.ports)?;
     unit.warnings(robot).iter().for_each(|warning| warn(&warning.to_string()));
     Ok(Choice::Devices(ports))
+}
+
+/// The same for commands that only look: the unit file need not be calibrated, nor even be there.
+///
+/// # Errors
+/// Bad input: ports that do not fit the robot's buses, a bus without a device where others have one.
+pub(super) fn choose_to_look(
+    options: &UnitArguments,
+    robot: &Robot,
+    unit: Option<&UnitFile>,
+) -> Result<Choice, BadInput> {
+    check_ports(robot, &options.ports)?;
+    if is_simulated(options, unit) {
+        return Ok(Choice::Simulated { is_virtual: options.is_virtual });
+    }
+    Ok(Choice::Devices(fill_up(robot, unit, &options.ports)?))
+}
+
+fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> bool {
+    let has_devices = !options.ports.is_empty() || unit.is_some_and(|unit| !unit.unit.buses.is_empty());
+    options.simulate || options.is_virtual || !has_devices
 }
 
 /// Opens `ports`, one for each bus of `robot`, and says what could be better about them.
@@ -145,9 +164,13 @@ fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
 }
 
 /// A port for each bus, in the order of the robot's buses: one of `ports`, or else the unit file's device.
-fn fill_up(robot: &Robot, unit: &UnitFile, ports: &[PortOption]) -> Result<Vec<PortOption>, BadInput> {
+fn fill_up(
+    robot: &Robot,
+    unit: Option<&UnitFile>,
+    ports: &[PortOption],
+) -> Result<Vec<PortOption>, BadInput> {
     let port_of = |bus: &str| {
-        let entry = || unit.unit.buses.iter().find(|entry| entry.name == bus);
+        let entry = || unit?.unit.buses.iter().find(|entry| entry.name == bus);
         let from_unit = || Some(PortOption { bus: bus.to_owned(), path: PathBuf::from(&entry()?.device) });
         ports.iter().find(|port| port.bus == bus).cloned().or_else(from_unit)
     };

@@ -9,6 +9,7 @@ mod auto;
 mod clock;
 mod drive;
 mod generator;
+mod look_ahead;
 mod planner;
 mod posture;
 mod profile;

@@ -24,11 +24,14 @@ const SLOWER: f64 = 0.93;
 const TIMES_SLOWER: usize = 8;
 /// Tries a cycle.
 const TRIES: u32 = 2;
+/// A wish that cannot be followed now is looked at again after this time: the phase of the stride is another one then.
+/// Fast loops are spared the work of every cycle.
+const RETRY_S: f64 = 0.009;
 /// When a change may begin, shares of the longest period from now on; the last is a swing time more.
 const STARTS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 /// How much longer than the acceleration limit asks for a change of speed may take: feet in the air when the trunk
 /// slows down, or not yet as fast as it will be, swing faster against it.
-const STRETCHES: [f64; 6] = [1.0, 1.5, 2.5, 4.0, 8.0, 16.0];
+const STRETCHES: [f64; 8] = [1.0, 1.5, 2.5, 4.0, 8.0, 16.0, 50.0, 150.0];
 
 /// What is wanted, within what the robot can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,11 +49,13 @@ pub(super) struct Planner {
     /// Changes of gait tried in vain for this wish.
     tries: usize,
     wished: Option<Wish>,
+    /// What could not be followed when last tried, and when that was, s.
+    refused: Option<(Wish, Reachable, f64)>,
 }
 
 impl Planner {
     pub(super) fn new() -> Planner {
-        Planner { followed: None, tries: 0, wished: None }
+        Planner { followed: None, tries: 0, wished: None, refused: None }
     }
 
     /// Makes `walk` follow `wish` from time `now_s` on, every foot within `reach`, if it can be begun now.
@@ -77,9 +82,15 @@ impl Planner {
         if self.wished != Some(wish) {
             (self.wished, self.tries) = (Some(wish), 0);
         }
-        if self.try_to_follow(plan, walk, now_s, wish, reach) {
-            self.followed = Some((wish, *reach));
-            return true;
+        let is_just_refused = self
+            .refused
+            .is_some_and(|(refused, with, at_s)| refused == wish && with == *reach && now_s - at_s < RETRY_S);
+        if !is_just_refused {
+            if self.try_to_follow(plan, walk, now_s, wish, reach) {
+                self.followed = Some((wish, *reach));
+                return true;
+            }
+            self.refused = Some((wish, *reach, now_s));
         }
         // The plan does not lead where it should; it may have been a compromise.
         self.followed = None;

@@ -7,11 +7,10 @@
 
 use glam::{DQuat, DVec2};
 
+use super::HorsePlan;
 use super::clock::StrideClock;
 use super::posture::Lean;
 use super::profile::{Rates, SpeedProfile};
-use super::reach_table::Reachable;
-use super::{HorsePlan, SHORTEST_STANCE};
 use crate::model::Bob;
 use crate::motion::curves::SwingCurve;
 use crate::signals::{FootTarget, Targets};
@@ -21,20 +20,16 @@ use crate::signals::{FootTarget, Targets};
 const SWING_SPEED_SHARE: f64 = 1.02;
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
-/// Instants at which a swing is looked at, beside its turning points.
-const SWING_INSTANTS: u32 = 16;
-/// Steps of one leg after which a plan counts as too long to look through.
-const EVENTS: u32 = 400;
 
 /// A walk under way.
 #[derive(Debug, Clone)]
 pub struct Walk {
-    swing: SwingCurve,
+    pub(super) swing: SwingCurve,
     /// Speed and turn, planned ahead.
     pub(super) profile: SpeedProfile,
     /// When legs lift; none while the horse stands.
     pub(super) strides: Option<Strides>,
-    legs: [Leg; 4],
+    pub(super) legs: [Leg; 4],
 }
 
 /// The gait under way.
@@ -51,18 +46,18 @@ pub(super) struct Strides {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Leg {
+pub(super) struct Leg {
     /// Neutral foot point ahead of the trunk, and to the left of it, m.
     neutral_m: f64,
-    side_m: f64,
-    foot: Foot,
+    pub(super) side_m: f64,
+    pub(super) foot: Foot,
     /// The number of its next lift-off, by the stride clock.
     next_lift: i64,
 }
 
 /// Places are ways of the leg's own plane, m.
 #[derive(Debug, Clone, Copy)]
-enum Foot {
+pub(super) enum Foot {
     /// On the ground since then.
     Stance { at_m: f64, since_s: f64 },
     /// In the air since `lifted_s`, between these places.
@@ -242,7 +237,7 @@ impl Walk {
     }
 
     /// When `leg` next lifts or lands, and what it is then; none if it stays as it is for good.
-    fn next_event(&self, strides: &Strides, index: usize, leg: &Leg) -> Option<(f64, Leg)> {
+    pub(super) fn next_event(&self, strides: &Strides, index: usize, leg: &Leg) -> Option<(f64, Leg)> {
         let mut after = *leg;
         match leg.foot {
             Foot::Stance { at_m, .. } => {
@@ -265,95 +260,8 @@ impl Walk {
         }
     }
 
-    /// True if from `from_s` on, as planned, every foot stays where `reach` says it can be, and every foot that lands
-    /// stands for the shortest stance at least.
-    pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable) -> bool {
-        let Some(strides) = self.strides else { return true };
-        let clock = &strides.clock;
-        let settled_s = self.profile.settled_s().max(clock.change_end_s());
-        // A foot that lifts when all is settled lands in a steady stride; it has landed and lifts once more.
-        let until_s = settled_s.max(from_s) + 2.0 * clock.longest_period_s(from_s);
-        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, from_s, until_s, reach))
-    }
-
-    fn leg_stays_in_reach(
-        &self,
-        strides: &Strides,
-        index: usize,
-        from_s: f64,
-        until_s: f64,
-        reach: &Reachable,
-    ) -> bool {
-        let mut leg = self.legs[index];
-        let mut now_s = from_s;
-        for _ in 0..EVENTS {
-            let event = self.next_event(strides, index, &leg);
-            let end_s = event.map_or(until_s, |(at_s, _)| at_s);
-            if !self.part_stays_in_reach(&leg, index, now_s, end_s, reach) {
-                return false;
-            }
-            if let (Foot::Stance { since_s, .. }, Some((lifted_s, _))) = (leg.foot, event)
-                && lifted_s - since_s < SHORTEST_STANCE * self.swing.time_s
-            {
-                return false;
-            }
-            match event {
-                Some((at_s, after)) if at_s < until_s => (now_s, leg) = (at_s, after),
-                _ => return true,
-            }
-        }
-        false
-    }
-
-    /// True if the foot of `leg`, number `index`, keeps to its reach from `from_s` to `to_s`, between two events.
-    fn part_stays_in_reach(
-        &self,
-        leg: &Leg,
-        index: usize,
-        from_s: f64,
-        to_s: f64,
-        reach: &Reachable,
-    ) -> bool {
-        let is_in_reach = |s: f64| reach.holds(index, self.excursion_m(leg, s), self.up_m(leg, s));
-        let mut all = is_in_reach(from_s) && is_in_reach(to_s);
-        match leg.foot {
-            Foot::Stance { .. } => {
-                self.profile.for_turning_points(leg.side_m, from_s, to_s, |s| all = all && is_in_reach(s));
-            }
-            Foot::Swing { lifted_s, from_m, to_m } => {
-                let instants = (1..SWING_INSTANTS).map(|instant| {
-                    lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
-                });
-                all = all && self.swings_slowly_enough(leg, lifted_s, to_m - from_m, from_s);
-                // Where the foot is as fast as its root: the swing's furthest points.
-                let landed_s = lifted_s + self.swing.time_s;
-                let fast_s = |s: f64| {
-                    self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m))
-                };
-                let furthest = [lifted_s + fast_s(lifted_s), landed_s - fast_s(landed_s)];
-                all =
-                    all && instants.chain(furthest).filter(|s| *s > from_s && *s < landed_s).all(is_in_reach);
-            }
-        }
-        all
-    }
-
-    /// True if the foot of `leg` on its swing of `way_m` is nowhere from `from_s` on too fast against the trunk.
-    fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, way_m: f64, from_s: f64) -> bool {
-        let Some(Strides { swing_speed_max_m_s, .. }) = self.strides else { return true };
-        let fastest_m_s = self.swing.fastest_m_s(way_m);
-        // It is fastest between the ramps; the trunk's speed is a straight line there, or nearly so.
-        let (begins, ends) = (self.swing.ramp_share, 1.0 - self.swing.ramp_share);
-        [begins, 0.5, ends].into_iter().map(|u| lifted_s + u * self.swing.time_s).filter(|s| *s > from_s).all(
-            |s| {
-                let trunk_m_s = self.profile.rates_at(s).at_side_m_s(leg.side_m);
-                (fastest_m_s - trunk_m_s).abs() <= swing_speed_max_m_s
-            },
-        )
-    }
-
     /// How far the foot of `leg` is above the ground at time `s`, m.
-    fn up_m(&self, leg: &Leg, s: f64) -> f64 {
+    pub(super) fn up_m(&self, leg: &Leg, s: f64) -> f64 {
         match leg.foot {
             Foot::Stance { .. } => 0.0,
             Foot::Swing { lifted_s, .. } => self.swing.height_m((s - lifted_s) / self.swing.time_s),
@@ -361,7 +269,7 @@ impl Walk {
     }
 
     /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
-    fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
+    pub(super) fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
         let at_m = match leg.foot {
             Foot::Stance { at_m, .. } => at_m,
             Foot::Swing { lifted_s, from_m, to_m } => {

@@ -2,7 +2,9 @@
 //!
 //! Three things happen by themselves, in the order of their time: a byte leaves a line, an adapter is
 //! unplugged, the motors step. Motors step at whole milliseconds since the start, so that the result does not
-//! depend on how the host cuts time into calls.
+//! depend on how the host cuts time into calls. What a person does with single servos is in `hands`.
+
+mod hands;
 
 use std::collections::BTreeSet;
 
@@ -48,6 +50,8 @@ pub struct World {
     torques: Vec<f64>,
     body: Box<dyn Body + Send>,
     stalls: HostStalls,
+    /// Shafts a hand is turning, as an index into `shafts` and where to, rad.
+    turning: Vec<(usize, f64)>,
 }
 
 impl World {
@@ -75,12 +79,20 @@ impl World {
             }
             // Distinct streams for each bus; the multiplier only spreads small seeds.
             let bus_seed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(index);
-            built.push(Bus::new(config, baud_code, servos, faults, bus_seed));
+            built.push(Bus::new(config, servos, faults, bus_seed));
         }
         let torques = vec![0.0; shafts.len()];
         let body = Box::new(FreeJoints);
-        let mut world =
-            World { now_ns: 0, next_step_ns: STEP_NS, buses: built, shafts, torques, body, stalls };
+        let mut world = World {
+            now_ns: 0,
+            next_step_ns: STEP_NS,
+            buses: built,
+            shafts,
+            torques,
+            body,
+            stalls,
+            turning: Vec::new(),
+        };
         world.observe(0, 0.0);
         Ok(world)
     }
@@ -154,9 +166,17 @@ impl World {
         self.buses.get(bus).and_then(|bus| bus.requests.as_deref()).unwrap_or_default()
     }
 
-    /// Name and line rate (bit/s) of every bus, in the order of configuration.
+    /// Name and the host's line rate (bit/s) of every bus, in the order of configuration.
     pub fn lines(&self) -> impl Iterator<Item = (&str, u32)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.wire.baud()))
+    }
+
+    /// The host of a bus talks and listens at this rate from now on, bit/s: servos set to another do not understand
+    /// it. Does nothing if there is no such bus.
+    pub fn set_host_baud(&mut self, bus: usize, baud: u32) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.set_host_baud(baud);
+        }
     }
 
     /// Runs wires and motors up to and including `ns`; does nothing for a time already past.
@@ -219,7 +239,9 @@ impl World {
                 index += 1;
             }
         }
+        self.grip();
         self.body.step(STEP_S, &mut self.shafts, &self.torques);
+        self.turn_by_hand();
         self.observe(now_ns, STEP_S);
     }
 
@@ -246,10 +268,13 @@ impl World {
 
     /// The true state of the shaft of the servo that has this id now.
     pub fn shaft(&self, bus: usize, id: u8) -> Option<Shaft> {
+        self.shaft_at(bus, self.buses.get(bus)?.servo_with_id(id)?)
+    }
+
+    /// The true state of the shaft of a servo, by its place among the bus's servos in the order of configuration.
+    pub fn shaft_at(&self, bus: usize, place: usize) -> Option<Shaft> {
         let line = self.buses.get(bus)?;
-        let place = line.servo_with_id(id)?;
-        let before: usize = self.buses[..bus].iter().map(|bus| bus.servos.len()).sum();
-        let (state, servo) = (self.shafts.get(before + place)?, &line.servos[place]);
+        let (state, servo) = (self.shafts.get(self.index_of(bus, place)?)?, line.servos.get(place)?);
         Some(Shaft {
             position_counts: state.position_rad * servo.model.counts_per_rad(),
             speed_rad_s: state.speed_rad_s,
@@ -275,8 +300,7 @@ impl World {
 /// Checks what belongs to a bus; returns the register code of its rate.
 fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     let bus = || config.name.clone();
-    let bauds = config.protocol.bauds();
-    let Some(&(code, _)) = bauds.iter().find(|(_, baud)| *baud == config.baud) else {
+    let Some(code) = config.protocol.baud_code(config.baud) else {
         return Err(bad_baud(config, i64::MAX));
     };
     if !(config.supply_v.is_finite() && config.supply_v > 0.0) {

@@ -1,0 +1,131 @@
+//! An octopus arm as the motions and inverse kinematics see it: a chain as ball joints with links between, in three
+//! groups.
+//!
+//! The chain's own frame is the arm's: at zero angles the arm lies along x, y is to its left, z up. A ball joint is
+//! one to three hinges in one place, the last of which carries the link. On the arm of the thesis (Ishizuka 2008,
+//! 3.1.1) the spheres' diameters shrink from joint to joint, and a link is half as long as its sphere is wide.
+
+use std::ops::Range;
+
+use thiserror::Error;
+
+use super::{BallJoint, Chain, Joint};
+
+/// Groups of joints an arm has; each has a pseudo-target.
+pub const GROUPS: usize = 3;
+
+/// Most hinges of one ball joint: `lift`, `sweep` and `twist`.
+const HINGES_MAX: usize = 3;
+
+/// A link may be this far off the arm's straight line, as a share of its length.
+const STRAIGHT_SHARE: f64 = 1e-6;
+
+/// Diameter of the sphere round joint `index`, counted from 0 at the root, in the unit of `root`: its share `taper`
+/// of the root's is lost from each joint to the next (3.1; the thesis has 0.01).
+pub fn diameter(root: f64, taper: f64, index: usize) -> f64 {
+    root * (1.0 - taper * index as f64)
+}
+
+/// Length of the link behind that joint (3.2).
+pub fn link_length(root: f64, taper: f64, index: usize) -> f64 {
+    0.5 * diameter(root, taper, index)
+}
+
+/// An arm.
+#[derive(Debug, Clone)]
+pub struct Arm {
+    /// Its joints, root first; as many as a multiple of [`GROUPS`].
+    pub joints: Vec<ArmJoint>,
+}
+
+/// A joint of an arm.
+#[derive(Debug, Clone)]
+pub struct ArmJoint {
+    /// Its hinges, counted from the chain's root.
+    pub hinges: Range<usize>,
+    /// Length of the link behind it, m.
+    pub link_m: f64,
+    /// How far it may swing and twist; none where the hinges' own ranges are all.
+    pub range: Option<BallJoint>,
+}
+
+/// What keeps a chain from being an arm.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ArmError {
+    /// Joints that do not divide into groups.
+    #[error(
+        "an arm has as many joints as a multiple of {GROUPS}, not {0} (hinges in one place are one joint)"
+    )]
+    Count(usize),
+    /// Too many hinges in one place.
+    #[error("{0}: at most {HINGES_MAX} hinges are in one place")]
+    Hinges(String),
+    /// A link that does not go on straight.
+    #[error("{0}: a link of an arm points along x, [length, 0, 0]")]
+    Bent(String),
+}
+
+impl Arm {
+    /// The arm that `chain` with its `joints` is, without ranges of ball joints.
+    pub fn of(chain: &Chain, joints: &[Joint]) -> Result<Arm, ArmError> {
+        let mut arm = Arm { joints: Vec::new() };
+        let mut first = 0;
+        for (index, joint) in joints.iter().enumerate() {
+            let length_m = joint.link_m.length();
+            if length_m <= 0.0 {
+                continue;
+            }
+            if joint.link_m.x < (1.0 - STRAIGHT_SHARE) * length_m {
+                return Err(ArmError::Bent(joint.name.clone()));
+            }
+            if index + 1 - first > HINGES_MAX {
+                return Err(ArmError::Hinges(joint.name.clone()));
+            }
+            arm.joints.push(ArmJoint { hinges: first..index + 1, link_m: length_m, range: None });
+            first = index + 1;
+        }
+        let count = arm.joints.len();
+        debug_assert_eq!(chain.joints.len(), joints.len());
+        if count == 0 || !count.is_multiple_of(GROUPS) { Err(ArmError::Count(count)) } else { Ok(arm) }
+    }
+
+    /// Joints from the root to the end of group `group`, which counts from 0: the place of that many links.
+    pub fn joints_to_end(&self, group: usize) -> usize {
+        (group + 1) * self.joints.len() / GROUPS
+    }
+
+    /// Length of each group, m (3.4 to 3.6). As printed the sums miss the links by one, and a straight arm would not
+    /// end on its pseudo-targets.
+    pub fn group_lengths_m(&self) -> [f64; GROUPS] {
+        std::array::from_fn(|group| {
+            let end = self.joints_to_end(group);
+            let begin = end - self.joints.len() / GROUPS;
+            self.joints[begin..end].iter().map(|joint| joint.link_m).sum()
+        })
+    }
+
+    /// Length of the whole arm, m.
+    pub fn length_m(&self) -> f64 {
+        self.joints.iter().map(|joint| joint.link_m).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn group_lengths_are_those_of_the_spec() {
+        let joints = (0..12)
+            .map(|index| ArmJoint {
+                hinges: 2 * index..2 * index + 2,
+                link_m: link_length(1.0, 0.01, index),
+                range: None,
+            })
+            .collect();
+        let lengths = Arm { joints }.group_lengths_m();
+        for (length, wanted) in lengths.iter().zip([1.97, 1.89, 1.81]) {
+            assert!((length - wanted).abs() < 1e-12, "{lengths:?}");
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! The range of a ball joint: how far it may swing, and how far it may twist there.
+//!
+//! A turn is a swing, which takes the link's rest direction X to where it points, after a twist about X. The swing
+//! is a vector in the plane normal to X: along its axis, sin(gamma / 2) long, gamma the angle. Allowed is what stands
+//! over a polygon of that plane, between two surfaces of twist: triangular prisms, cut off slantwise (paper on
+//! falling figures, 3.1). Comes in: a turn in the joint's rest frame. Goes out: the nearest that is allowed, first in
+//! swing, then in twist.
+
+use glam::{DQuat, DVec2};
+use thiserror::Error;
+
+/// A turn in two parts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SwingTwist {
+    /// Axis of the swing, y and z in the rest frame, times the sine of half its angle; at most 1 long.
+    pub swing: DVec2,
+    /// Turn about the link itself before the swing, right-handed, -pi to pi, rad.
+    pub twist_rad: f64,
+}
+
+/// A corner of the range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// The swing, as in [`SwingTwist`].
+    pub swing: DVec2,
+    /// Lowest and highest twist there, rad; between corners they change linearly.
+    pub twist_rad: (f64, f64),
+}
+
+/// What the range of a ball joint cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum BallJointError {
+    /// No area.
+    #[error("a range needs at least 3 corners that are not in one line, not {0}")]
+    NoArea(usize),
+    /// A corner that is no swing.
+    #[error("corner {0}: a swing is at most 1 long, the sine of half its angle")]
+    TooLong(usize),
+    /// Twist limits the wrong way round, or past half a turn.
+    #[error("corner {0}: the lowest twist first, then the highest, from -180 to 180 degrees")]
+    Twist(usize),
+    /// A border that crosses itself.
+    #[error("the sides that begin at corners {0} and {1} cross")]
+    Crossing(usize, usize),
+}
+
+/// The range of a ball joint. Its corners go round it, counter-clockwise as seen from the tip of X.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BallJoint {
+    corners: Vec<Corner>,
+    /// Prisms: indices of three corners, counter-clockwise.
+    triangles: Vec<[usize; 3]>,
+}
+
+impl SwingTwist {
+    /// The parts of `turn`, a unit quaternion. Where the link points straight back there is no telling them apart:
+    /// the twist is 0 there.
+    pub fn of(turn: DQuat) -> SwingTwist {
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let length = turn.w.hypot(turn.x);
+        if length < f64::MIN_POSITIVE {
+            return SwingTwist { swing: DVec2::new(turn.y, turn.z), twist_rad: 0.0 };
+        }
+        let (cosine, sine) = (turn.w / length, turn.x / length);
+        SwingTwist {
+            swing: DVec2::new(turn.y * cosine - turn.z * sine, turn.z * cosine + turn.y * sine),
+            twist_rad: 2.0 * turn.x.atan2(turn.w),
+        }
+    }
+
+    /// The turn they make.
+    pub fn turn(self) -> DQuat {
+        let DVec2 { x: y, y: z } = self.swing;
+        DQuat::from_xyzw(0.0, y, z, (1.0 - y * y - z * z).max(0.0).sqrt())
+            * DQuat::from_rotation_x(self.twist_rad)
+    }
+}
+
+impl BallJoint {
+    /// The range with these corners, in either sense round it.
+    pub fn new(mut corners: Vec<Corner>) -> Result<BallJoint, BallJointError> {
+        for (index, corner) in corners.iter().enumerate() {
+            let is_swing = corner.swing.length() <= 1.0;
+            let (low, high) = corner.twist_rad;
+            let is_twist = -std::f64::consts::PI <= low && low <= high && high <= std::f64::consts::PI;
+            if !is_swing {
+                return Err(BallJointError::TooLong(index));
+            }
+            if !is_twist {
+                return Err(BallJointError::Twist(index));
+            }
+        }
+        let count = corners.len();
+        let doubled_area: f64 =
+            (0..count).map(|i| corners[i].swing.perp_dot(corners[(i + 1) % count].swing)).sum();
+        if count < 3 || doubled_area.abs() < 1e-9 {
+            return Err(BallJointError::NoArea(count));
+        }
+        if let Some((a, b)) = crossing(&corners) {
+            return Err(BallJointError::Crossing(a, b));
+        }
+        if doubled_area < 0.0 {
+            corners.reverse();
+        }
+        let triangles = triangulate(&corners);
+        Ok(BallJoint { corners, triangles })
+    }
+
+    /// Its corners, counter-clockwise.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Whether the joint may swing so.
+    pub fn has_swing(&self, swing: DVec2) -> bool {
+        self.triangles.iter().any(|triangle| self.shares(*triangle, swing).iter().all(|share| *share >= 0.0))
+    }
+
+    /// The allowed swing that is nearest to `swing`.
+    pub fn nearest_swing(&self, swing: DVec2) -> DVec2 {
+        if self.has_swing(swing) {
+            return swing;
+        }
+        let mut nearest = (f64::INFINITY, swing);
+        for (index, corner) in self.corners.iter().enumerate() {
+            let next = self.corners[(index + 1) % self.corners.len()].swing;
+            let side = next - corner.swing;
+            let along = ((swing - corner.swing).dot(side) / side.length_squared()).clamp(0.0, 1.0);
+            let place = corner.swing + along * side;
+            let square = place.distance_squared(swing);
+            if square < nearest.0 {
+                nearest = (square, place);
+            }
+        }
+        nearest.1
+    }
+
+    /// Lowest and highest twist at an allowed `swing`, rad.
+    pub fn twist_range_rad(&self, swing: DVec2) -> (f64, f64) {
+        // On a border rounding may put it outside by a hair: the prism it is least outside of.
+        let mut best = (f64::NEG_INFINITY, [0; 3], [0.0; 3]);
+        for &triangle in &self.triangles {
+            let shares = self.shares(triangle, swing);
+            let least = shares.iter().fold(f64::INFINITY, |least, share| least.min(*share));
+            if least > best.0 {
+                best = (least, triangle, shares);
+            }
+        }
+        let (_, triangle, shares) = best;
+        let mean = |limit: fn(&Corner) -> f64| -> f64 {
+            triangle.iter().zip(shares).map(|(corner, share)| share * limit(&self.corners[*corner])).sum()
+        };
+        (mean(|corner| corner.twist_rad.0), mean(|corner| corner.twist_rad.1))
+    }
+
+    /// The allowed turn nearest to `turn`: nearest in swing, then in twist.
+    pub fn nearest(&self, turn: SwingTwist) -> SwingTwist {
+        let swing = self.nearest_swing(turn.swing);
+        let (low, high) = self.twist_range_rad(swing);
+        SwingTwist { swing, twist_rad: turn.twist_rad.clamp(low, high.max(low)) }
+    }
+
+    /// The corners' shares in a place of a triangle's plane; all positive inside.
+    fn shares(&self, [a, b, c]: [usize; 3], swing: DVec2) -> [f64; 3] {
+        let [a, b, c] = [a, b, c].map(|corner| self.corners[corner].swing);
+        let scale = 1.0 / (b - a).perp_dot(c - a);
+        let at_b = (swing - a).perp_dot(c - a) * scale;
+        let at_c = (b - a).perp_dot(swing - a) * scale;
+        [1.0 - at_b - at_c, at_b, at_c]
+    }
+}
+
+/// The first two sides that cross or touch, other than neighbours at their corner.
+fn crossing(corners: &[Corner]) -> Option<(usize, usize)> {
+    let count = corners.len();
+    let side = |index: usize| (corners[index].swing, corners[(index + 1) % count].swing);
+    let is_left = |(a, b): (DVec2, DVec2), point: DVec2| (b - a).perp_dot(point - a) > 0.0;
+    for first in 0..count {
+        for second in first + 2..count {
+            if (second + 1) % count == first {
+                continue;
+            }
+            let (p, q) = (side(first), side(second));
+            if is_left(p, q.0) != is_left(p, q.1) && is_left(q, p.0) != is_left(q, p.1) {
+                return Some((first, second));
+            }
+        }
+    }
+    None
+}
+
+/// Triangles of a polygon given counter-clockwise, one ear cut off after the other.
+fn triangulate(corners: &[Corner]) -> Vec<[usize; 3]> {
+    let area = |[a, b, c]: [usize; 3]| {
+        let [a, b, c] = [a, b, c].map(|corner| corners[corner].swing);
+        (b - a).perp_dot(c - a)
+    };
+    let mut left: Vec<usize> = (0..corners.len()).collect();
+    let mut triangles = Vec::new();
+    while left.len() > 2 {
+        let count = left.len();
+        let at = |index: usize| left[index % count];
+        let is_ear = |index: usize| {
+            let ear = [at(index), at(index + 1), at(index + 2)];
+            let holds = |corner: &usize| {
+                let [a, b, c] = ear;
+                [[a, b, *corner], [b, c, *corner], [c, a, *corner]].into_iter().all(|side| area(side) >= 0.0)
+            };
+            area(ear) > 0.0 && !left.iter().any(|corner| !ear.contains(corner) && holds(corner))
+        };
+        // A polygon that does not cross itself always has one; corners in line with their neighbours have no area.
+        let ear = (0..count).find(|index| is_ear(*index)).unwrap_or(0);
+        let triangle = [at(ear), at(ear + 1), at(ear + 2)];
+        if area(triangle) > 0.0 {
+            triangles.push(triangle);
+        }
+        left.remove((ear + 1) % count);
+    }
+    triangles
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use rand_pcg::Pcg64Mcg;
+    use rand_pcg::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    /// A shoulder that is not convex and does not hold the rest direction in its middle.
+    fn shoulder() -> BallJoint {
+        let corner =
+            |y: f64, z: f64, low: f64, high: f64| Corner { swing: DVec2::new(y, z), twist_rad: (low, high) };
+        BallJoint::new(vec![
+            corner(-0.6, -0.2, -1.0, 0.5),
+            corner(0.1, -0.5, -0.3, 0.9),
+            corner(0.7, -0.1, -1.2, 1.2),
+            corner(0.3, 0.1, -0.1, 0.2),
+            corner(0.5, 0.6, -0.5, 0.5),
+            corner(-0.3, 0.4, 0.1, 1.5),
+        ])
+        .unwrap()
+    }
+
+    /// Directions of all kinds, uniform over the turns.
+    fn turns(count: usize) -> impl Iterator<Item = DQuat> {
+        let mut source = Pcg64Mcg::seed_from_u64(3);
+        let mut share = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        (0..count).map(move |_| {
+            let (u, a, b) = (share(), TAU * share(), TAU * share());
+            let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
+            DQuat::from_xyzw(p * a.sin(), p * a.cos(), q * b.sin(), q * b.cos())
+        })
+    }
+
+    /// Whether a point is in the polygon: by the turns its corners make round it.
+    fn winds_round(corners: &[Corner], point: DVec2) -> bool {
+        let angle = |i: usize| {
+            let (a, b) = (corners[i].swing - point, corners[(i + 1) % corners.len()].swing - point);
+            a.perp_dot(b).atan2(a.dot(b))
+        };
+        (0..corners.len()).map(angle).sum::<f64>().abs() > PI
+    }
+
+    #[test]
+    fn a_hundred_thousand_turns_stay_inside_or_go_to_the_nearest_of_the_border() {
+        let range = shoulder();
+        let corners = range.corners();
+        // Steps of less than a thousandth, as long as the longest side is less than 1.
+        let (steps, step) = (1000, 1e-3);
+        let border: Vec<DVec2> = (0..corners.len())
+            .flat_map(|i| {
+                let (a, b) = (corners[i].swing, corners[(i + 1) % corners.len()].swing);
+                (0..=steps).map(move |s| a.lerp(b, f64::from(s) / f64::from(steps)))
+            })
+            .collect();
+        let (mut inside, mut searched) = (0, 0);
+        for (index, turn) in turns(100_000).enumerate() {
+            let parts = SwingTwist::of(turn);
+            let nearest = range.nearest(parts);
+            let (low, high) = range.twist_range_rad(nearest.swing);
+            assert!((low..=high).contains(&nearest.twist_rad));
+            if winds_round(corners, parts.swing) {
+                inside += 1;
+                assert_eq!(nearest.swing, parts.swing);
+                if (low..=high).contains(&parts.twist_rad) {
+                    assert_eq!(nearest, parts);
+                }
+            } else if index % 10 == 0 {
+                searched += 1;
+                let square = |place: &DVec2| place.distance_squared(parts.swing);
+                let least = border.iter().map(square).fold(f64::INFINITY, f64::min).sqrt();
+                let found = nearest.swing.distance(parts.swing);
+                assert!(found <= least + 1e-9 && found >= least - step, "{found}, by search {least}");
+            }
+            // What came back is in range, and stays where it is.
+            assert!(range.nearest(nearest).swing.distance(nearest.swing) < 1e-12);
+        }
+        assert!(inside > 10_000 && searched > 5000, "{inside} inside, {searched} searched");
+    }
+
+    #[test]
+    fn swing_and_twist_make_the_turn_they_were_taken_from() {
+        for turn in turns(100_000) {
+            let parts = SwingTwist::of(turn);
+            if 2.0 * parts.swing.length().min(1.0).asin() > PI - 1e-3 {
+                continue;
+            }
+            let again = parts.turn();
+            let again = if again.dot(turn) < 0.0 { -again } else { again };
+            assert!((again - turn).length() < 1e-9, "{turn} became {again}");
+            let parts_again = SwingTwist::of(again);
+            assert!(parts_again.swing.distance(parts.swing) < 1e-9);
+            assert!((parts_again.twist_rad - parts.twist_rad).sin().abs() < 1e-9);
+            // The swing alone points the link where the turn does.
+            let pointed = SwingTwist { twist_rad: 0.0, ..parts }.turn() * glam::DVec3::X;
+            assert!(pointed.distance(turn * glam::DVec3::X) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn twist_limits_are_those_of_the_corners_and_in_line_between() {
+        let range = shoulder();
+        for corner in range.corners() {
+            let (low, high) = range.twist_range_rad(corner.swing);
+            assert!((low - corner.twist_rad.0).abs() < 1e-12 && (high - corner.twist_rad.1).abs() < 1e-12);
+        }
+        let (a, b) = (range.corners()[1], range.corners()[2]);
+        let (low, high) = range.twist_range_rad(a.swing.lerp(b.swing, 0.25));
+        assert!((low - (0.75 * a.twist_rad.0 + 0.25 * b.twist_rad.0)).abs() < 1e-12);
+        assert!((high - (0.75 * a.twist_rad.1 + 0.25 * b.twist_rad.1)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn prisms_fill_the_polygon() {
+        let range = shoulder();
+        let area = |corners: &[DVec2]| -> f64 {
+            (0..corners.len()).map(|i| corners[i].perp_dot(corners[(i + 1) % corners.len()])).sum::<f64>()
+                / 2.0
+        };
+        let whole = area(&range.corners().iter().map(|corner| corner.swing).collect::<Vec<_>>());
+        let prisms: f64 = range.triangles.iter().map(|ids| area(&ids.map(|i| range.corners[i].swing))).sum();
+        assert!((whole - prisms).abs() < 1e-12, "{whole}, prisms {prisms}");
+        assert_eq!(range.triangles.len(), 4);
+    }
+
+    #[test]
+    fn what_is_no_range_is_said() {
+        let corner = |y, z| Corner { swing: DVec2::new(y, z), twist_rad: (-0.1, 0.1) };
+        let square = [corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)];
+        assert!(BallJoint::new(square.to_vec()).is_ok());
+        assert_eq!(BallJoint::new(square[..2].to_vec()), Err(BallJointError::NoArea(2)));
+        let bow = vec![square[0], square[2], square[1], square[3]];
+        assert!(matches!(BallJoint::new(bow), Err(BallJointError::Crossing(..) | BallJointError::NoArea(_))));
+        let mut long = square;
+        long[1].swing.x = 1.2;
+        assert_eq!(BallJoint::new(long.to_vec()), Err(BallJointError::TooLong(1)));
+        let mut twisted = square;
+        twisted[2].twist_rad = (0.2, f64::NAN);
+        assert_eq!(BallJoint::new(twisted.to_vec()), Err(BallJointError::Twist(2)));
+    }
+}

@@ -1,0 +1,148 @@
+//! How far each pseudo-target turns over a stroke: four key poses and what lies between (Ishizuka 2008, 3.3).
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::GROUPS;
+
+/// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
+pub const KEYS: usize = 4;
+
+/// What lies between key poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Between {
+    /// Straight lines, as in the thesis; the speed leaps at each key.
+    Linear,
+    /// The periodic cubic through the same poses, whose speed and acceleration are continuous.
+    #[default]
+    Smooth,
+}
+
+/// Turns of each pseudo-target in its parent's frame at the key poses, rad; up where the stroke is upright.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KeyAngles(pub [[f64; KEYS]; GROUPS]);
+
+/// Walking (3.8 to 3.10): lift, reach, press and push.
+pub const WALK: KeyAngles = KeyAngles([
+    [0.0, 5.0 / 36.0 * PI, -5.0 / 18.0 * PI, -5.0 / 12.0 * PI],
+    [0.0, -2.0 / 3.0 * PI, 4.0 / 9.0 * PI, 5.0 / 9.0 * PI],
+    [0.0, PI / 6.0, -PI / 6.0, -PI / 3.0],
+]);
+
+/// Swimming (3.15 to 3.17): raise and spread, swing down, streamline, raise from the root. The third piece of
+/// (3.15) and the fourth of (3.17) are misprinted: they do not meet their neighbours. These keys do.
+pub const SWIM: KeyAngles = KeyAngles([
+    [0.0, PI / 18.0, -4.0 / 9.0 * PI, -PI / 36.0],
+    [0.0, PI / 12.0, -PI / 36.0, -PI / 4.0],
+    [0.0, PI / 12.0, 0.0, -PI / 3.0],
+]);
+
+impl KeyAngles {
+    /// Turns at `phase`, rad of the stroke, any number of strokes from 0.
+    pub fn at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+        let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
+        let share = quarters.fract();
+        // A phase a hair below 0 is a whole turn after rounding.
+        let quarter = (0..KEYS).rev().find(|key| quarters >= *key as f64).unwrap_or(0);
+        self.0.map(|keys| {
+            let key = |ahead: usize| keys[(quarter + ahead) % KEYS];
+            let (before, here, next, after) = (key(KEYS - 1), key(0), key(1), key(2));
+            match between {
+                Between::Linear => here + share * (next - here),
+                Between::Smooth => hermite(share, here, slope(before, next), next, slope(here, after)),
+            }
+        })
+    }
+
+    /// The same stroke, each turn times `gain`.
+    pub fn times(self, gain: f64) -> KeyAngles {
+        KeyAngles(self.0.map(|keys| keys.map(|key| gain * key)))
+    }
+}
+
+/// Slope of the periodic cubic at a key, per quarter, from the keys before and after it. Continuity of the
+/// acceleration asks m[-1] + 4 m[0] + m[1] = 3 (y[1] - y[-1]) at each; with four keys in the period, opposite
+/// right-hand sides are opposite, hence opposite slopes, and this is the solution.
+fn slope(before: f64, after: f64) -> f64 {
+    0.75 * (after - before)
+}
+
+/// The cubic from `a` to `b` with slopes `at_a` and `at_b`, at the share `u` of the way.
+fn hermite(u: f64, a: f64, at_a: f64, b: f64, at_b: f64) -> f64 {
+    let v = 1.0 - u;
+    v * v * ((1.0 + 2.0 * u) * a + u * at_a) + u * u * ((1.0 + 2.0 * v) * b - v * at_b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BETWEEN: [Between; 2] = [Between::Linear, Between::Smooth];
+
+    /// The spec's table, in degrees.
+    const TABLE: [(KeyAngles, [[f64; 4]; 3]); 2] = [
+        (WALK, [[0.0, 25.0, -50.0, -75.0], [0.0, -120.0, 80.0, 100.0], [0.0, 30.0, -30.0, -60.0]]),
+        (SWIM, [[0.0, 10.0, -80.0, -5.0], [0.0, 15.0, -5.0, -45.0], [0.0, 15.0, 0.0, -60.0]]),
+    ];
+
+    #[test]
+    fn key_poses_are_those_of_the_table() {
+        for (keys, table) in TABLE {
+            for between in BETWEEN {
+                for key in 0..4 {
+                    let at = keys.at(between, f64::from(key) * FRAC_PI_2);
+                    for (angle, row) in at.iter().zip(table) {
+                        assert!((angle.to_degrees() - row[key as usize]).abs() < 1e-9, "{at:?} at {key}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_of_the_thesis_are_the_linear_ones() {
+        // (3.8) and (3.9) as printed, and (3.15) with its third slope mended.
+        let alpha_1 = |t: f64| match t / PI {
+            x if x < 0.5 => 5.0 / 18.0 * t,
+            x if x < 1.0 => 5.0 / 36.0 * PI - 5.0 / 6.0 * (t - 0.5 * PI),
+            x if x < 1.5 => -5.0 / 18.0 * PI - 5.0 / 18.0 * (t - PI),
+            _ => -5.0 / 12.0 * PI + 5.0 / 6.0 * (t - 1.5 * PI),
+        };
+        let beta_1 = |t: f64| match t / PI {
+            x if x < 0.5 => t / 9.0,
+            x if x < 1.0 => PI / 18.0 - (t - 0.5 * PI),
+            x if x < 1.5 => -4.0 / 9.0 * PI + 5.0 / 6.0 * (t - PI),
+            _ => -PI / 36.0 + (t - 1.5 * PI) / 18.0,
+        };
+        for step in 0..1000 {
+            let t = TAU * f64::from(step) / 1000.0;
+            assert!((WALK.at(Between::Linear, t)[0] - alpha_1(t)).abs() < 1e-12);
+            assert!((SWIM.at(Between::Linear, t)[0] - beta_1(t)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn turns_are_continuous_everywhere_and_smooth_ones_twice_differentiable() {
+        let h = 1e-4;
+        for (keys, _) in TABLE {
+            for step in 0..4000 {
+                let t = TAU * f64::from(step) / 4000.0 - 1.0;
+                for between in BETWEEN {
+                    let [a, b] = [t - 1e-9, t + 1e-9].map(|t| keys.at(between, t));
+                    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-7), "{between:?} at {t}");
+                }
+                let at = |ahead: f64| keys.at(Between::Smooth, t + ahead * h);
+                let acceleration = |ahead: f64, target: usize| {
+                    (at(ahead + 1.0)[target] - 2.0 * at(ahead)[target] + at(ahead - 1.0)[target]) / (h * h)
+                };
+                for target in 0..GROUPS {
+                    let leap = acceleration(2.0, target) - acceleration(-2.0, target);
+                    // The third derivative of the steepest piece is below 30 rad a rad^3.
+                    assert!(leap.abs() < 4.0 * h * 30.0 + 1e-5, "leaps by {leap} at {t}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The page of the keys of robot files says what the reader asks for.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hippocamp::config::{Key, robot_file_keys};
+
+use crate::GOOD;
+
+const BEGIN: &str =
+    "<!-- From here on made from the reader: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page -->\n";
+
+/// The texts that have every key between them: the good file, and what comes with the program.
+fn samples() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|end| end == "toml"));
+    // The unit file of somebody who tries things out is none.
+    files.retain(|path| !path.to_string_lossy().contains(".unit."));
+    files.sort();
+    let texts = files.iter().map(|path| fs::read_to_string(path).unwrap());
+    std::iter::once(GOOD.to_owned()).chain(texts).collect()
+}
+
+/// A section as it is headed in a file, and a key of it. What is inside braces stays with its key.
+fn place(path: &str, kind: &str) -> (String, String) {
+    let (section, key) = match path.rsplit_once('.') {
+        None => (String::new(), path),
+        Some((section, key)) => (section.to_owned(), key),
+    };
+    let bare = section.replace("[]", "");
+    let heading = match section.as_str() {
+        "" => "Top of the file".to_owned(),
+        list if list.ends_with("[]") => format!("`[[{bare}]]`"),
+        _ => format!("`[{bare}]`"),
+    };
+    let is_of_motion = bare == "motion" || bare.starts_with("motion.");
+    (if is_of_motion { format!("{heading} of a {kind}") } else { heading }, key.to_owned())
+}
+
+/// The kind of motion of a robot file.
+fn kind(text: &str) -> String {
+    let table: toml::Table = text.parse().unwrap();
+    table["motion"]["kind"].as_str().unwrap().to_owned()
+}
+
+fn table() -> String {
+    let mut sections: Vec<(String, Vec<(String, Key)>)> = Vec::new();
+    for text in samples() {
+        let kind = kind(&text);
+        for key in robot_file_keys(&text).unwrap_or_else(|error| panic!("{error}")) {
+            let (heading, name) = place(&key.path, &kind);
+            let at = sections.iter().position(|(known, _)| *known == heading).unwrap_or_else(|| {
+                sections.push((heading, Vec::new()));
+                sections.len() - 1
+            });
+            let keys = &mut sections[at].1;
+            if !keys.iter().any(|(known, _)| *known == name) {
+                keys.push((name, key));
+            }
+        }
+    }
+    let mut page = String::new();
+    for (heading, keys) in sections {
+        writeln!(page, "\n## {heading}\n\n| key | what | left out |\n|---|---|---|").unwrap();
+        for (name, key) in keys {
+            let default = key.default.unwrap_or_else(|| "must be there".to_owned());
+            let expected = key.expected.replace('|', "\\|").replace("[[", "`[[").replace("]]", "]]`");
+            writeln!(page, "| `{name}` | {expected} | {default} |").unwrap();
+        }
+    }
+    page
+}
+
+#[test]
+fn the_page_of_the_keys_says_what_the_reader_asks_for() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/robot-file.md");
+    let page = fs::read_to_string(&path).unwrap();
+    let (head, tables) = page.split_once(BEGIN).expect("the page says where its tables begin");
+    let made = table();
+    if std::env::var_os("HIPPOCAMP_WRITE_DOCS").is_some() {
+        fs::write(&path, format!("{head}{BEGIN}{made}")).unwrap();
+        return;
+    }
+    assert!(
+        tables == made,
+        "docs/robot-file.md is not what the reader asks for: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page"
+    );
+}
