@@ -8,7 +8,7 @@
 //!
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
-//! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft),
+//! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (what their current leaves of the voltage),
 //! [`body`] (where joint torque meets joint motion), [`faults`] (what goes wrong, and when).
 //!
 //! ```
@@ -21,6 +21,7 @@
 //!     baud: 1_000_000,
 //!     adapter_latency_us: 0,
 //!     supply_v: 12.0,
+//!     supply_ohm: 0.0,
 //!     servos: vec![servo],
 //! };
 //! let mut world = World::new(&[bus], FaultScript::default(), 1)?;
@@ -47,6 +48,7 @@ pub mod pty;
 pub mod registers;
 mod reply;
 mod servo;
+mod supply;
 mod wire;
 mod world;
 

@@ -150,8 +150,13 @@ impl Servo {
         ShaftState {
             position_rad: config.position_counts / self.model.counts_per_rad(),
             speed_rad_s: 0.0,
+            motor_speed_rad_s: 0.0,
+            slack_rad: 0.0,
+            backlash_rad: self.model.backlash_rad,
             inertia_kg_m2: self.model.reflected_inertia_kg_m2,
             friction_nm: self.model.friction_nm,
+            holding_share: self.model.holding_share,
+            load_nm: 0.0,
             is_stuck: false,
         }
     }
@@ -202,8 +207,8 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = if self.is_awake() { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
-        self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
+        let drive = if self.is_awake() { self.drive(shaft.motor_speed_rad_s, supply_v) } else { Drive::Off };
+        self.motor.torque(self.model, drive, supply_v, shaft.motor_speed_rad_s)
     }
 
     fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {

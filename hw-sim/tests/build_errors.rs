@@ -41,6 +41,9 @@ fn messages() {
     for supply_v in [f64::NAN, 0.0, -5.0, f64::INFINITY] {
         assert!(message(&[BusConfig { supply_v, ..good() }]).contains("supply_v"));
     }
+    for supply_ohm in [f64::NAN, -0.1, 11.0] {
+        assert!(message(&[BusConfig { supply_ohm, ..good() }]).contains("supply_ohm"));
+    }
 }
 
 #[test]
