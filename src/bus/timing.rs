@@ -96,7 +96,7 @@ mod tests {
     use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
 
     fn bus(protocol: Protocol, baud: u32, return_delay_us: u32) -> Bus {
-        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us }
+        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us, supply_ohm: 0.0 }
     }
 
     /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).

@@ -14,7 +14,7 @@
 //! |---|---|
 //! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"` or `"sit-then-limp"` |
 //! | `[trunk]` | `mass_kg`, `center_mm` |
-//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0); no bus at all: a robot on paper |
+//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |

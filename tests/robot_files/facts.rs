@@ -174,6 +174,8 @@ fn every_key_reaches_the_robot_in_si_units() {
     let [left, right] = robot.buses.as_slice() else { panic!("two buses") };
     assert_eq!((left.adapter_latency_us, left.return_delay_us), (1000, 0));
     assert_eq!((right.adapter_latency_us, right.return_delay_us), (2000, 500));
+    assert_near(left.supply_ohm, 0.1, 0.0);
+    assert_near(right.supply_ohm, 0.25, 0.0);
 
     // Yawed by a quarter turn to the left, the chain's forward is the body's left.
     let forward = robot.chains[0].root_rotation * DVec3::X;
