@@ -35,6 +35,7 @@ pub mod recording;
 pub mod replay;
 pub mod run;
 pub mod safety;
+pub mod service;
 pub mod signals;
 pub mod simulation;
 pub mod telemetry;

@@ -7,7 +7,7 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::Robot;
+use crate::model::{GROUPS, Joint, Robot};
 
 /// What the generator asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ pub enum Aim {
     Pose,
     /// Tip places: [`Targets::tips_in_body`].
     Tips,
+    /// What each arm is to do: [`Targets::arms`].
+    Arms,
     /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
     Joint(usize),
 }
@@ -42,6 +44,38 @@ pub struct Targets {
     pub feet: Vec<FootTarget>,
     /// Share of the way to their neutral posture that joints to spare go in one cycle.
     pub posture_pull: f64,
+    /// What the arm that each chain is, if it is one, is to do.
+    pub arms: Vec<ArmTarget>,
+}
+
+/// Where places along one arm are to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmTarget {
+    /// Which of the fields below holds.
+    pub aim: ArmAim,
+    /// Ends of the arm's groups, body frame, m; the last is the tip.
+    pub ends_in_body: [DVec3; GROUPS],
+    /// Where the tip is to point, body frame, unit length.
+    pub direction_in_body: DVec3,
+    /// Ends of all links, root first, body frame, m.
+    pub places_in_body: Vec<DVec3>,
+    /// Counts changes of what the arm does. When it is not what it was in the cycle before, the joints go over to the
+    /// new targets from where they are and as fast as they are; what is new must begin at rest.
+    pub change: u32,
+}
+
+/// Which places of an arm are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ArmAim {
+    /// The ends of its groups.
+    #[default]
+    Ends,
+    /// Its tip alone.
+    Tip,
+    /// Its tip and where that points.
+    TipAlong,
+    /// The ends of all links.
+    Places,
 }
 
 /// A foot's plan at one moment.
@@ -77,6 +111,8 @@ pub struct JointTargets {
     pub angles_rad: Vec<f64>,
     /// What each chain's tip misses its target by, m; 0 where a pose was asked for.
     pub residual_m: Vec<f64>,
+    /// What the ends of each arm's groups miss their targets by at most, m; 0 where others were asked for.
+    pub group_residual_m: Vec<f64>,
     /// How many joints of each chain stand on a limit of their range; 0 where a pose was asked for.
     pub saturated: Vec<u32>,
 }
@@ -184,6 +220,21 @@ impl Targets {
             trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
             posture_pull: 0.0,
+            arms: robot.chains.iter().map(|chain| ArmTarget::new(robot.joints_of(chain))).collect(),
+        }
+    }
+}
+
+impl ArmTarget {
+    /// For a chain of these joints, a target at its root.
+    pub fn new(joints: &[Joint]) -> ArmTarget {
+        let links = joints.iter().filter(|joint| joint.link_m.length() > 0.0).count();
+        ArmTarget {
+            aim: ArmAim::Ends,
+            ends_in_body: [DVec3::ZERO; GROUPS],
+            direction_in_body: DVec3::X,
+            places_in_body: vec![DVec3::ZERO; links],
+            change: 0,
         }
     }
 }
@@ -198,6 +249,7 @@ impl JointTargets {
             not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
+            group_residual_m: vec![0.0; robot.chains.len()],
             saturated: vec![0; robot.chains.len()],
         }
     }

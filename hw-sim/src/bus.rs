@@ -176,12 +176,13 @@ impl Bus {
                 if is_late {
                     decoder.reset();
                 }
-                let Some(request) = decoder.push(crossed.byte) else { return };
-                self.keep(now_ns, request.id, request.instruction, &request.parameters);
+                let Some(heard) = decoder.push(crossed.byte) else { return };
+                if let dynamixel::packet::Heard::Request(request) = &heard {
+                    self.keep(now_ns, request.id, request.instruction, &request.parameters);
+                }
                 self.mistake_ids(now_ns);
                 for hears in self.hearers(now_ns) {
-                    dynamixel::control::hear(&request, &mut self.servos, &hears, now_ns);
-                    let slots = dynamixel::answer::answer(&request, &mut self.servos, &hears);
+                    let slots = dynamixel::answer::answer(&heard, &mut self.servos, &hears, now_ns);
                     self.schedule(now_ns, slots);
                 }
             }

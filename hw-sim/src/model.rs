@@ -41,6 +41,9 @@ pub struct Model {
     pub(crate) changes: &'static [Change],
 }
 
+/// The same as a factor, counts/rad.
+pub(crate) const COUNTS_PER_RAD: f64 = 4096.0 / TAU;
+
 const fn degrees(value: f64) -> f64 {
     value * TAU / 360.0
 }
@@ -138,10 +141,10 @@ impl Model {
     }
 
     /// Time from power or a restart until it hears and answers, ns. Feetech wiki, ft-scs 4.12: about 1800 ms.
-    /// ROBOTIS states none: estimate.
+    /// ROBOTIS states none; 0.4 s were measured on an XC330 (ROBOTIS-GIT/emanual issue 1698).
     pub(crate) fn start_ns(&self) -> u64 {
         match self.protocol {
-            Protocol::Dynamixel => 500_000_000,
+            Protocol::Dynamixel => 400_000_000,
             Protocol::Feetech => 1_800_000_000,
         }
     }

@@ -25,7 +25,10 @@ enum Power {
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
-    /// Is it connected? One that is not has no supply.
+    /// What only a servo of this family has.
+    pub(crate) dynamixel: dynamixel::State,
+    pub(crate) feetech: feetech::State,
+    /// Is it connected?
     pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
     /// Shaft position as the encoder sees it, counts, from the last motor step.
@@ -39,8 +42,6 @@ pub(crate) struct Servo {
     /// The id it takes for its own by a fault.
     pub(crate) wrong_id: Option<u8>,
     power: Power,
-    /// What only a Feetech servo has.
-    pub(crate) feetech: feetech::State,
 }
 
 /// What a servo feels in one motor step.
@@ -62,10 +63,11 @@ impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
     pub(crate) fn new(model: &'static Model, config: &ServoConfig, baud_code: i64) -> Servo {
         let registers = RegisterFile::new(model.registers());
-        let feetech = feetech::State::new(&registers);
         let mut servo = Servo {
             model,
+            feetech: feetech::State::new(&registers),
             registers,
+            dynamixel: dynamixel::State::default(),
             is_plugged_in: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
@@ -74,16 +76,33 @@ impl Servo {
             heard_ns: 0,
             wrong_id: None,
             power: Power::On,
-            feetech,
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
-            Protocol::Dynamixel => {
-                dynamixel::control::power_on(&mut servo, config.id, baud_code, delay_units)
-            }
+            Protocol::Dynamixel => dynamixel::power::power_on(&mut servo, config.id, baud_code, delay_units),
             Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
         }
         servo
+    }
+
+    /// Makes every register what it was when the servo left its maker.
+    pub(crate) fn make_new(&mut self) {
+        self.registers = RegisterFile::new(self.model.registers());
+        self.dynamixel = dynamixel::State::default();
+        self.feetech = feetech::State::new(&self.registers);
+        self.forget();
+    }
+
+    /// Connects it: it starts from what is in its EEPROM.
+    pub(crate) fn plug_in(&mut self) {
+        (self.is_plugged_in, self.power) = (true, Power::On);
+        self.forget();
+    }
+
+    /// Disconnects it.
+    pub(crate) fn pull_out(&mut self) {
+        (self.is_plugged_in, self.power) = (false, Power::Off);
+        self.forget();
     }
 
     /// Whether it hears, answers and can turn.
@@ -91,57 +110,39 @@ impl Servo {
         self.power == Power::On
     }
 
-    /// Tells it whether it has a supply it can run on. When that comes back the servo starts anew.
-    pub(crate) fn set_power(&mut self, has_supply: bool, now_ns: u64) {
-        let is_on = has_supply && self.is_plugged_in;
+    /// Gives it a supply it can run on or takes it away. When it comes back the servo starts anew; one that is not
+    /// plugged in has none.
+    pub(crate) fn set_power(&mut self, is_on: bool, now_ns: u64) {
+        let is_on = is_on && self.is_plugged_in;
         match self.power {
             Power::Off if is_on => self.restart(now_ns),
             Power::Off => {}
-            _ if !is_on => self.lose_power(),
-            Power::Starting { until_ns } if now_ns >= until_ns => self.power_up(),
+            _ if !is_on => {
+                self.power = Power::Off;
+                self.forget();
+            }
+            Power::Starting { until_ns } if now_ns >= until_ns => {
+                self.power = Power::On;
+                self.forget();
+            }
             Power::Starting { .. } | Power::On => {}
         }
     }
 
-    /// Starts anew: away for as long as its model takes.
+    /// Starts anew: away for as long as its model takes, and then with what it held in RAM forgotten.
     pub(crate) fn restart(&mut self, now_ns: u64) {
-        self.lose_power();
         self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
+        self.forget();
     }
 
-    fn lose_power(&mut self) {
-        self.power_up();
-        self.power = Power::Off;
-    }
-
-    /// A hand pulls its plug.
-    pub(crate) fn pull_out(&mut self) {
-        self.is_plugged_in = false;
-        self.lose_power();
-    }
-
-    /// A hand plugs it in, and it has started.
-    pub(crate) fn plug_in(&mut self) {
-        self.is_plugged_in = true;
-        self.power_up();
-    }
-
-    /// Makes every register what it was when the servo left its maker.
-    pub(crate) fn make_new(&mut self) {
-        self.registers = RegisterFile::new(self.model.registers());
-        self.feetech = feetech::State::new(&self.registers);
-        self.power_up();
-    }
-
-    /// Starts it: registers outside the EEPROM get their defaults, and all that it only remembered is forgotten.
-    fn power_up(&mut self) {
-        self.power = Power::On;
+    /// What was in RAM is gone.
+    fn forget(&mut self) {
         self.is_shut_down = false;
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
         match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::power_up(self),
-            Protocol::Feetech => feetech::control::power_up(self),
+            Protocol::Dynamixel => dynamixel::power::forget(self),
+            Protocol::Feetech => feetech::control::forget(self),
         }
     }
 
@@ -185,6 +186,8 @@ impl Servo {
     /// Register code of the line rate it listens at now.
     pub(crate) fn baud_code(&self) -> i64 {
         match self.model.protocol {
+            // Set to another protocol it understands nothing at any rate.
+            Protocol::Dynamixel if self.get(dynamixel_x::PROTOCOL_TYPE) != 2 => -1,
             Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
             Protocol::Feetech => self.get(feetech_sts::BAUD),
         }

@@ -112,7 +112,8 @@ fn goals_are_refused_until_0_is_written() {
 
     assert_eq!(error_of(&dynamixel_write(&mut world, 1, WATCHDOG, &[0])), 0);
     assert_eq!(error_of(&dynamixel_write(&mut world, 1, GOAL_POSITION, &goal)), 0);
-    world.advance_to(world.now_ns() + S);
+    // Profile Velocity is 9: 141 counts a second.
+    world.advance_to(world.now_ns() + 2 * S);
     assert!((world.shaft(0, 1).unwrap().position_counts - 1200.0).abs() < 15.0);
 }
 

@@ -17,7 +17,11 @@ impl Codec {
     /// For a bus with `servos` servos of these registers.
     pub(super) fn new(protocol: Protocol, registers: &Registers, servos: usize) -> Codec {
         // Single reads have up to 4 bytes.
-        let parameters_max = usize::from(registers.feedback_bytes).max(4);
+        Codec::with_room(protocol, usize::from(registers.feedback_bytes).max(4), servos)
+    }
+
+    /// For status packets of up to `parameters_max` data bytes, and fast replies of `servos` servos.
+    pub(super) fn with_room(protocol: Protocol, parameters_max: usize, servos: usize) -> Codec {
         match protocol {
             Protocol::Feetech => Codec::Feetech(feetech::Decoder::new(parameters_max)),
             Protocol::Dynamixel => Codec::Dynamixel(dynamixel::Decoder::new(parameters_max, servos)),

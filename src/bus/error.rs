@@ -110,7 +110,7 @@ pub enum TransactionError {
 }
 
 /// What an error number means and what to do (ROBOTIS e-manual, `dxl/protocol2`, status packet).
-fn refusal(error: u8) -> &'static str {
+pub(crate) fn refusal(error: u8) -> &'static str {
     match error {
         1 => "it could not do it now; restart it and try again",
         2 => "it does not know the instruction; update its firmware",

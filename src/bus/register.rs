@@ -4,7 +4,7 @@ use crate::model::servo_model::{Encoding, Register};
 
 /// The bits that mean `value`, in the lowest `register.bytes` bytes. A value the register cannot hold
 /// becomes the nearest one it can.
-pub(super) fn encode(register: Register, value: i64) -> u64 {
+pub(crate) fn encode(register: Register, value: i64) -> u64 {
     let bits = bits(register);
     match register.encoding {
         Encoding::Unsigned => value.clamp(0, (1 << bits) - 1).unsigned_abs(),
@@ -21,7 +21,7 @@ pub(super) fn encode(register: Register, value: i64) -> u64 {
 }
 
 /// The number in the first `register.bytes` of `bytes`; `None` when there are not as many.
-pub(super) fn decode(register: Register, bytes: &[u8]) -> Option<i64> {
+pub(crate) fn decode(register: Register, bytes: &[u8]) -> Option<i64> {
     let bits = bits(register);
     let raw = bytes
         .get(..usize::from(register.bytes))?

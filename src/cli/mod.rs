@@ -3,8 +3,10 @@
 #[macro_use]
 mod say;
 mod check;
+mod confirm;
 mod drivers;
 mod guard;
+mod interrupt;
 mod jog;
 mod load;
 mod monitor;
@@ -17,6 +19,10 @@ mod provoke;
 mod record;
 mod replay;
 mod run;
+mod scan;
+mod servo;
+mod setup;
+mod sim;
 mod status;
 mod unit;
 
@@ -114,6 +120,35 @@ enum Command {
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
                             --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
+    /// Finds out which servos are on a serial line.
+    ///
+    /// Asks every id, at all rates servos have, in both languages; prints who answered, and notices ids that two servos
+    /// have and adapters that hand back what they are sent. Writes nothing. Exit codes: 0 somebody answered, 1 nobody.
+    #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
+                            hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
+    Scan(scan::ScanArguments),
+    /// Sets up a robot's new servos, one after the other.
+    ///
+    /// Asks for the servo of each joint to be plugged in, finds it, keeps a backup of it, gives it id, rate and modes, and
+    /// reads all of it back. Goes on where it was broken off. Leave servos that are set up plugged in. Writes the devices
+    /// to the unit file. See docs/servos.md.
+    #[command(after_help = "Example: hippocamp setup config/horse.toml --port main=/dev/ttyUSB0")]
+    Setup(setup::SetupArguments),
+    /// Reads and sets a single servo.
+    ///
+    /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
+    /// asks first, unless told --yes. See docs/servos.md.
+    #[command(subcommand)]
+    Servo(servo::ServoCommand),
+    /// Puts the robot's servos behind pseudo-terminals, for any program that drives servos.
+    ///
+    /// Every bus of the robot file is a serial device under a name that stays, and its servos answer there in real
+    /// time, byte for byte as real ones, at the rate the program that opens it has set. Servos are plugged in, pulled
+    /// out and turned by hand by what is typed on standard input ('help' says how). Runs until Ctrl-C, SIGTERM or
+    /// 'quit'; the end of standard input is none. See docs/simulated-buses.md.
+    #[command(after_help = "Examples:\n  hippocamp sim config/horse.toml\n  \
+                            hippocamp sim config/horse.toml --factory-new --link ports --reversed left_hind.hip")]
+    Sim(SimArguments),
     /// Takes the torque off if the controller that started it dies. For the program's own use.
     #[command(hide = true)]
     Guard {
@@ -200,6 +235,33 @@ struct PlotArguments {
     /// Draw the first change of gait beside the same change by the rule of the thesis (Takizawa 2005, 3.3).
     #[arg(long)]
     thesis: bool,
+}
+
+/// Options of `sim`.
+#[derive(Debug, clap::Args)]
+struct SimArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The folder for the links to the terminals, one for each bus, by its name; made if it is not there [default: one
+    /// named after the robot file in the user's folder for running programs].
+    #[arg(long, value_name = "DIR")]
+    link: Option<PathBuf>,
+    /// Things that go wrong on the buses, and when (TOML; see docs/faults.md).
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// New servos out of the box: all with id 1 and every register as shipped, horns put on anyhow, none plugged in.
+    #[arg(long, conflicts_with = "unit")]
+    factory_new: bool,
+    /// Joints whose servo is mounted the other way round than the robot file says.
+    #[arg(long, value_name = "JOINT", value_delimiter = ',')]
+    reversed: Vec<String>,
+    /// Where the limp joints are at the start, how the horns were put on, and all other chance.
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    seed: u64,
+    /// The unit file of the robot that is simulated [default: the robot file's name with .unit.toml for .toml, if
+    /// there is one].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
 }
 
 /// Options of `run`.
@@ -311,6 +373,10 @@ pub fn main() -> ExitCode {
         Command::Jog(options) => jog::jog(options),
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
+        Command::Scan(options) => scan::scan(options),
+        Command::Setup(options) => setup::setup(options).map(|()| COMPLETED),
+        Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
+        Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
     match result {
@@ -319,6 +385,8 @@ pub fn main() -> ExitCode {
             let is_input = error.is::<BadInput>()
                 || error.is::<crate::config::ConfigError>()
                 || error.is::<crate::recording::ReadError>()
+                || error.is::<crate::service::BackupError>()
+                || error.is::<crate::service::registers::BadValue>()
                 || error.is::<crate::replay::ReplayError>();
             #[allow(clippy::print_stderr, reason = "the error message of the command")]
             {

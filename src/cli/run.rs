@@ -238,7 +238,7 @@ fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
     })
 }
 
-fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
+pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
     let file_name = path.display().to_string();
     let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
     simulation::fault_script(robot, &text, &file_name).map_err(|error| {

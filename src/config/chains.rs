@@ -142,6 +142,7 @@ fn read_joint<'a>(
         stiffness: stiffness?,
         mass_kg: mass_kg?,
         center_m: meters(center?),
+        ball: None,
         servo: servo?,
     })
 }

@@ -1,25 +1,46 @@
-//! The IK stage: tip targets of every chain to joint angles. A pose passes straight through.
+//! The IK stage: targets of every chain to joint angles. A pose passes straight through.
 
-use super::{Method, Solver};
-use crate::model::Robot;
-use crate::signals::{Aim, JointTargets, Targets};
+use std::ops::Range;
+
+use super::{ArmSolver, HandOver, Method, Solver};
+use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
+use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
 /// One solver a chain, and the angles they start from.
 #[derive(Debug, Clone)]
 pub struct Limbs {
     method: Method,
-    chains: Vec<(std::ops::Range<usize>, Solver)>,
+    limbs: Vec<Limb>,
+}
+
+#[derive(Debug, Clone)]
+struct Limb {
+    joints: Range<usize>,
+    tip: Solver,
+    /// Where the chain is an arm.
+    arm: Option<Arm>,
+}
+
+/// An arm's solver, which follows its own last solution, and what joins one motion to the next.
+#[derive(Debug, Clone)]
+struct Arm {
+    solver: ArmSolver,
+    solved_rad: Vec<f64>,
+    hand_over: HandOver,
 }
 
 impl Limbs {
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
-        let chains = robot
-            .chains
-            .iter()
-            .map(|chain| (chain.joints.clone(), Solver::new(chain, robot.joints_of(chain))))
-            .collect();
-        Limbs { method, chains }
+        let bending = match &robot.motion {
+            Motion::Horse(_) => Bending::default(),
+        };
+        let limb = |chain: &Chain| Limb {
+            joints: chain.joints.clone(),
+            tip: Solver::new(chain, robot.joints_of(chain)),
+            arm: Arm::of(robot, chain, bending),
+        };
+        Limbs { method, limbs: robot.chains.iter().map(limb).collect() }
     }
 
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
@@ -27,11 +48,12 @@ impl Limbs {
         joints.is_limp = targets.aim == Aim::Limp;
         joints.only = match targets.aim {
             Aim::Joint(joint) => Some(joint),
-            Aim::Limp | Aim::Pose | Aim::Tips => None,
+            Aim::Limp | Aim::Pose | Aim::Tips | Aim::Arms => None,
         };
         joints.torque_share = targets.torque_share;
         joints.not_finite = None;
         joints.residual_m.fill(0.0);
+        joints.group_residual_m.fill(0.0);
         joints.saturated.fill(0);
         match targets.aim {
             Aim::Limp => {}
@@ -40,17 +62,68 @@ impl Limbs {
                 joints.not_finite = targets.pose_rad.iter().position(|angle| !angle.is_finite());
             }
             Aim::Tips => {
-                for (index, (range, solver)) in self.chains.iter_mut().enumerate() {
-                    let angles = &mut joints.angles_rad[range.clone()];
+                for (index, limb) in self.limbs.iter_mut().enumerate() {
+                    let angles = &mut joints.angles_rad[limb.joints.clone()];
                     let tip = targets.tips_in_body[index];
-                    let solution = solver.solve(self.method, tip, targets.posture_pull, angles);
+                    let solution = limb.tip.solve(self.method, tip, targets.posture_pull, angles);
                     joints.residual_m[index] = solution.residual_m;
                     joints.saturated[index] = solution.saturated;
                     if !solution.residual_m.is_finite() {
-                        joints.not_finite = joints.not_finite.or(Some(range.start));
+                        joints.not_finite = joints.not_finite.or(Some(limb.joints.start));
                     }
                 }
             }
+            Aim::Arms => self.solve_arms(targets, joints),
         }
+        if targets.aim != Aim::Arms {
+            for limb in &mut self.limbs {
+                if let Some(arm) = &mut limb.arm {
+                    arm.hand_over.pass(&joints.angles_rad[limb.joints.clone()]);
+                }
+            }
+        }
+    }
+
+    fn solve_arms(&mut self, targets: &Targets, joints: &mut JointTargets) {
+        for (index, limb) in self.limbs.iter_mut().enumerate() {
+            let Some(arm) = &mut limb.arm else { continue };
+            let target = &targets.arms[index];
+            let angles = &mut joints.angles_rad[limb.joints.clone()];
+            let solution = arm.solve(target, angles);
+            joints.residual_m[index] = solution.tip_residual_m;
+            if target.aim == ArmAim::Ends {
+                joints.group_residual_m[index] = solution.residual_m;
+            }
+            joints.saturated[index] = solution.saturated;
+            if !solution.residual_m.is_finite() {
+                joints.not_finite = joints.not_finite.or(Some(limb.joints.start));
+            }
+        }
+    }
+}
+
+impl Arm {
+    fn of(robot: &Robot, chain: &Chain, bending: Bending) -> Option<Arm> {
+        let joints = robot.joints_of(chain);
+        let geometry = ArmGeometry::of(chain, joints).ok()?;
+        Some(Arm {
+            solver: ArmSolver::new(&geometry, chain, joints, bending, robot.period_s()),
+            solved_rad: vec![0.0; joints.len()],
+            hand_over: HandOver::new(joints, &robot.safety, robot.period_s()),
+        })
+    }
+
+    /// Writes the angles that go out for `target`; those that come in went out in the cycle before.
+    fn solve(&mut self, target: &ArmTarget, angles: &mut [f64]) -> super::ArmSolution {
+        let is_new = self.hand_over.is_new(target.change);
+        if is_new {
+            self.solved_rad.copy_from_slice(angles);
+        }
+        let solution = self.solver.solve(target, is_new, &mut self.solved_rad);
+        if solution.residual_m.is_finite() {
+            angles.copy_from_slice(&self.solved_rad);
+            self.hand_over.fade(target.change, angles);
+        }
+        solution
     }
 }

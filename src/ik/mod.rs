@@ -1,4 +1,5 @@
-//! Inverse kinematics of one chain: a tip target in, joint angles and what is left over out.
+//! Inverse kinematics of one chain: a tip target in, joint angles and what is left over out; of an octopus arm, more
+//! than a tip ([`ArmSolver`]).
 //!
 //! Cyclic coordinate descent as the horse thesis has it (Takizawa 2005, 3.2): from the tip to the root,
 //! each joint turns by its stiffness times the angle that would point the tip at the target, and is held
@@ -13,6 +14,7 @@
 //! Works on any chain of hinges, planar or not. Never allocates after construction, keeps nothing from one
 //! solve to the next, never hides what it could not reach.
 
+mod arm;
 mod ccd;
 mod chain;
 mod finish;
@@ -28,6 +30,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Chain, Joint};
+pub use arm::{ArmSolution, ArmSolver, HandOver};
 use chain::ChainSolver;
 use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;

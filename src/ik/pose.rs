@@ -30,12 +30,17 @@ pub(super) struct PosedJoint<G: Geometry> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Angle {
     pub(super) rad: f64,
-    sine: f64,
-    cosine: f64,
+    pub(super) sine: f64,
+    pub(super) cosine: f64,
 }
 
 impl Angle {
     pub(super) const ZERO: Angle = Angle { rad: 0.0, sine: 0.0, cosine: 1.0 };
+
+    pub(super) fn of(rad: f64) -> Angle {
+        let (sine, cosine) = rad.sin_cos();
+        Angle { rad, sine, cosine }
+    }
 
     /// Sets the angle to `rad`, which is this one turned by the angle of this sine and cosine.
     #[inline]
@@ -98,9 +103,7 @@ impl<G: Geometry> ChainSolver<G> {
     /// Sets the angles, and all that follows from them.
     pub(super) fn set_pose(&mut self, angles: &[f64]) {
         for (joint, &angle) in self.joints.iter_mut().zip(angles) {
-            let rad = joint.held(angle);
-            let (sine, cosine) = rad.sin_cos();
-            joint.angle = Angle { rad, sine, cosine };
+            joint.angle = Angle::of(joint.held(angle));
         }
         self.place();
     }

@@ -20,6 +20,7 @@ fn chain_of(joints: &[(DVec3, f64, (f64, f64), f64)]) -> (Chain, Vec<Joint>) {
             stiffness,
             mass_kg: 0.0,
             center_m: DVec3::ZERO,
+            ball: None,
             servo: None,
         })
         .collect();

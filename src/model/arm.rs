@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use thiserror::Error;
 
 use super::{BallJoint, Chain, Joint};
@@ -31,9 +32,9 @@ pub fn link_length(root: f64, taper: f64, index: usize) -> f64 {
     0.5 * diameter(root, taper, index)
 }
 
-/// An arm.
+/// The joints and links of an arm.
 #[derive(Debug, Clone)]
-pub struct Arm {
+pub struct ArmGeometry {
     /// Its joints, root first; as many as a multiple of [`GROUPS`].
     pub joints: Vec<ArmJoint>,
 }
@@ -49,6 +50,16 @@ pub struct ArmJoint {
     pub range: Option<BallJoint>,
 }
 
+/// How an arm is bent so that the ends of its groups are where they should be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bending {
+    /// By the thesis' cyclic coordinate descent, group by group, each joint by its ratio (3.1.2, 3.2).
+    Ccd,
+    /// With the least sum of squared bends.
+    #[default]
+    Smooth,
+}
+
 /// What keeps a chain from being an arm.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArmError {
@@ -60,15 +71,21 @@ pub enum ArmError {
     /// Too many hinges in one place.
     #[error("{0}: at most {HINGES_MAX} hinges are in one place")]
     Hinges(String),
+    /// A hinge that turns about no axis of its frame, twists before the link, or repeats the one before it.
+    #[error(
+        "{0}: the hinges of an arm's joint turn about y and z, or z and y, and a third, if any, about x: lift is \
+         [0, -1, 0], sweep [0, 0, 1], twist [1, 0, 0]"
+    )]
+    Axis(String),
     /// A link that does not go on straight.
     #[error("{0}: a link of an arm points along x, [length, 0, 0]")]
     Bent(String),
 }
 
-impl Arm {
-    /// The arm that `chain` with its `joints` is, without ranges of ball joints.
-    pub fn of(chain: &Chain, joints: &[Joint]) -> Result<Arm, ArmError> {
-        let mut arm = Arm { joints: Vec::new() };
+impl ArmGeometry {
+    /// The arm that `chain` with its `joints` is.
+    pub fn of(chain: &Chain, joints: &[Joint]) -> Result<ArmGeometry, ArmError> {
+        let mut arm = ArmGeometry { joints: Vec::new() };
         let mut first = 0;
         for (index, joint) in joints.iter().enumerate() {
             let length_m = joint.link_m.length();
@@ -81,7 +98,14 @@ impl Arm {
             if index + 1 - first > HINGES_MAX {
                 return Err(ArmError::Hinges(joint.name.clone()));
             }
-            arm.joints.push(ArmJoint { hinges: first..index + 1, link_m: length_m, range: None });
+            if !are_good(&joints[first..=index]) {
+                return Err(ArmError::Axis(joint.name.clone()));
+            }
+            arm.joints.push(ArmJoint {
+                hinges: first..index + 1,
+                link_m: length_m,
+                range: joint.ball.clone(),
+            });
             first = index + 1;
         }
         let count = arm.joints.len();
@@ -110,6 +134,17 @@ impl Arm {
     }
 }
 
+/// Whether hinges in one place turn about axes of an arm: across the link, each another one, then about it.
+fn are_good(hinges: &[Joint]) -> bool {
+    let is_axis = |axis: DVec3| axis.abs().max_element() >= 1.0 - STRAIGHT_SHARE;
+    let is_twist = |joint: &Joint| joint.axis.x.abs() > 0.5;
+    let Some((last, before)) = hinges.split_last() else { return false };
+    let across = if is_twist(last) { before } else { hinges };
+    let are_across = (1..=2).contains(&across.len()) && !across.iter().any(is_twist);
+    let are_apart = across.windows(2).all(|pair| pair[0].axis.dot(pair[1].axis).abs() < 0.5);
+    hinges.iter().all(|joint| is_axis(joint.axis)) && are_across && are_apart
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,7 +158,7 @@ mod tests {
                 range: None,
             })
             .collect();
-        let lengths = Arm { joints }.group_lengths_m();
+        let lengths = ArmGeometry { joints }.group_lengths_m();
         for (length, wanted) in lengths.iter().zip([1.97, 1.89, 1.81]) {
             assert!((length - wanted).abs() < 1e-12, "{lengths:?}");
         }

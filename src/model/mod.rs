@@ -15,7 +15,7 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
-pub use arm::{Arm, ArmError, ArmJoint, GROUPS, diameter, link_length};
+pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
@@ -75,6 +75,9 @@ pub struct Joint {
     pub mass_kg: f64,
     /// Centre of the link's mass, in this joint's frame, m.
     pub center_m: DVec3,
+    /// How far it may swing and twist together with the hinges before it in the same place, beyond their own ranges;
+    /// only on the last of them, which carries the link.
+    pub ball: Option<BallJoint>,
     /// The servo that turns it; none on a robot without buses.
     pub servo: Option<Servo>,
 }

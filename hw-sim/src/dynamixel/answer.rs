@@ -1,208 +1,189 @@
-//! What Dynamixel servos do with a request, and what they answer. Source: ROBOTIS e-manual, Protocol 2.0.
-//! Ping, read, write, sync read, fast sync read, sync write; anything else gets error 2.
-//!
-//! The data of a sync read are those of the moment the request ends, for every servo.
+//! What Dynamixel servos do with a packet, and what they answer. Source: ROBOTIS e-manual, Protocol 2.0.
 
-use super::control;
-use super::packet::{BROADCAST, Request, crc16, fast_status_head, status};
+use super::group::Line;
+use super::packet::{BROADCAST, Heard, Request, STATUS, status};
+use super::power;
+use super::table::{self, Addressee, Refusal};
 use crate::registers::dynamixel_x::{
-    EEPROM_END, FIRMWARE, HARDWARE_ERROR, MODEL_NUMBER, STATUS_RETURN_LEVEL, TORQUE_ENABLE,
+    FIRMWARE, HARDWARE_ERROR, MODEL_NUMBER, REGISTERED_INSTRUCTION, SECONDARY_ID, STATUS_RETURN_LEVEL,
 };
-use crate::registers::{Access, RegisterFile};
 use crate::reply::Slot;
-use crate::servo::{Servo, listener};
+use crate::servo::Servo;
 
 const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
+const REG_WRITE: u8 = 0x04;
+const ACTION: u8 = 0x05;
+const FACTORY_RESET: u8 = 0x06;
+const REBOOT: u8 = 0x08;
+const CLEAR: u8 = 0x10;
+const CONTROL_TABLE_BACKUP: u8 = 0x20;
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 const FAST_SYNC_READ: u8 = 0x8A;
-
-/// Why a servo refuses; the numbers are the error field's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Refusal {
-    ResultFail = 1,
-    Instruction = 2,
-    DataRange = 4,
-    DataLength = 5,
-    Access = 7,
-}
+const BULK_READ: u8 = 0x92;
+const BULK_WRITE: u8 = 0x93;
+const FAST_BULK_READ: u8 = 0x9A;
 
 /// Status Return Level from which on reads are answered; pings always are.
-const LEVEL_READ: i64 = 1;
+pub(super) const LEVEL_READ: i64 = 1;
 /// Status Return Level from which on everything is answered.
 const LEVEL_ALL: i64 = 2;
+/// Highest secondary id; those above switch it off.
+const SECONDARY_ID_MAX: u8 = 252;
 
-/// Carries out a request on the servos that hear it; returns what they say.
-pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool]) -> Vec<Slot> {
-    let is_broadcast = request.id == BROADCAST;
-    match (request.instruction, request.parameters.as_slice()) {
-        (SYNC_READ, &[a, b, c, d, ref ids @ ..]) if is_broadcast => {
-            let (address, count) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-            ids.iter().map(|&id| sync_read_slot(id, address, count, servos, hears)).collect()
-        }
-        (FAST_SYNC_READ, &[a, b, c, d, ref ids @ ..]) if is_broadcast => {
-            fast_sync_read(ids, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]), servos, hears)
-        }
-        (SYNC_WRITE, &[a, b, c, d, ref rows @ ..]) if is_broadcast => {
-            let (address, count) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-            for row in rows.chunks_exact(usize::from(count) + 1) {
-                if let Some(index) = listener(row[0], servos, hears) {
-                    // A refusal has nobody to hear it: sync write has no status packet.
-                    let _ = write(&mut servos[index], address, &row[1..]);
-                }
-            }
-            Vec::new()
-        }
-        (PING, _) if is_broadcast => {
-            let mut order: Vec<usize> = (0..servos.len()).filter(|&index| hears[index]).collect();
-            order.sort_by_key(|&index| servos[index].id());
-            order.into_iter().map(|index| talk(index, &servos[index], ping(&servos[index]))).collect()
-        }
-        _ => {
-            let mut slots = Vec::new();
-            for (index, servo) in servos.iter_mut().enumerate().filter(|(index, _)| hears[*index]) {
-                if is_broadcast || request.id == servo.id() {
-                    let bytes = single(request, servo);
-                    slots.extend(bytes.filter(|_| !is_broadcast).map(|bytes| talk(index, servo, bytes)));
-                }
-            }
-            slots
+/// Carries out a packet on the servos that hear it; returns what they say.
+pub(crate) fn answer(heard: &Heard, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
+    match heard {
+        Heard::Request(request) => carry_out(request, servos, hears, now_ns),
+        Heard::BadCrc { id } => {
+            let named = servos.iter().enumerate().filter(|(index, servo)| hears[*index] && servo.id() == *id);
+            let willing = named.filter(|(_, servo)| answers(servo, LEVEL_ALL));
+            willing.map(|(index, servo)| talk(index, servo, outcome(*id, servo, Err(Refusal::Crc)))).collect()
         }
     }
 }
 
-fn talk(index: usize, servo: &Servo, bytes: Vec<u8>) -> Slot {
+fn carry_out(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
+    if request.instruction == STATUS {
+        // A host that talks like a servo is nobody's master.
+        return Vec::new();
+    }
+    // To Bus Watchdog every instruction packet is a sign of life, whoever it is for.
+    for (servo, _) in servos.iter_mut().zip(hears).filter(|(_, hears)| **hears) {
+        servo.heard_ns = now_ns;
+    }
+    if request.id == BROADCAST {
+        let parameters = &request.parameters;
+        let mut line = Line { servos: &mut *servos, hears, now_ns };
+        match request.instruction {
+            PING => return pings(servos, hears),
+            SYNC_READ => return line.sync_read(parameters),
+            BULK_READ => return line.bulk_read(parameters),
+            FAST_SYNC_READ => return line.fast_sync_read(parameters),
+            FAST_BULK_READ => return line.fast_bulk_read(parameters),
+            SYNC_WRITE => {
+                line.sync_write(parameters);
+                return Vec::new();
+            }
+            BULK_WRITE => {
+                line.bulk_write(parameters);
+                return Vec::new();
+            }
+            _ => {}
+        }
+    }
+    let mut slots = Vec::new();
+    for (index, servo) in servos.iter_mut().enumerate().filter(|(index, _)| hears[*index]) {
+        let Some(by) = addressee(servo, request.id) else { continue };
+        // A servo that is given another id, level or delay still answers that request as before.
+        let (id, delay_ns) = (servo.id(), servo.return_delay_ns());
+        let does_answer = by == Addressee::Own
+            && match request.instruction {
+                PING => true,
+                READ => answers(servo, LEVEL_READ),
+                _ => answers(servo, LEVEL_ALL),
+            };
+        let result = single(request, servo, by, now_ns);
+        if does_answer {
+            let bytes = outcome(id, servo, result);
+            slots.push(Slot::Talk { servo: index, bytes, delay_ns, starts_packet: true });
+        }
+    }
+    slots
+}
+
+/// By what name this servo is meant by `id`, if it is.
+pub(super) fn addressee(servo: &Servo, id: u8) -> Option<Addressee> {
+    match id {
+        BROADCAST => Some(Addressee::All),
+        _ if id == servo.id() => Some(Addressee::Own),
+        0..=SECONDARY_ID_MAX if id == servo.byte(SECONDARY_ID) => Some(Addressee::Group),
+        _ => None,
+    }
+}
+
+/// All answer a broadcast ping, in order of id.
+fn pings(servos: &[Servo], hears: &[bool]) -> Vec<Slot> {
+    let mut order: Vec<(usize, &Servo)> =
+        servos.iter().enumerate().filter(|(index, _)| hears[*index]).collect();
+    order.sort_by_key(|(_, servo)| servo.id());
+    order
+        .into_iter()
+        .map(|(index, servo)| talk(index, servo, outcome(servo.id(), servo, Ok(ping(servo)))))
+        .collect()
+}
+
+pub(super) fn talk(index: usize, servo: &Servo, bytes: Vec<u8>) -> Slot {
     Slot::Talk { servo: index, bytes, delay_ns: servo.return_delay_ns(), starts_packet: true }
 }
 
-fn answers(servo: &Servo, level: i64) -> bool {
+pub(super) fn answers(servo: &Servo, level: i64) -> bool {
     servo.get(STATUS_RETURN_LEVEL) >= level
 }
 
 /// Bit 7 of every error field: the hardware error register is not zero.
-fn alert(servo: &Servo) -> u8 {
+pub(super) fn alert(servo: &Servo) -> u8 {
     if servo.get(HARDWARE_ERROR) == 0 { 0 } else { 0x80 }
 }
 
 fn ping(servo: &Servo) -> Vec<u8> {
     let [low, high, ..] = servo.get(MODEL_NUMBER).to_le_bytes();
-    status(servo.id(), alert(servo), &[low, high, servo.byte(FIRMWARE)])
+    vec![low, high, servo.byte(FIRMWARE)]
 }
 
-fn outcome(id: u8, servo: &Servo, result: Result<Vec<u8>, Refusal>) -> Vec<u8> {
+pub(super) fn outcome(id: u8, servo: &Servo, result: Result<Vec<u8>, Refusal>) -> Vec<u8> {
     match result {
         Ok(data) => status(id, alert(servo), &data),
         Err(refusal) => status(id, alert(servo) | refusal as u8, &[]),
     }
 }
 
-/// A request for one servo; the bytes of its answer, if its return level lets it give one.
-fn single(request: &Request, servo: &mut Servo) -> Option<Vec<u8>> {
-    // A servo that is given a new id still answers that request under the old one.
-    let id = servo.id();
-    match (request.instruction, request.parameters.as_slice()) {
-        (PING, _) => Some(ping(servo)),
-        (READ, parameters) => {
-            let result = match *parameters {
-                [a, b, c, d] => read(servo, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])),
-                _ => Err(Refusal::DataLength),
-            };
-            answers(servo, LEVEL_READ).then(|| outcome(id, servo, result))
+/// Carries out an instruction for one servo; returns the data of its answer.
+fn single(request: &Request, servo: &mut Servo, by: Addressee, now_ns: u64) -> Result<Vec<u8>, Refusal> {
+    let parameters = request.parameters.as_slice();
+    match request.instruction {
+        PING => return Ok(ping(servo)),
+        READ => {
+            let &[a, b, c, d] = parameters else { return Err(Refusal::DataLength) };
+            return table::read(servo, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
         }
-        (WRITE, parameters) => {
-            let does_answer = answers(servo, LEVEL_ALL);
-            let result = match parameters {
-                [a, b, data @ ..] => write(servo, u16::from_le_bytes([*a, *b]), data),
-                _ => Err(Refusal::DataLength),
-            };
-            does_answer.then(|| outcome(id, servo, result.map(|()| Vec::new())))
+        WRITE => {
+            let (address, data) = address_and_data(parameters)?;
+            table::write(servo, address, data, by, now_ns)
         }
-        _ => answers(servo, LEVEL_ALL).then(|| outcome(id, servo, Err(Refusal::Instruction))),
+        REG_WRITE => {
+            // That it is refused at once, as a write would be, and that it takes the place of an older one, is our
+            // reading.
+            let (address, data) = address_and_data(parameters)?;
+            table::check(servo, address, data, by)?;
+            servo.dynamixel.registered = Some((address, data.to_vec(), by));
+            servo.registers.set(REGISTERED_INSTRUCTION, 1);
+            Ok(())
+        }
+        ACTION => {
+            let (address, data, by) = servo.dynamixel.registered.take().ok_or(Refusal::Instruction)?;
+            servo.registers.set(REGISTERED_INSTRUCTION, 0);
+            table::write(servo, address, &data, by, now_ns)
+        }
+        REBOOT => {
+            servo.restart(now_ns);
+            Ok(())
+        }
+        // These two write EEPROM.
+        FACTORY_RESET | CONTROL_TABLE_BACKUP if by == Addressee::Group => Err(Refusal::Access),
+        FACTORY_RESET => power::factory_reset(servo, parameters, by, now_ns),
+        CONTROL_TABLE_BACKUP => power::backup(servo, parameters, now_ns),
+        CLEAR => power::clear(servo, parameters),
+        _ => Err(Refusal::Instruction),
     }
+    .map(|()| Vec::new())
 }
 
-fn sync_read_slot(id: u8, address: u16, count: u16, servos: &[Servo], hears: &[bool]) -> Slot {
-    match listener(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ)) {
-        Some(index) => {
-            let servo = &servos[index];
-            talk(index, servo, outcome(id, servo, read(servo, address, count)))
-        }
-        None => Slot::Missing { bytes: 11 + usize::from(count) },
+fn address_and_data(parameters: &[u8]) -> Result<(u16, &[u8]), Refusal> {
+    match parameters {
+        [a, b, data @ ..] => Ok((u16::from_le_bytes([*a, *b]), data)),
+        _ => Err(Refusal::DataLength),
     }
-}
-
-/// One packet by many servos: a block of error, id, data and CRC each, where a block's CRC is that of the
-/// whole packet up to it. The body is not stuffed. The first servo's return delay counts, and a servo that
-/// is not there ends the packet at its place. Source: ROBOTIS DynamixelSDK, fast sync read.
-fn fast_sync_read(ids: &[u8], address: u16, count: u16, servos: &[Servo], hears: &[bool]) -> Vec<Slot> {
-    let mut so_far = fast_status_head(ids.len() * (4 + usize::from(count)));
-    let mut slots: Vec<Slot> = Vec::new();
-    let mut crc = 0;
-    for &id in ids {
-        let heard = listener(id, servos, hears).filter(|&index| answers(&servos[index], LEVEL_READ));
-        let Some(index) = heard else { break };
-        let servo = &servos[index];
-        let (error, data) = match read(servo, address, count) {
-            Ok(data) => (alert(servo), data),
-            Err(refusal) => (alert(servo) | refusal as u8, vec![0; usize::from(count)]),
-        };
-        so_far.extend([error, id]);
-        so_far.extend(data);
-        crc = crc16(crc, &so_far);
-        let check = crc.to_le_bytes();
-        so_far.extend(check);
-        let is_first = slots.is_empty();
-        let delay_ns = if is_first { servo.return_delay_ns() } else { 0 };
-        let bytes = std::mem::take(&mut so_far);
-        slots.push(Slot::Talk { servo: index, bytes, delay_ns, starts_packet: is_first });
-        // The next block's CRC covers this one's too.
-        crc = crc16(crc, &check);
-    }
-    slots
-}
-
-/// Bytes of registers; every address must belong to one.
-fn read(servo: &Servo, address: u16, count: u16) -> Result<Vec<u8>, Refusal> {
-    if count == 0 {
-        return Err(Refusal::DataLength);
-    }
-    (0..count)
-        .map(|offset| address.checked_add(offset).and_then(|here| servo.registers.byte(here)))
-        .collect::<Option<_>>()
-        .ok_or(Refusal::Access)
-}
-
-/// Writes all registers of `data`, or none of them.
-fn write(servo: &mut Servo, address: u16, data: &[u8]) -> Result<(), Refusal> {
-    let mut changes = Vec::new();
-    let (mut here, mut rest) = (address, data);
-    if rest.is_empty() {
-        return Err(Refusal::DataLength);
-    }
-    while !rest.is_empty() {
-        let &register = servo.registers.at(here).ok_or(Refusal::Access)?;
-        if register.access == Access::Read || (here < EEPROM_END && servo.get(TORQUE_ENABLE) == 1) {
-            return Err(Refusal::Access);
-        }
-        let bytes = rest.get(..usize::from(register.size)).filter(|_| register.address == here);
-        let value = RegisterFile::meaning(&register, bytes.ok_or(Refusal::DataLength)?);
-        if !control::accepts(servo, &register, value) {
-            return Err(Refusal::DataRange);
-        }
-        if here == TORQUE_ENABLE && value == 1 && servo.is_shut_down {
-            // Only a reboot gives torque back; the manual does not say which error tells so.
-            return Err(Refusal::ResultFail);
-        }
-        changes.push((here, value));
-        here += u16::from(register.size);
-        rest = &rest[usize::from(register.size)..];
-    }
-    for (address, value) in changes {
-        let before = servo.get(address);
-        servo.registers.set(address, value);
-        control::written(servo, address, before);
-    }
-    Ok(())
 }

@@ -1,63 +1,91 @@
-//! What a Dynamixel X does with its registers: modes, feedback, hardware errors.
-//! Source: ROBOTIS e-manual, X-series. Position, extended position, current-based position and PWM modes turn
-//! the motor; current and velocity mode, profiles, the I and D gains, feedforward, overload detection and
-//! indirect addressing are not simulated yet.
+//! How a Dynamixel X turns its motor, and what it measures. Source: ROBOTIS e-manual, X-series: Operating Mode, gains,
+//! goals and trajectories.
+//!
+//! The manual gives the scale of each gain and not the units they work in. Here controllers run at 1 kHz, as Realtime
+//! Tick counts; position is in counts, its rates are a millisecond's change, velocity is in the register's unit, and
+//! what comes out is in units of Goal PWM. Current-based position mode has the controller and gains of position mode
+//! here, its current held within Goal Current, since its own gains are not published.
 
-use super::packet::{Request, STATUS};
+use super::profile::{self, Point, Profile, Settings};
+use super::protection;
 use crate::convert::round_to_i64;
-use crate::model::COUNTS_PER_TURN;
+use crate::model::{COUNTS_PER_RAD, COUNTS_PER_TURN};
 use crate::motor::Drive;
 use crate::registers::dynamixel_x::*;
-use crate::registers::{Access, Register};
 use crate::servo::{Servo, Surroundings};
 
-const MODE_CURRENT: i64 = 0;
-const MODE_VELOCITY: i64 = 1;
-const MODE_POSITION: i64 = 3;
-const MODE_EXTENDED: i64 = 4;
-const MODE_CURRENT_POSITION: i64 = 5;
-const MODE_PWM: i64 = 16;
+pub(super) const MODE_CURRENT: i64 = 0;
+pub(super) const MODE_VELOCITY: i64 = 1;
+pub(super) const MODE_POSITION: i64 = 3;
+pub(super) const MODE_EXTENDED: i64 = 4;
+pub(super) const MODE_CURRENT_POSITION: i64 = 5;
+pub(super) const MODE_PWM: i64 = 16;
 
-const ERROR_VOLTAGE: i64 = 1;
-const ERROR_TEMPERATURE: i64 = 4;
-const ERROR_OVERLOAD: i64 = 32;
 /// Drive Mode: counts grow the other way.
 const REVERSE: i64 = 1;
+/// Drive Mode: profile registers are times.
+pub(super) const TIME_BASED: i64 = 4;
 /// Value of Goal PWM and Present PWM that is full duty.
 const PWM_FULL: f64 = 885.0;
-/// Value of Position P Gain that is one PWM unit a count.
+/// Values of the gains that are 1.
 const P_GAIN_ONE: f64 = 128.0;
+const I_GAIN_ONE: f64 = 65_536.0;
+const D_GAIN_ONE: f64 = 16.0;
+const FEEDFORWARD_ONE: f64 = 4.0;
+/// Control steps a second.
+const STEPS_PER_S: f64 = 1_000.0;
 /// Velocity unit, rad/s: 0.229 rpm.
-const VELOCITY_UNIT: f64 = 0.229 * std::f64::consts::TAU / 60.0;
-/// Bus Watchdog unit, ns: 20 ms.
-const WATCHDOG_UNIT_NS: u64 = 20_000_000;
-/// What Bus Watchdog reads once it has tripped.
-const WATCHDOG_TRIPPED: i64 = -1;
-/// Largest homing offset position mode honours.
+pub(super) const VELOCITY_UNIT_RAD_S: f64 = 0.229 * std::f64::consts::TAU / 60.0;
+/// PWM Slope unit, V in a control step: 1.977 mV/ms.
+const SLOPE_UNIT_V: f64 = 0.001_977;
+/// Largest homing offset that position mode does not ignore.
 const HOMING_MAX: i64 = 1024;
+/// Moving Status.
+const IN_POSITION: i64 = 1;
+const PROFILE_ONGOING: i64 = 2;
+const NOT_FOLLOWING: i64 = 8;
+/// How near its goal a shaft has arrived, and how far off its way it does not follow, counts. The manual calls both
+/// predefined and does not tell them: our choice.
+const ARRIVED_COUNTS: f64 = 20.0;
+const FOLLOWING_COUNTS: f64 = 100.0;
 
-pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i64) {
-    servo.registers.set(ID, i64::from(id));
-    servo.registers.set(BAUD, baud_code);
-    servo.registers.set(RETURN_DELAY, delay_units);
-    leave_turns_out(servo);
-    servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
-}
-
-/// The start from the EEPROM.
-pub(crate) fn power_up(servo: &mut Servo) {
-    servo.registers.reset_from(EEPROM_END);
-    for (goal, limit) in
-        [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
-    {
-        servo.registers.set(goal, servo.get(limit));
-    }
-    leave_turns_out(servo);
-    servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
+/// How it is moving: all that begins anew when it gets torque.
+#[derive(Debug, Default)]
+pub(super) struct Motion {
+    /// The way to the goal; none while there is no torque, and in the modes that need none.
+    pub(super) profile: Option<Profile>,
+    /// Where it is on that way.
+    pub(super) point: Point,
+    /// Integral part of the controller, PWM units.
+    integral: f64,
+    /// Share of the supply on the motor in the last step, in the direction in which the registers count.
+    duty: f64,
+    /// More was wanted of the motor in the last step than it may give.
+    pub(super) is_at_limit: bool,
+    /// How long it has stood at its limit without moving, s.
+    pub(super) stalled_s: f64,
 }
 
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     servo.get(TORQUE_ENABLE) == 1
+}
+
+/// Whether the model has this operating mode.
+pub(super) fn has_mode(servo: &Servo, mode: i64) -> bool {
+    match mode {
+        MODE_CURRENT | MODE_CURRENT_POSITION => servo.registers.at(CURRENT_LIMIT).is_some(),
+        _ => matches!(mode, MODE_VELOCITY | MODE_POSITION | MODE_EXTENDED | MODE_PWM),
+    }
+}
+
+/// The register that holds the goal of the servo's mode.
+pub(super) fn goal_register(servo: &Servo) -> u16 {
+    match servo.get(OPERATING_MODE) {
+        MODE_CURRENT => GOAL_CURRENT,
+        MODE_VELOCITY => GOAL_VELOCITY,
+        MODE_PWM => GOAL_PWM,
+        _ => GOAL_POSITION,
+    }
 }
 
 /// 1 or -1: which way registers count.
@@ -67,120 +95,147 @@ fn direction(servo: &Servo) -> i64 {
 
 /// Current unit, A: 1 mA on the XL330, 2.69 mA on the XM430; `None` where the model measures load instead.
 fn current_unit(servo: &Servo) -> Option<f64> {
-    match servo.get(CURRENT_LIMIT) {
-        _ if servo.registers.at(CURRENT_LIMIT).is_none() => None,
+    match servo.registers.at(CURRENT_LIMIT) {
+        None => None,
         _ if servo.model.name.starts_with("XL330") => Some(0.001),
         _ => Some(0.002_69),
     }
 }
 
-fn present_counts(servo: &Servo) -> i64 {
-    let mut homing = servo.get(HOMING_OFFSET);
-    if servo.get(OPERATING_MODE) == MODE_POSITION {
-        homing = homing.clamp(-HOMING_MAX, HOMING_MAX);
-    }
-    direction(servo) * servo.encoder_counts - servo.turns_left_out + homing
+pub(super) fn present_counts(servo: &Servo) -> i64 {
+    let homing = servo.get(HOMING_OFFSET);
+    let is_ignored = servo.get(OPERATING_MODE) == MODE_POSITION && homing.abs() > HOMING_MAX;
+    direction(servo) * servo.encoder_counts - servo.turns_left_out + if is_ignored { 0 } else { homing }
 }
 
 /// Makes Present Position an angle within one turn again, as at power-on, at torque-on in position mode, and at
 /// the change to position mode (e-manual, Operating Mode, note on Present Position).
-fn leave_turns_out(servo: &mut Servo) {
+pub(super) fn leave_turns_out(servo: &mut Servo) {
     let counts = direction(servo) * servo.encoder_counts;
     servo.turns_left_out = counts - counts.rem_euclid(COUNTS_PER_TURN);
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
-/// May the host write this number now? Goals have the limit registers for a range, and none after the bus
-/// watchdog has tripped, until 0 is written to it. That no other number is taken then is our reading.
-pub(crate) fn accepts(servo: &Servo, register: &Register, value: i64) -> bool {
-    let within = |limit: u16| value.abs() <= servo.get(limit);
-    register.access == Access::ReadWrite
-        && match register.address {
-            GOAL_PWM | GOAL_CURRENT | GOAL_VELOCITY | GOAL_POSITION if has_watchdog_tripped(servo) => false,
-            BUS_WATCHDOG if has_watchdog_tripped(servo) => value == 0,
-            GOAL_PWM => within(PWM_LIMIT),
-            GOAL_CURRENT => within(CURRENT_LIMIT),
-            GOAL_VELOCITY => within(VELOCITY_LIMIT),
-            GOAL_POSITION if servo.get(OPERATING_MODE) == MODE_POSITION => {
-                (servo.get(MIN_POSITION)..=servo.get(MAX_POSITION)).contains(&value)
-            }
-            OPERATING_MODE => match value {
-                MODE_CURRENT | MODE_CURRENT_POSITION => servo.registers.at(CURRENT_LIMIT).is_some(),
-                MODE_VELOCITY | MODE_POSITION | MODE_EXTENDED | MODE_PWM => true,
-                _ => false,
-            },
-            _ => (register.min..=register.max).contains(&value),
-        }
+/// Forgets the way it was on, and makes the goal of the position modes the place where the shaft is.
+#[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
+pub(super) fn hold(servo: &mut Servo) {
+    let present = present_counts(servo);
+    servo.registers.set(GOAL_POSITION, present);
+    servo.dynamixel.motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
 }
 
-/// Side effects of a write to the register at `address`, which held `before`.
-pub(crate) fn written(servo: &mut Servo, address: u16, before: i64) {
-    match address {
-        TORQUE_ENABLE if before == 0 && is_torque_on(servo) => {
-            if servo.get(OPERATING_MODE) == MODE_POSITION {
-                leave_turns_out(servo);
-            }
-            // The shaft holds where it stands until a goal comes.
-            servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
-        }
-        OPERATING_MODE => {
-            for (goal, limit) in
-                [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
-            {
-                servo.registers.set(goal, servo.get(limit));
-            }
-            servo.registers.set(PROFILE_ACCELERATION, 0);
-            servo.registers.set(PROFILE_VELOCITY, 0);
-            if servo.get(OPERATING_MODE) == MODE_POSITION {
-                leave_turns_out(servo);
-            }
-        }
-        PWM_LIMIT => servo.registers.set(GOAL_PWM, servo.get(PWM_LIMIT)),
-        CURRENT_LIMIT => servo.registers.set(GOAL_CURRENT, servo.get(CURRENT_LIMIT)),
-        VELOCITY_LIMIT => servo.registers.set(GOAL_VELOCITY, servo.get(VELOCITY_LIMIT)),
-        DRIVE_MODE => leave_turns_out(servo),
-        _ => {}
+/// Sets out for the goal, if it is another or by another profile than before.
+pub(super) fn head_for_goal(servo: &mut Servo, now_ns: u64) {
+    if !is_torque_on(servo) {
+        return;
     }
+    let settings = Settings {
+        velocity: servo.get(PROFILE_VELOCITY),
+        acceleration: servo.get(PROFILE_ACCELERATION),
+        is_time_based: servo.get(DRIVE_MODE) & TIME_BASED != 0,
+    };
+    let goal_register = goal_register(servo);
+    let goal = servo.get(goal_register);
+    let motion = &mut servo.dynamixel.motion;
+    if motion.profile.is_some_and(|profile| profile.is_for(goal, settings)) {
+        return;
+    }
+    let start = motion.profile.map_or(motion.point, |profile| profile.at(now_ns));
+    let profile = match goal_register {
+        GOAL_POSITION => Profile::to_position(start, goal, settings, now_ns),
+        GOAL_VELOCITY => Profile::to_velocity(start, goal, settings, now_ns),
+        _ => return,
+    };
+    (motion.point, motion.profile) = (profile.at(now_ns), Some(profile));
 }
 
-pub(crate) fn drive(servo: &Servo, speed_rad_s: f64, supply_v: f64) -> Drive {
+pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64, supply_v: f64) -> Drive {
     if !is_torque_on(servo) {
         return Drive::Off;
     }
     let forward = if direction(servo) == 1 { 1.0 } else { -1.0 };
-    let limit = servo.value(GOAL_PWM).abs() / PWM_FULL;
-    match servo.get(OPERATING_MODE) {
-        MODE_POSITION | MODE_EXTENDED => Drive::Duty(forward * position_duty(servo).clamp(-limit, limit)),
-        MODE_CURRENT_POSITION => {
-            let duty = forward * position_duty(servo).clamp(-limit, limit);
-            Drive::Duty(limit_current(servo, duty, speed_rad_s, supply_v))
+    let speed_rad_s = forward * speed_rad_s;
+    let mode = servo.get(OPERATING_MODE);
+    // PWM mode has PWM Limit for a limit; in the others Goal PWM is one.
+    let limit = servo.value(if mode == MODE_PWM { PWM_LIMIT } else { GOAL_PWM }).abs();
+    let wanted = match mode {
+        MODE_PWM => servo.value(GOAL_PWM),
+        MODE_VELOCITY => velocity_pwm(servo, speed_rad_s, limit),
+        // There is no current that stops a shaft; the short does.
+        MODE_CURRENT if protection::has_watchdog_tripped(servo) => 0.0,
+        MODE_CURRENT => {
+            let amperes = servo.value(GOAL_CURRENT) * current_unit(servo).unwrap_or(0.0);
+            current_pwm(servo, amperes, speed_rad_s, supply_v)
         }
-        MODE_PWM if has_watchdog_tripped(servo) => Drive::Duty(0.0),
-        MODE_PWM => Drive::Duty(forward * servo.value(GOAL_PWM) / PWM_FULL),
-        _ => Drive::Duty(0.0),
+        _ => position_pwm(servo, speed_rad_s, limit),
+    };
+    let mut given = wanted.clamp(-limit, limit);
+    if mode == MODE_CURRENT_POSITION {
+        let amperes = servo.value(GOAL_CURRENT).abs() * current_unit(servo).unwrap_or(0.0);
+        let lowest = current_pwm(servo, -amperes, speed_rad_s, supply_v);
+        given = given.clamp(lowest, current_pwm(servo, amperes, speed_rad_s, supply_v)).clamp(-limit, limit);
     }
+    let is_cut = wanted.abs() >= limit || (given - wanted).abs() > 0.0;
+    let duty = sloped(servo, given / PWM_FULL, supply_v);
+    let motion = &mut servo.dynamixel.motion;
+    (motion.duty, motion.is_at_limit) = (duty, is_cut && given.abs() > 0.0);
+    Drive::Duty(forward * duty)
 }
 
+/// Position modes: PID and feedforward about the trajectory. The D part works on the shaft's true speed, since
+/// differences of whole counts would only add noise.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
-fn position_duty(servo: &Servo) -> f64 {
-    let error = servo.get(GOAL_POSITION) - present_counts(servo);
-    servo.value(POSITION_P) / P_GAIN_ONE * error as f64 / PWM_FULL
+fn position_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
+    let point = servo.dynamixel.motion.point;
+    let error = point.position - present_counts(servo) as f64;
+    let error_rate = (point.velocity - speed_rad_s * COUNTS_PER_RAD) / STEPS_PER_S;
+    let forward = servo.value(FEEDFORWARD_1ST) * point.velocity / STEPS_PER_S
+        + servo.value(FEEDFORWARD_2ND) * point.acceleration / (STEPS_PER_S * STEPS_PER_S);
+    let pwm = servo.value(POSITION_P) / P_GAIN_ONE * error
+        + servo.value(POSITION_D) / D_GAIN_ONE * error_rate
+        + forward / FEEDFORWARD_ONE;
+    pwm + integral(servo, servo.value(POSITION_I), error, pwm, limit)
 }
 
-/// The nearest duty whose current stays within Goal Current.
-fn limit_current(servo: &Servo, duty: f64, speed_rad_s: f64, supply_v: f64) -> f64 {
-    let Some(unit) = current_unit(servo) else { return duty };
+/// Velocity mode: PI about the trajectory.
+fn velocity_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
+    let wanted = servo.dynamixel.motion.point.velocity / profile::VELOCITY_UNIT;
+    let error = wanted - speed_rad_s / VELOCITY_UNIT_RAD_S;
+    let pwm = servo.value(VELOCITY_P) / P_GAIN_ONE * error;
+    pwm + integral(servo, servo.value(VELOCITY_I), error, pwm, limit)
+}
+
+/// The integral of `error`, which does not grow while the output is at its limit.
+fn integral(servo: &mut Servo, gain: f64, error: f64, others: f64, limit: f64) -> f64 {
+    let step = gain / I_GAIN_ONE * error;
+    let sum = &mut servo.dynamixel.motion.integral;
+    let output = others + *sum + step;
+    if output.abs() < limit || output * step < 0.0 {
+        *sum += step;
+    }
+    *sum
+}
+
+/// What makes this current flow, PWM units, at a speed in the direction in which the registers count.
+fn current_pwm(servo: &Servo, amperes: f64, speed_rad_s: f64, supply_v: f64) -> f64 {
     let model = servo.model;
-    let share = servo.value(GOAL_CURRENT).abs() * unit / model.stall_current_a;
-    let idle = speed_rad_s / model.no_load_speed_rad_s;
+    let share = amperes / model.stall_current_a + speed_rad_s / model.no_load_speed_rad_s;
     // A dead supply would make this infinite.
-    let scale = model.nominal_voltage_v / supply_v.max(0.1);
-    duty.clamp((idle - share) * scale, (idle + share) * scale).clamp(-1.0, 1.0)
+    share * model.nominal_voltage_v / supply_v.max(0.1) * PWM_FULL
+}
+
+/// On the XL330 duty changes no faster than PWM Slope lets it.
+fn sloped(servo: &Servo, duty: f64, supply_v: f64) -> f64 {
+    if servo.registers.at(PWM_SLOPE).is_none() {
+        return duty;
+    }
+    let most = servo.value(PWM_SLOPE) * SLOPE_UNIT_V / supply_v.max(0.1);
+    duty.clamp(servo.dynamixel.motion.duty - most, servo.dynamixel.motion.duty + most)
 }
 
 pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
     let forward = if direction(servo) == 1 { 1.0 } else { -1.0 };
-    let velocity = round_to_i64(forward * speed_rad_s / VELOCITY_UNIT);
+    let velocity = round_to_i64(forward * speed_rad_s / VELOCITY_UNIT_RAD_S);
     let load = match current_unit(servo) {
         Some(unit) => round_to_i64(forward * servo.motor.current_a(servo.model) / unit),
         None => round_to_i64(forward * servo.motor.torque_nm / servo.model.stall_torque_nm * 1000.0),
@@ -188,63 +243,47 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     let deci_volts = round_to_i64(around.supply_v * 10.0);
     let celsius = round_to_i64(servo.motor.temperature_c);
     let pwm = round_to_i64(forward * servo.motor.duty * PWM_FULL);
-    let milliseconds = i64::try_from(around.now_ns / 1_000_000 % 32_768).unwrap_or(0);
-    let is_moving = velocity.abs() > servo.get(MOVING_THRESHOLD);
+    let started_ns = *servo.dynamixel.started_ns.get_or_insert(around.now_ns);
+    let milliseconds = i64::try_from((around.now_ns - started_ns) / 1_000_000 % 32_768).unwrap_or(0);
+    let is_fast = velocity.abs() > servo.get(MOVING_THRESHOLD);
     let registers = &mut servo.registers;
     registers.set(REALTIME_TICK, milliseconds);
-    registers.set(MOVING, i64::from(is_moving));
     registers.set(PRESENT_PWM, pwm);
     registers.set(PRESENT_CURRENT, load);
     registers.set(PRESENT_VELOCITY, velocity);
     registers.set(PRESENT_VOLTAGE, deci_volts);
     registers.set(PRESENT_TEMPERATURE, celsius);
-    servo.registers.set(POSITION_TRAJECTORY, servo.get(GOAL_POSITION));
-    servo.registers.set(PRESENT_POSITION, present_counts(servo));
-    watch_hardware(servo, deci_volts, celsius, around.is_overloaded);
-    watch_bus(servo, around.now_ns);
+    let present = present_counts(servo);
+    servo.registers.set(PRESENT_POSITION, present);
+    protection::watch_hardware(servo, deci_volts, celsius, speed_rad_s, around);
+    protection::watch_bus(servo, around.now_ns);
+    follow(servo, present, is_fast, around.now_ns);
 }
 
-/// Every instruction packet a servo hears is a sign of life to it, whoever it is for.
-pub(crate) fn hear(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u64) {
-    if request.instruction == STATUS {
-        return;
+/// Goes on along the profile, and says so.
+#[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
+fn follow(servo: &mut Servo, present: i64, is_fast: bool, now_ns: u64) {
+    let mode = servo.get(OPERATING_MODE);
+    if !is_torque_on(servo) {
+        servo.dynamixel.motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
     }
-    for (servo, _) in servos.iter_mut().zip(hears).filter(|(_, hears)| **hears) {
-        servo.heard_ns = now_ns;
+    let motion = &mut servo.dynamixel.motion;
+    let mut status = 0;
+    let mut is_under_way = false;
+    if let Some(profile) = &motion.profile {
+        motion.point = profile.at(now_ns);
+        is_under_way = mode != MODE_VELOCITY && !profile.is_over(now_ns);
+        status |= (profile.kind as i64) << 4;
     }
-}
-
-fn has_watchdog_tripped(servo: &Servo) -> bool {
-    servo.get(BUS_WATCHDOG) == WATCHDOG_TRIPPED
-}
-
-/// Stops a servo with torque that has not heard its bus for as long as Bus Watchdog says. The manual says that
-/// it stops, and not how: here it holds the place it was at, torque on, and in PWM mode its motor is shorted.
-fn watch_bus(servo: &mut Servo, now_ns: u64) {
-    let Ok(units @ 1..) = u64::try_from(servo.get(BUS_WATCHDOG)) else { return };
-    if is_torque_on(servo) && now_ns.saturating_sub(servo.heard_ns) >= units * WATCHDOG_UNIT_NS {
-        servo.registers.set(BUS_WATCHDOG, WATCHDOG_TRIPPED);
-        servo.registers.set(PROFILE_ACCELERATION, 0);
-        servo.registers.set(PROFILE_VELOCITY, 0);
-        servo.registers.set(GOAL_POSITION, servo.get(PRESENT_POSITION));
+    let point = motion.point;
+    if matches!(mode, MODE_POSITION | MODE_EXTENDED | MODE_CURRENT_POSITION) {
+        let (goal, present) = (servo.value(GOAL_POSITION), present as f64);
+        status |= if (goal - present).abs() <= ARRIVED_COUNTS { IN_POSITION } else { 0 };
+        status |= if (point.position - present).abs() > FOLLOWING_COUNTS { NOT_FOLLOWING } else { 0 };
+        status |= if is_under_way { PROFILE_ONGOING } else { 0 };
     }
-}
-
-/// Errors stay until a reboot; those in the Shutdown mask also switch the torque off until then.
-fn watch_hardware(servo: &mut Servo, deci_volts: i64, celsius: i64, is_overloaded: bool) {
-    let mut errors = servo.get(HARDWARE_ERROR);
-    if is_overloaded {
-        errors |= ERROR_OVERLOAD;
-    }
-    if !(servo.get(MIN_VOLTAGE)..=servo.get(MAX_VOLTAGE)).contains(&deci_volts) {
-        errors |= ERROR_VOLTAGE;
-    }
-    if celsius > servo.get(TEMPERATURE_LIMIT) {
-        errors |= ERROR_TEMPERATURE;
-    }
-    servo.registers.set(HARDWARE_ERROR, errors);
-    if errors & servo.get(SHUTDOWN) != 0 {
-        servo.is_shut_down = true;
-        servo.registers.set(TORQUE_ENABLE, 0);
-    }
+    servo.registers.set(MOVING, i64::from(is_fast || is_under_way));
+    servo.registers.set(MOVING_STATUS, status);
+    servo.registers.set(VELOCITY_TRAJECTORY, round_to_i64(point.velocity / profile::VELOCITY_UNIT));
+    servo.registers.set(POSITION_TRAJECTORY, round_to_i64(point.position));
 }

@@ -1,7 +1,7 @@
 //! Protocol 2.0 packets: `FF FF FD 00 id length(2) instruction parameters crc(2)`, with byte stuffing.
 //!
-//! In: bytes off the line. Out: requests with a good CRC, unstuffed; and status packets as bytes. A packet with
-//! a bad CRC is dropped in silence: its id cannot be trusted. The search then starts again one byte later.
+//! In: bytes off the line. Out: requests with a good CRC, unstuffed, and word of those with a bad one; and status
+//! packets as bytes. After a bad CRC the search starts again one byte later.
 
 use crate::convert::length_u16;
 
@@ -20,6 +20,16 @@ pub(crate) struct Request {
     pub(crate) id: u8,
     pub(crate) instruction: u8,
     pub(crate) parameters: Vec<u8>,
+}
+
+/// What has come off the line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Heard {
+    Request(Request),
+    /// A packet for this id whose CRC does not fit.
+    BadCrc {
+        id: u8,
+    },
 }
 
 /// CRC of every single byte, so that a packet takes one step a byte and not eight.
@@ -107,23 +117,24 @@ impl Decoder {
         self.buffer.clear();
     }
 
-    /// Takes one byte; gives the request it completes.
-    pub(crate) fn push(&mut self, byte: u8) -> Option<Request> {
+    /// Takes one byte; gives the packet it completes.
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Heard> {
         self.buffer.push(byte);
+        let mut bad = None;
         while !self.buffer.is_empty() {
             let known = self.buffer.len().min(HEADER.len());
             if self.buffer[..known] != HEADER[..known] {
                 self.buffer.remove(0);
                 continue;
             }
-            let &[_, _, _, _, id, low, high, ref rest @ ..] = self.buffer.as_slice() else { return None };
+            let &[_, _, _, _, id, low, high, ref rest @ ..] = self.buffer.as_slice() else { return bad };
             let length = usize::from(u16::from_le_bytes([low, high]));
             if !(3..=LENGTH_MAX).contains(&length) {
                 self.buffer.remove(0);
                 continue;
             }
             if rest.len() < length {
-                return None;
+                return bad;
             }
             let crc_at = 7 + length - 2;
             let crc = crc16(0, &self.buffer[..crc_at]).to_le_bytes();
@@ -131,11 +142,12 @@ impl Decoder {
                 let body = unstuff(&self.buffer[7..crc_at]);
                 self.buffer.drain(..crc_at + 2);
                 let (&instruction, parameters) = body.split_first()?;
-                return Some(Request { id, instruction, parameters: parameters.to_vec() });
+                return Some(Heard::Request(Request { id, instruction, parameters: parameters.to_vec() }));
             }
+            bad = Some(Heard::BadCrc { id });
             self.buffer.remove(0);
         }
-        None
+        bad
     }
 }
 
@@ -143,20 +155,31 @@ impl Decoder {
 mod tests {
     use super::*;
 
-    fn decode(bytes: &[u8]) -> Vec<Request> {
+    fn decode(bytes: &[u8]) -> Vec<Heard> {
         let mut decoder = Decoder::default();
         bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+    }
+
+    fn request(id: u8, instruction: u8, parameters: &[u8]) -> Heard {
+        Heard::Request(Request { id, instruction, parameters: parameters.to_vec() })
     }
 
     /// Vectors of the e-manual, Protocol 2.0.
     #[test]
     fn vendor_vectors() {
         let ping = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E];
-        assert_eq!(decode(&ping), [Request { id: 1, instruction: 1, parameters: vec![] }]);
+        assert_eq!(decode(&ping), [request(1, 1, &[])]);
         let read = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x02, 0x84, 0x00, 0x04, 0x00, 0x1D, 0x15];
-        assert_eq!(decode(&read), [Request { id: 1, instruction: 2, parameters: vec![0x84, 0, 4, 0] }]);
+        assert_eq!(decode(&read), [request(1, 2, &[0x84, 0, 4, 0])]);
         let reply = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x55, 0x00, 0x06, 0x04, 0x26, 0x65, 0x5D];
         assert_eq!(status(1, 0, &[0x06, 0x04, 0x26]), reply);
+    }
+
+    #[test]
+    fn after_a_bad_crc_the_next_packet_is_found() {
+        let mut bytes = vec![0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4F];
+        bytes.extend([0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]);
+        assert_eq!(decode(&bytes), [Heard::BadCrc { id: 1 }, request(1, 1, &[])]);
     }
 
     #[test]

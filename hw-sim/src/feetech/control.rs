@@ -51,13 +51,13 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     // So it is kept; only a backup is of the factory.
     let backup = std::mem::replace(&mut servo.feetech, State::new(&servo.registers)).backup;
     servo.feetech.backup = backup;
-    power_up(servo);
+    forget(servo);
 }
 
 /// The start from EPROM: RAM as shipped, and no turns counted.
-pub(crate) fn power_up(servo: &mut Servo) {
+pub(crate) fn forget(servo: &mut Servo) {
     servo.registers.copy(&servo.feetech.stored, 0..EPROM_END);
-    servo.registers.reset_from(EPROM_END);
+    servo.registers.reset(EPROM_END..u16::MAX);
     if !servo.model.is_scs {
         servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
     }

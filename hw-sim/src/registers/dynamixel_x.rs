@@ -1,6 +1,5 @@
 //! Dynamixel X-series control table. Source: ROBOTIS e-manual, control tables of XL330-M288, XL430-W250,
 //! XM430-W210 and XM430-W350. The base is the XM430-W210; the other models are changes to it.
-//! Indirect addresses and data hold values only: the mapping is not simulated yet.
 
 use super::{Change, Encoding::TwosComplement, Register, ro, ro_as, rw, rw_as};
 
@@ -11,6 +10,8 @@ pub(crate) const BAUD: u16 = 8;
 pub(crate) const RETURN_DELAY: u16 = 9;
 pub(crate) const DRIVE_MODE: u16 = 10;
 pub(crate) const OPERATING_MODE: u16 = 11;
+pub(crate) const SECONDARY_ID: u16 = 12;
+pub(crate) const PROTOCOL_TYPE: u16 = 13;
 pub(crate) const HOMING_OFFSET: u16 = 20;
 pub(crate) const MOVING_THRESHOLD: u16 = 24;
 pub(crate) const TEMPERATURE_LIMIT: u16 = 31;
@@ -21,11 +22,20 @@ pub(crate) const CURRENT_LIMIT: u16 = 38;
 pub(crate) const VELOCITY_LIMIT: u16 = 44;
 pub(crate) const MAX_POSITION: u16 = 48;
 pub(crate) const MIN_POSITION: u16 = 52;
+pub(crate) const STARTUP_CONFIGURATION: u16 = 60;
+pub(crate) const PWM_SLOPE: u16 = 62;
 pub(crate) const SHUTDOWN: u16 = 63;
 pub(crate) const TORQUE_ENABLE: u16 = 64;
 pub(crate) const STATUS_RETURN_LEVEL: u16 = 68;
+pub(crate) const REGISTERED_INSTRUCTION: u16 = 69;
 pub(crate) const HARDWARE_ERROR: u16 = 70;
+pub(crate) const VELOCITY_I: u16 = 76;
+pub(crate) const VELOCITY_P: u16 = 78;
+pub(crate) const POSITION_D: u16 = 80;
+pub(crate) const POSITION_I: u16 = 82;
 pub(crate) const POSITION_P: u16 = 84;
+pub(crate) const FEEDFORWARD_2ND: u16 = 88;
+pub(crate) const FEEDFORWARD_1ST: u16 = 90;
 pub(crate) const BUS_WATCHDOG: u16 = 98;
 pub(crate) const GOAL_PWM: u16 = 100;
 pub(crate) const GOAL_CURRENT: u16 = 102;
@@ -40,9 +50,15 @@ pub(crate) const PRESENT_PWM: u16 = 124;
 pub(crate) const PRESENT_CURRENT: u16 = 126;
 pub(crate) const PRESENT_VELOCITY: u16 = 128;
 pub(crate) const PRESENT_POSITION: u16 = 132;
+pub(crate) const VELOCITY_TRAJECTORY: u16 = 136;
 pub(crate) const POSITION_TRAJECTORY: u16 = 140;
 pub(crate) const PRESENT_VOLTAGE: u16 = 144;
 pub(crate) const PRESENT_TEMPERATURE: u16 = 146;
+pub(crate) const BACKUP_READY: u16 = 147;
+
+/// What a change of the operating mode resets, and Control Table Backup stores.
+pub(crate) const GAINS: [u16; 7] =
+    [VELOCITY_I, VELOCITY_P, POSITION_D, POSITION_I, POSITION_P, FEEDFORWARD_2ND, FEEDFORWARD_1ST];
 
 /// Addresses below this one are EEPROM: locked while torque is on.
 pub(crate) const EEPROM_END: u16 = 64;
@@ -62,8 +78,8 @@ pub static TABLE: &[Register] = &[
     rw(DRIVE_MODE, 1, "Drive Mode", (0, 0, 13)),
     rw(OPERATING_MODE, 1, "Operating Mode", (3, 0, 16)),
     // 0..=252 set it, 253 and above switch it off.
-    rw(12, 1, "Secondary ID", (255, 0, 255)),
-    rw(13, 1, "Protocol Type", (2, 1, 2)),
+    rw(SECONDARY_ID, 1, "Secondary ID", (255, 0, 255)),
+    rw(PROTOCOL_TYPE, 1, "Protocol Type", (2, 1, 2)),
     rw_as(HOMING_OFFSET, 4, "Homing Offset", TwosComplement, (0, -1_044_479, 1_044_479)),
     rw(MOVING_THRESHOLD, 4, "Moving Threshold", (10, 0, 1023)),
     rw(TEMPERATURE_LIMIT, 1, "Temperature Limit", (80, 0, 100)),
@@ -74,20 +90,20 @@ pub static TABLE: &[Register] = &[
     rw(VELOCITY_LIMIT, 4, "Velocity Limit", (330, 0, 1023)),
     rw(MAX_POSITION, 4, "Max Position Limit", (4095, 0, 4095)),
     rw(MIN_POSITION, 4, "Min Position Limit", (0, 0, 4095)),
-    rw(60, 1, "Startup Configuration", (0, 0, 3)),
+    rw(STARTUP_CONFIGURATION, 1, "Startup Configuration", (0, 0, 3)),
     rw(SHUTDOWN, 1, "Shutdown", (52, 0, 255)),
     rw(TORQUE_ENABLE, 1, "Torque Enable", (0, 0, 1)),
     rw(65, 1, "LED", (0, 0, 1)),
     rw(STATUS_RETURN_LEVEL, 1, "Status Return Level", (2, 0, 2)),
-    ro(69, 1, "Registered Instruction", 0),
+    ro(REGISTERED_INSTRUCTION, 1, "Registered Instruction", 0),
     ro(HARDWARE_ERROR, 1, "Hardware Error Status", 0),
-    rw(76, 2, "Velocity I Gain", (1920, 0, 16383)),
-    rw(78, 2, "Velocity P Gain", (100, 0, 16383)),
-    rw(80, 2, "Position D Gain", (0, 0, 16383)),
-    rw(82, 2, "Position I Gain", (0, 0, 16383)),
+    rw(VELOCITY_I, 2, "Velocity I Gain", (1920, 0, 16383)),
+    rw(VELOCITY_P, 2, "Velocity P Gain", (100, 0, 16383)),
+    rw(POSITION_D, 2, "Position D Gain", (0, 0, 16383)),
+    rw(POSITION_I, 2, "Position I Gain", (0, 0, 16383)),
     rw(POSITION_P, 2, "Position P Gain", (800, 0, 16383)),
-    rw(88, 2, "Feedforward 2nd Gain", (0, 0, 16383)),
-    rw(90, 2, "Feedforward 1st Gain", (0, 0, 16383)),
+    rw(FEEDFORWARD_2ND, 2, "Feedforward 2nd Gain", (0, 0, 16383)),
+    rw(FEEDFORWARD_1ST, 2, "Feedforward 1st Gain", (0, 0, 16383)),
     rw_as(BUS_WATCHDOG, 1, "Bus Watchdog", TwosComplement, (0, 0, 127)),
     // The narrower ranges of the four goals are those of the limit registers; see the servo's own check.
     rw_as(GOAL_PWM, 2, "Goal PWM", TwosComplement, (885, -885, 885)),
@@ -104,11 +120,11 @@ pub static TABLE: &[Register] = &[
     ro_as(PRESENT_CURRENT, 2, "Present Current", TwosComplement),
     ro_as(PRESENT_VELOCITY, 4, "Present Velocity", TwosComplement),
     ro_as(PRESENT_POSITION, 4, "Present Position", TwosComplement),
-    ro_as(136, 4, "Velocity Trajectory", TwosComplement),
+    ro_as(VELOCITY_TRAJECTORY, 4, "Velocity Trajectory", TwosComplement),
     ro_as(POSITION_TRAJECTORY, 4, "Position Trajectory", TwosComplement),
     ro(PRESENT_VOLTAGE, 2, "Present Input Voltage", 0),
     ro(PRESENT_TEMPERATURE, 1, "Present Temperature", 0),
-    ro(147, 1, "Backup Ready", 0),
+    ro(BACKUP_READY, 1, "Backup Ready", 0),
 ];
 
 use Change::{Absent, Add, Range};
@@ -133,16 +149,18 @@ pub(crate) static XL430_W250: &[Change] = &[
     Absent(GOAL_CURRENT),
     Range(VELOCITY_LIMIT, 265, 0, 1023),
     Range(GOAL_VELOCITY, 265, -1023, 1023),
-    Range(76, 1000, 0, 16383),
-    Range(80, 4000, 0, 16383),
+    Range(VELOCITY_I, 1000, 0, 16383),
+    Range(POSITION_D, 4000, 0, 16383),
     Range(POSITION_P, 640, 0, 16383),
 ];
 
 /// Current in 1 mA, one register more.
 pub(crate) static XL330_M288: &[Change] = &[
     Range(MODEL_NUMBER, 1200, 0, 0),
+    // Of older firmware sources disagree where indirect data begin.
+    Range(FIRMWARE, 52, 0, 0),
     Range(BAUD, 1, 0, 6),
-    Range(13, 2, 2, 22),
+    Range(PROTOCOL_TYPE, 2, 2, 22),
     Range(TEMPERATURE_LIMIT, 70, 0, 100),
     Range(MAX_VOLTAGE, 70, 31, 70),
     Range(MIN_VOLTAGE, 35, 31, 70),
@@ -150,28 +168,53 @@ pub(crate) static XL330_M288: &[Change] = &[
     Range(GOAL_CURRENT, 1750, -1750, 1750),
     Range(VELOCITY_LIMIT, 445, 0, 2047),
     Range(GOAL_VELOCITY, 445, -2047, 2047),
-    Add(rw(62, 1, "PWM Slope", (140, 1, 255))),
+    Add(rw(PWM_SLOPE, 1, "PWM Slope", (140, 1, 255))),
     Range(SHUTDOWN, 53, 0, 255),
-    Range(76, 1600, 0, 16383),
-    Range(78, 180, 0, 16383),
+    Range(VELOCITY_I, 1600, 0, 16383),
+    Range(VELOCITY_P, 180, 0, 16383),
     Range(POSITION_P, 400, 0, 16383),
 ];
 
-/// Indirect addressing of a model: an address register (2 bytes) and a data byte for each pair.
+/// Name of all registers that point.
+pub(crate) const INDIRECT_ADDRESS: &str = "Indirect Address";
+
+/// Addresses below this one take no part in indirect addressing.
+pub(crate) const INDIRECT_START: u16 = 168;
+
+/// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for what it points at.
+#[derive(Debug, Clone, Copy)]
+struct IndirectBlock {
+    address: u16,
+    data: u16,
+    pairs: u16,
+}
+
+/// Indirect addressing of a model, and the last address one may point at; the first is the first of RAM.
+fn indirect_blocks(model: &str) -> (&'static [IndirectBlock], u16) {
+    const XL330: &[IndirectBlock] = &[IndirectBlock { address: 168, data: 208, pairs: 20 }];
+    const OTHERS: &[IndirectBlock] = &[
+        IndirectBlock { address: 168, data: 224, pairs: 28 },
+        IndirectBlock { address: 578, data: 634, pairs: 28 },
+    ];
+    if model == "XL330-M288" { (XL330, 227) } else { (OTHERS, 661) }
+}
+
+/// The indirect address register that says what the data byte at `data` stands for; none if that is no indirect data.
+pub(crate) fn indirect_address_of(model: &str, data: u16) -> Option<u16> {
+    let (blocks, _) = indirect_blocks(model);
+    let block = blocks.iter().find(|block| (block.data..block.data + block.pairs).contains(&data))?;
+    Some(block.address + 2 * (data - block.data))
+}
+
+/// The registers of a model's indirect addressing. As shipped each data byte stands for itself.
 pub(crate) fn indirect_registers(model: &str) -> Vec<Register> {
-    // First address register, first data byte, pairs, and the addresses they may point at.
-    let (rows, end): (&[(u16, u16, u16)], i64) = match model {
-        "XL330-M288" => (&[(168, 208, 20)], 227),
-        _ => (&[(168, 224, 28), (578, 634, 28)], 661),
-    };
+    let (blocks, last) = indirect_blocks(model);
     let pairs =
-        rows.iter().flat_map(|&(address, data, count)| (0..count).map(move |n| (address + 2 * n, data + n)));
+        blocks.iter().flat_map(|block| (0..block.pairs).map(|n| (block.address + 2 * n, block.data + n)));
     pairs
         .flat_map(|(address, data)| {
-            [
-                rw(address, 2, "Indirect Address", (i64::from(data), 64, end)),
-                rw(data, 1, "Indirect Data", (0, 0, 255)),
-            ]
+            let range = (i64::from(data), i64::from(EEPROM_END), i64::from(last));
+            [rw(address, 2, INDIRECT_ADDRESS, range), rw(data, 1, "Indirect Data", (0, 0, 255))]
         })
         .collect()
 }

@@ -188,12 +188,12 @@ impl RegisterFile {
         }
     }
 
-    /// Gives the registers from `address` on their defaults.
-    pub(crate) fn reset_from(&mut self, address: u16) {
+    /// Makes every register whose address lies in `addresses` what it is as shipped.
+    pub(crate) fn reset(&mut self, addresses: std::ops::Range<u16>) {
         for index in 0..self.table.len() {
-            let register = self.table[index];
-            if register.address >= address {
-                self.set(register.address, register.default);
+            let Register { address, default, .. } = self.table[index];
+            if addresses.contains(&address) {
+                self.set(address, default);
             }
         }
     }

@@ -122,6 +122,7 @@ fn robot() -> Robot {
         stiffness: 1.0,
         mass_kg: 0.1,
         center_m: DVec3::ZERO,
+        ball: None,
         servo: (index < 4).then(|| Servo {
             model: ServoModel::named("STS3215-12V").unwrap(),
             bus: usize::from(index % 2),

@@ -48,6 +48,13 @@ pub(super) const FAST_HEAD_BYTES: usize = HEAD_BYTES;
 /// The error byte's alert: the hardware error register is not zero; the data are valid nevertheless.
 pub(super) const ALERT: u8 = 0x80;
 
+/// Appends any instruction to one servo.
+pub(super) fn request(out: &mut Vec<u8>, id: u8, instruction: u8, parameters: &[u8]) {
+    let packet = Packet::open(out, id, instruction);
+    parameters.iter().for_each(|byte| packet.push(out, *byte));
+    packet.close(out);
+}
+
 /// Appends a ping: the servo answers with model number (2 bytes) and firmware version (1).
 pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
     let packet = Packet::open(out, id.0, PING);

@@ -29,6 +29,13 @@ pub(super) const FRAME_BYTES: usize = 6;
 /// Longest packet a servo is sent; the vendor's own libraries refuse more.
 pub(super) const PACKET_BYTES_MAX: usize = 250;
 
+/// Appends any instruction to one servo, with at most 244 bytes of parameters.
+pub(super) fn request(out: &mut Vec<u8>, id: u8, instruction: u8, parameters: &[u8]) {
+    let start = open(out, id, instruction);
+    out.extend(parameters);
+    close(out, start);
+}
+
 /// Appends a ping: the servo answers with its alarms and no data.
 pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
     let start = open(out, id.0, PING);

@@ -94,8 +94,16 @@ pub enum OpenCause {
 
 impl fmt::Display for OpenFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "bus {}: {} ", self.bus, self.path.display())?;
-        match &self.cause {
+        write!(f, "bus {}: ", self.bus)?;
+        self.cause.write(f, &self.path)
+    }
+}
+
+impl OpenCause {
+    /// A sentence about the device at `path`.
+    pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, path: &Path) -> fmt::Result {
+        write!(f, "{} ", path.display())?;
+        match self {
             OpenCause::NotThere { adapters } if adapters.is_empty() => {
                 write!(f, "is not there, and no adapter is ({BY_ID} is empty): plug the bus's adapter in")
             }
@@ -109,7 +117,7 @@ impl fmt::Display for OpenFault {
                  some systems) and log in again"
             ),
             OpenCause::Busy => {
-                write!(f, "is in use by another program: end it ('fuser {}' names it)", self.path.display())
+                write!(f, "is in use by another program: end it ('fuser {}' names it)", path.display())
             }
             OpenCause::SharedWith { bus } => {
                 write!(f, "is also the device of bus {bus}: each bus needs an adapter of its own")
@@ -150,7 +158,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
 }
 
 /// Opens one: raw, 8N1, no flow control, exclusive, and never waiting.
-pub(super) fn open(device: &Device) -> Result<TTYPort, OpenCause> {
+pub(crate) fn open(device: &Device) -> Result<TTYPort, OpenCause> {
     let settings = serialport::new(device.path.to_string_lossy(), device.baud).exclusive(true);
     let port = TTYPort::open(&settings).map_err(|error| match error.kind() {
         ErrorKind::NoDevice => OpenCause::Busy,

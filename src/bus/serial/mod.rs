@@ -6,7 +6,7 @@
 //! because both take milliseconds.
 //! After opening, nothing here allocates and no thread is needed for a line that works.
 
-mod device;
+pub(crate) mod device;
 mod latency;
 mod reopener;
 

@@ -24,6 +24,16 @@ pub(super) struct PortOption {
 }
 
 impl PortOption {
+    /// Name of the bus.
+    pub(super) fn bus(&self) -> &str {
+        &self.bus
+    }
+
+    /// The device.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// As it is typed after `--port`.
     pub(super) fn to_argument(&self) -> OsString {
         let mut argument = OsString::from(&self.bus);
@@ -124,6 +134,20 @@ pub(super) fn choose_to_look(
         return Ok(Choice::Simulated { is_virtual: options.is_virtual });
     }
     Ok(Choice::Devices(fill_up(robot, unit, &options.ports)?))
+}
+
+/// A device for each bus, in the order of the robot's buses: the user's before the unit file's. For commands that talk
+/// to single servos.
+///
+/// # Errors
+/// Bad input: ports that do not fit the robot's buses, a bus without a device.
+pub(super) fn devices_for_tools(
+    robot: &Robot,
+    unit: Option<&UnitFile>,
+    ports: &[PortOption],
+) -> Result<Vec<PortOption>, BadInput> {
+    check_ports(robot, ports)?;
+    fill_up(robot, unit, ports)
 }
 
 fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> bool {

@@ -91,6 +91,7 @@ impl Watched {
                 trunk_turn: glam::DQuat::IDENTITY,
                 feet: Vec::new(),
                 posture_pull: 0.0,
+                arms: Vec::new(),
             },
             stance: [None; 4],
             places: [None; 4],

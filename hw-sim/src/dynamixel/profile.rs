@@ -1,0 +1,180 @@
+//! The way to a goal: a velocity that ramps up, stays and ramps down. Source: ROBOTIS e-manual, X-series, "What is the
+//! Profile", Profile Acceleration (108), Profile Velocity (112), Moving Status (123).
+//!
+//! In: where it starts, the goal, the two registers. Out: position and velocity at any time. The manual says that a
+//! goal given under way makes the velocity go over smoothly into the new profile: here it starts with the position
+//! and velocity of the old one.
+
+/// Unit of Profile Velocity, count/s: 0.229 rpm.
+pub(super) const VELOCITY_UNIT: f64 = 0.229 / 60.0 * 4096.0;
+/// Unit of Profile Acceleration, count/s²: 214.577 rev/min².
+const ACCELERATION_UNIT: f64 = 214.577 / 3600.0 * 4096.0;
+/// Unit of both in a time-based profile, s.
+const TIME_UNIT: f64 = 1e-3;
+
+/// Kind of a profile, as bits 4 and 5 of Moving Status say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// No profile.
+    Step = 0,
+    /// Velocity without ramps.
+    Rectangular = 1,
+    /// Never as fast as it might be.
+    Triangular = 2,
+    Trapezoidal = 3,
+}
+
+/// What the registers say of profiles, in their own units. 0 is no limit; without one for the velocity there is no
+/// profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Settings {
+    pub(super) velocity: i64,
+    pub(super) acceleration: i64,
+    pub(super) is_time_based: bool,
+}
+
+/// One moment of a profile.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Point {
+    /// Counts.
+    pub(super) position: f64,
+    /// count/s.
+    pub(super) velocity: f64,
+    /// count/s².
+    pub(super) acceleration: f64,
+}
+
+impl Point {
+    pub(super) fn rest(position: f64) -> Point {
+        Point { position, ..Point::default() }
+    }
+}
+
+/// Velocity against time as a line of three straight pieces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Profile {
+    pub(super) kind: Kind,
+    /// What it was made for: the goal, in the goal register's unit, and how.
+    goal: i64,
+    settings: Settings,
+    start_ns: u64,
+    start: Point,
+    end: Point,
+    /// Velocity between the ramps, count/s.
+    cruise: f64,
+    /// How long ramp, cruise and ramp take, s.
+    durations: [f64; 3],
+}
+
+impl Profile {
+    /// From `start` to rest at the position `goal`, counts.
+    pub(super) fn to_position(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
+        let place = float(goal);
+        let (kind, cruise, durations) = match settings {
+            Settings { velocity: 0, .. } => (Kind::Step, 0.0, [0.0; 3]),
+            Settings { is_time_based: true, .. } => in_time(start, place, settings),
+            Settings { acceleration: 0, velocity, .. } => {
+                let distance = place - start.position;
+                let cruise = (float(velocity) * VELOCITY_UNIT).copysign(distance);
+                (Kind::Rectangular, cruise, [0.0, distance / cruise, 0.0])
+            }
+            _ => with_ramps(start, place, settings),
+        };
+        Profile { kind, goal, settings, start_ns, start, end: Point::rest(place), cruise, durations }
+    }
+
+    /// From `start` to the velocity `goal`, in units of [`VELOCITY_UNIT`].
+    pub(super) fn to_velocity(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
+        let velocity = float(goal) * VELOCITY_UNIT;
+        let acceleration = float(settings.acceleration);
+        let (kind, duration) = match settings {
+            Settings { acceleration: 0, .. } => (Kind::Step, 0.0),
+            Settings { is_time_based: true, .. } => (Kind::Trapezoidal, acceleration * TIME_UNIT),
+            _ => {
+                let change = (velocity - start.velocity).abs();
+                (Kind::Trapezoidal, change / (acceleration * ACCELERATION_UNIT))
+            }
+        };
+        let end = Point { velocity, ..Point::default() };
+        let durations = [duration, 0.0, 0.0];
+        Profile { kind, goal, settings, start_ns, start, end, cruise: velocity, durations }
+    }
+
+    /// Whether it was made for the same goal in the same way.
+    pub(super) fn is_for(&self, goal: i64, settings: Settings) -> bool {
+        self.goal == goal && self.settings == settings
+    }
+
+    pub(super) fn is_over(&self, now_ns: u64) -> bool {
+        self.elapsed_s(now_ns) >= self.durations.iter().sum()
+    }
+
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "a way takes minutes, and has 52 bits for its nanoseconds"
+    )]
+    fn elapsed_s(&self, now_ns: u64) -> f64 {
+        now_ns.saturating_sub(self.start_ns) as f64 * 1e-9
+    }
+
+    /// Where it is at `now_ns`.
+    pub(super) fn at(&self, now_ns: u64) -> Point {
+        let mut left_s = self.elapsed_s(now_ns);
+        let mut position = self.start.position;
+        let velocities = [self.start.velocity, self.cruise, self.cruise, self.end.velocity];
+        for (ends, duration) in velocities.windows(2).zip(self.durations) {
+            let (from, to) = (ends[0], ends[1]);
+            if left_s < duration {
+                let acceleration = (to - from) / duration;
+                let velocity = from + acceleration * left_s;
+                return Point {
+                    position: position + (from + velocity) / 2.0 * left_s,
+                    velocity,
+                    acceleration,
+                };
+            }
+            position += (from + to) / 2.0 * duration;
+            left_s -= duration;
+        }
+        self.end
+    }
+}
+
+/// Total time and time of each ramp are given; a ramp takes half of the total at most.
+fn in_time(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
+    let total = float(settings.velocity) * TIME_UNIT;
+    let ramp = (float(settings.acceleration) * TIME_UNIT).min(total / 2.0);
+    let cruise = (goal - start.position - start.velocity * ramp / 2.0) / (total - ramp);
+    let kind = if settings.acceleration == 0 {
+        Kind::Rectangular
+    } else if ramp < total / 2.0 {
+        Kind::Trapezoidal
+    } else {
+        Kind::Triangular
+    };
+    (kind, cruise, [ramp, total - 2.0 * ramp, ramp])
+}
+
+/// Highest velocity and acceleration are given. All but the result is reckoned in the direction of the cruise: that in
+/// which the goal lies from where it would come to rest if it braked now.
+fn with_ramps(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
+    let highest = float(settings.velocity) * VELOCITY_UNIT;
+    let acceleration = float(settings.acceleration) * ACCELERATION_UNIT;
+    let braking = start.velocity * start.velocity.abs() / (2.0 * acceleration);
+    let forward = 1.0f64.copysign(goal - start.position - braking);
+    let (distance, first) = (forward * (goal - start.position), forward * start.velocity);
+    let reachable = (acceleration * distance + first * first / 2.0).max(0.0).sqrt();
+    let cruise = if first > highest { highest } else { highest.min(reachable) };
+    let ramps = (cruise * cruise - first * first) / (2.0 * acceleration)
+        * if first > cruise { -1.0 } else { 1.0 }
+        + cruise * cruise / (2.0 * acceleration);
+    let between = if cruise > 0.0 { ((distance - ramps) / cruise).max(0.0) } else { 0.0 };
+    let kind = if cruise < highest { Kind::Triangular } else { Kind::Trapezoidal };
+    let durations = [(cruise - first).abs() / acceleration, between, cruise / acceleration];
+    (kind, forward * cruise, durations)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
+fn float(value: i64) -> f64 {
+    value as f64
+}

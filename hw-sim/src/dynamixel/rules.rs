@@ -1,0 +1,110 @@
+//! Which numbers a register takes, and what follows from one written. Source: ROBOTIS e-manual, X-series.
+
+use super::control::{self, leave_turns_out, present_counts};
+use super::protection;
+use super::table::Refusal;
+use crate::registers::Register;
+use crate::registers::dynamixel_x::*;
+use crate::servo::Servo;
+
+/// Drive Mode: a goal switches the torque on.
+const TORQUE_ON_BY_GOAL: i64 = 8;
+/// Bits of Drive Mode these models have: reverse, time-based profile, torque on by goal update.
+const DRIVE_MODE_BITS: i64 = 1 | control::TIME_BASED | TORQUE_ON_BY_GOAL;
+/// Protocol Type: Dynamixel 2.0. All other types are for remote controls, but for 1, Protocol 1.0.
+const PROTOCOL_2: i64 = 2;
+
+/// May the host write this number now? Outside the range of the control table it may not (error 4), nor outside what
+/// a limit register says (6). After the bus watchdog has tripped it may write no goal until it has written 0 to the
+/// watchdog (4). That the watchdog takes no other number then is our reading; and no manual says by which error a
+/// servo that has shut down refuses torque.
+pub(super) fn check(servo: &Servo, register: &Register, value: i64) -> Result<(), Refusal> {
+    let has_tripped = protection::has_watchdog_tripped(servo);
+    let fits = match register.address {
+        GOAL_PWM | GOAL_CURRENT | GOAL_VELOCITY | GOAL_POSITION if has_tripped => false,
+        BUS_WATCHDOG if has_tripped => value == 0,
+        DRIVE_MODE => value & !DRIVE_MODE_BITS == 0,
+        OPERATING_MODE => control::has_mode(servo, value),
+        PROTOCOL_TYPE if register.max > PROTOCOL_2 => matches!(value, PROTOCOL_2 | 20..=22),
+        _ => (register.min..=register.max).contains(&value),
+    };
+    if !fits {
+        return Err(Refusal::DataRange);
+    }
+    let limit = match register.address {
+        GOAL_PWM => PWM_LIMIT,
+        GOAL_CURRENT => CURRENT_LIMIT,
+        GOAL_VELOCITY => VELOCITY_LIMIT,
+        GOAL_POSITION if servo.get(OPERATING_MODE) == control::MODE_POSITION => {
+            let limits = servo.get(MIN_POSITION)..=servo.get(MAX_POSITION);
+            return if limits.contains(&value) { Ok(()) } else { Err(Refusal::DataLimit) };
+        }
+        TORQUE_ENABLE if value == 1 && servo.is_shut_down => return Err(Refusal::ResultFail),
+        _ => return Ok(()),
+    };
+    if value.abs() <= servo.get(limit) { Ok(()) } else { Err(Refusal::DataLimit) }
+}
+
+/// Writes what has been checked. Of a goal and a profile written together the profile counts for the goal.
+pub(super) fn apply(servo: &mut Servo, changes: &[(u16, i64)], now_ns: u64) {
+    let mut is_new_goal = false;
+    for &(address, value) in changes {
+        if address == control::goal_register(servo) {
+            is_new_goal = true;
+            let by_goal = servo.get(DRIVE_MODE) & TORQUE_ON_BY_GOAL != 0;
+            if by_goal && !control::is_torque_on(servo) && !servo.is_shut_down {
+                servo.registers.set(TORQUE_ENABLE, 1);
+                torque_on(servo, now_ns);
+            }
+        }
+        let before = servo.get(address);
+        servo.registers.set(address, value);
+        if value != before {
+            changed(servo, address, now_ns);
+        }
+    }
+    if is_new_goal {
+        control::head_for_goal(servo, now_ns);
+    }
+}
+
+/// What follows from another number in the register at `address`.
+fn changed(servo: &mut Servo, address: u16, now_ns: u64) {
+    match address {
+        TORQUE_ENABLE if control::is_torque_on(servo) => torque_on(servo, now_ns),
+        OPERATING_MODE => {
+            for gain in GAINS {
+                servo.registers.reset(gain..gain + 1);
+            }
+            reset_goals(servo);
+            servo.registers.set(PROFILE_ACCELERATION, 0);
+            servo.registers.set(PROFILE_VELOCITY, 0);
+            if servo.get(OPERATING_MODE) == control::MODE_POSITION {
+                leave_turns_out(servo);
+            }
+            servo.registers.set(PRESENT_POSITION, present_counts(servo));
+        }
+        PWM_LIMIT | CURRENT_LIMIT | VELOCITY_LIMIT => reset_goals(servo),
+        DRIVE_MODE => leave_turns_out(servo),
+        HOMING_OFFSET => servo.registers.set(PRESENT_POSITION, present_counts(servo)),
+        _ => {}
+    }
+}
+
+/// In the position modes the shaft holds where it stands until a goal comes; in the others it does as it is told.
+fn torque_on(servo: &mut Servo, now_ns: u64) {
+    if servo.get(OPERATING_MODE) == control::MODE_POSITION {
+        leave_turns_out(servo);
+    }
+    control::hold(servo);
+    control::head_for_goal(servo, now_ns);
+}
+
+/// Goals at their limits, where they are limits; the goal of velocity mode is to stand (our reading: no motor starts
+/// because it has been given torque).
+pub(super) fn reset_goals(servo: &mut Servo) {
+    servo.registers.set(GOAL_PWM, servo.get(PWM_LIMIT));
+    servo.registers.set(GOAL_CURRENT, servo.get(CURRENT_LIMIT));
+    let is_goal = servo.get(OPERATING_MODE) == control::MODE_VELOCITY;
+    servo.registers.set(GOAL_VELOCITY, if is_goal { 0 } else { servo.get(VELOCITY_LIMIT) });
+}

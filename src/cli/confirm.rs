@@ -1,0 +1,30 @@
+//! Nothing is written to a servo without saying so first.
+
+use std::io::{IsTerminal, Write};
+
+use anyhow::Result;
+
+use super::BadInput;
+
+/// Says `what` is about to be done and asks whether to, unless `yes`.
+///
+/// # Errors
+/// When the answer is no, or there is nobody to ask.
+pub(super) fn confirm(what: &str, yes: bool) -> Result<()> {
+    if yes {
+        say!("{what}");
+        return Ok(());
+    }
+    let input = std::io::stdin();
+    if !input.is_terminal() {
+        return Err(BadInput(format!("{what}: --yes does so without asking; nothing was written")).into());
+    }
+    let mut output = std::io::stdout();
+    let _ = write!(output, "{what}. Do so? [y/N] ").and_then(|()| output.flush());
+    let mut answer = String::new();
+    let _ = input.read_line(&mut answer);
+    match answer.trim() {
+        "y" | "Y" | "yes" => Ok(()),
+        _ => Err(anyhow::anyhow!("not confirmed; nothing was written")),
+    }
+}

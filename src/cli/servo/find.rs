@@ -1,0 +1,79 @@
+//! Finding the servo that is meant: its language and rate.
+
+use anyhow::Result;
+
+use super::Which;
+use crate::cli::BadInput;
+use crate::model::Protocol;
+use crate::service::{Address, ServiceError, ServicePort, Servo, scan_bauds};
+use crate::units::ServoId;
+
+/// The one servo with the id that was named. Asks at every rate and in every language that `which` leaves open.
+///
+/// # Errors
+/// When nobody answers, or servos at several rates do.
+pub(super) fn find<'p>(port: &'p mut ServicePort, which: &Which) -> Result<Servo<'p>> {
+    let address = find_address(port, which)?;
+    Ok(port.servo(address)?)
+}
+
+/// The same, or else the servo at `home`: where it is if it was moved there before and that was broken off.
+pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Address) -> Result<Servo<'p>> {
+    match find_address(port, which) {
+        Ok(address) if port.is_anybody_at(address)? => Ok(port.servo(address)?),
+        Err(error) if error.is::<BadInput>() => Err(error),
+        Ok(_) | Err(_) => Ok(port.servo(home)?),
+    }
+}
+
+fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
+    let candidates = candidates(which)?;
+    if let [address] = candidates[..] {
+        return Ok(address);
+    }
+    let mut damaged = None;
+    let mut found = Vec::new();
+    for address in candidates {
+        match port.is_anybody_at(address) {
+            Ok(true) => found.push(address),
+            Ok(false) => {}
+            Err(ServiceError::Baud { .. }) => {}
+            Err(error @ ServiceError::Damaged { .. }) => damaged = Some(error),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    match (found.as_slice(), damaged) {
+        ([address], _) => Ok(*address),
+        ([], Some(error)) => Err(error.into()),
+        ([], None) => Err(anyhow::anyhow!(
+            "nobody answers as id {} on {}: check its power and cable; 'hippocamp scan {}' finds who does",
+            which.id,
+            port.path().display(),
+            port.path().display()
+        )),
+        (several, _) => {
+            let several: Vec<String> = several.iter().map(Address::to_string).collect();
+            Err(BadInput(format!(
+                "several answer: {}; say which with --baud and --protocol",
+                several.join(", ")
+            ))
+            .into())
+        }
+    }
+}
+
+fn candidates(which: &Which) -> Result<Vec<Address>, BadInput> {
+    let languages = match which.protocol {
+        Some(language) => vec![Protocol::from(language)],
+        None => vec![Protocol::Dynamixel, Protocol::Feetech],
+    };
+    let bauds = languages.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
+    let is_wanted = |baud: u32| which.baud.is_none_or(|wanted| wanted == baud);
+    let wanted = bauds.filter(|(_, baud)| is_wanted(*baud));
+    let all: Vec<Address> =
+        wanted.map(|(protocol, baud)| Address { protocol, baud, id: ServoId(which.id) }).collect();
+    match (all.is_empty(), which.baud) {
+        (true, Some(baud)) => Err(BadInput(format!("--baud {baud}: no such servo has that rate"))),
+        _ => Ok(all),
+    }
+}

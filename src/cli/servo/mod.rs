@@ -1,0 +1,147 @@
+//! `hippocamp servo`: one servo read, written, given another id or rate, centred, reset, kept in a file.
+
+mod backup;
+mod change;
+mod find;
+mod registers;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use super::scan::Language;
+use crate::model::Protocol;
+
+/// What is done with one servo.
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum ServoCommand {
+    /// Reads a register by name, or all of them.
+    #[command(after_help = "Examples:\n  hippocamp servo read /dev/ttyUSB0 1\n  \
+                            hippocamp servo read /dev/ttyUSB0 1 present_position")]
+    Read {
+        #[command(flatten)]
+        which: Which,
+        /// Its name; none for all registers.
+        register: Option<String>,
+    },
+    /// Writes a register by name, in the unit 'servo read' shows.
+    ///
+    /// A setting that outlasts the power is written with the torque off. A goal or 'torque_enable 1' moves or holds
+    /// the servo at once, past all of the controller's safety: keep hands and wires clear.
+    #[command(after_help = "Example: hippocamp servo write /dev/ttyUSB0 1 return_delay_time 0")]
+    Write {
+        #[command(flatten)]
+        which: Which,
+        /// The register's name.
+        register: String,
+        /// The value, in the register's unit.
+        #[arg(allow_negative_numbers = true)]
+        value: f64,
+        /// The value is the count in the register.
+        #[arg(long)]
+        raw: bool,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Keeps every register of the servo in a file.
+    #[command(after_help = "Example: hippocamp servo backup /dev/ttyUSB0 1 left_hip.toml")]
+    Backup {
+        #[command(flatten)]
+        which: Which,
+        /// The file (TOML); must not be there yet.
+        file: PathBuf,
+    },
+    /// Gives the servo the settings that a file of 'servo backup' holds, byte for byte, id and rate included.
+    #[command(after_help = "Example: hippocamp servo restore /dev/ttyUSB0 1 left_hip.toml")]
+    Restore {
+        #[command(flatten)]
+        which: Which,
+        /// The file.
+        file: PathBuf,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Gives the servo another id, if that is free.
+    #[command(after_help = "Example: hippocamp servo id /dev/ttyUSB0 1 7")]
+    Id {
+        #[command(flatten)]
+        which: Which,
+        /// The new id.
+        #[arg(value_parser = clap::value_parser!(u8).range(0..=i64::from(Protocol::ID_MAX)))]
+        new_id: u8,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Sets the servo to another rate.
+    #[command(name = "baud", after_help = "Example: hippocamp servo baud /dev/ttyUSB0 1 1000000")]
+    Baud {
+        #[command(flatten)]
+        which: Which,
+        /// The new rate, bit/s.
+        new_baud: u32,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Makes where the shaft stands now the middle of the servo's counts.
+    Center {
+        #[command(flatten)]
+        which: Which,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Starts the servo anew, as after power-on: clears an overload, for one.
+    Reboot {
+        #[command(flatten)]
+        which: Which,
+        #[command(flatten)]
+        consent: Consent,
+    },
+    /// Takes every setting back to what the factory set, but for id and rate.
+    Reset {
+        #[command(flatten)]
+        which: Which,
+        #[command(flatten)]
+        consent: Consent,
+    },
+}
+
+/// Which servo.
+#[derive(Debug, clap::Args)]
+pub(super) struct Which {
+    /// The serial device, such as /dev/ttyUSB0 or a path in /dev/serial/by-id.
+    port: PathBuf,
+    /// The servo's id.
+    #[arg(value_parser = clap::value_parser!(u8).range(0..=i64::from(Protocol::ID_MAX)))]
+    id: u8,
+    /// Its rate, bit/s [default: found].
+    #[arg(long)]
+    baud: Option<u32>,
+    /// Its language [default: found].
+    #[arg(long, value_enum)]
+    protocol: Option<Language>,
+}
+
+/// Whether to ask first.
+#[derive(Debug, clap::Args)]
+pub(super) struct Consent {
+    /// Write without asking.
+    #[arg(long)]
+    yes: bool,
+}
+
+/// Does what `command` says.
+pub(super) fn servo(command: &ServoCommand) -> Result<()> {
+    match command {
+        ServoCommand::Read { which, register } => registers::read(which, register.as_deref()),
+        ServoCommand::Write { which, register, value, raw, consent } => {
+            registers::write(which, register, *value, *raw, consent.yes)
+        }
+        ServoCommand::Backup { which, file } => backup::backup(which, file),
+        ServoCommand::Restore { which, file, consent } => backup::restore(which, file, consent),
+        ServoCommand::Id { which, new_id, consent } => change::id(which, *new_id, consent),
+        ServoCommand::Baud { which, new_baud, consent } => change::baud(which, *new_baud, consent),
+        ServoCommand::Center { which, consent } => change::center(which, consent),
+        ServoCommand::Reboot { which, consent } => change::reboot(which, consent),
+        ServoCommand::Reset { which, consent } => change::reset(which, consent),
+    }
+}

@@ -1,0 +1,206 @@
+//! `hippocamp setup`: from a box of new servos to a robot whose servos are where its file says.
+//!
+//! Comes in: a robot file, devices, a person who plugs in one servo after the other. Goes out: servos with ids, rates
+//! and modes; a backup of each as it came; the unit file with the devices.
+//!
+//! What is done is seen from who answers where, and from the backups; so it can be broken off anywhere and run again.
+
+mod backups;
+mod bench;
+mod newcomer;
+mod unit;
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result, bail};
+
+use self::backups::Backups;
+use self::bench::{Bench, Job, Standing};
+use self::unit::UnitNotes;
+use super::confirm::confirm;
+use super::load::load_file;
+use super::ports::{self, PortOption};
+use super::{BadInput, interrupt};
+use crate::service::setup::{carry_out, changes, targets};
+use crate::service::{Address, ServiceError};
+
+/// Options of `setup`.
+#[derive(Debug, clap::Args)]
+pub(super) struct SetupArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml]; made if there is
+    /// none.
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Serial device of a bus, in the place of the unit file's; written to the unit file.
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<PortOption>,
+    /// Do not ask: wait for each servo to appear, and set it up.
+    #[arg(long)]
+    yes: bool,
+}
+
+/// Sets up all servos of the robot.
+pub(super) fn setup(options: &SetupArguments) -> Result<()> {
+    if !options.yes && !std::io::stdin().is_terminal() {
+        return Err(
+            BadInput("there is nobody to ask: --yes sets up every servo that appears".to_owned()).into()
+        );
+    }
+    let robot = load_file(&options.robot, None)?.robot;
+    if robot.buses.is_empty() {
+        return Err(BadInput(format!("{} has no servos: it exists on paper only", robot.name)).into());
+    }
+    let mut notes = UnitNotes::open(&options.robot, options.unit.as_deref())?;
+    let devices = ports::devices_for_tools(&robot, notes.file(), &options.ports)?;
+    let stop = interrupt::flag()?;
+    let backups = Backups::beside(notes.path());
+    let mut benches = bench::open(&robot, &devices)?;
+    notes.set_devices(&devices)?;
+
+    let mut is_all_there = true;
+    for bench in &mut benches {
+        let bus = bench.name.clone();
+        say!("bus {bus} on {}: {} servos", bench.port.path().display(), bench.jobs.len());
+        for index in bench.order() {
+            Walk { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop: &stop }
+                .finish()?;
+        }
+        is_all_there &= bench.check_all(&backups)?;
+    }
+    if !is_all_there {
+        bail!("not all servos answer as they should: see above; plug all of them in and run this again");
+    }
+    say!(
+        "all servos are set up; unit file {}; next: hippocamp calibrate {}",
+        notes.path().display(),
+        options.robot.display()
+    );
+    Ok(())
+}
+
+/// One servo on its way.
+struct Walk<'a> {
+    bench: &'a mut Bench,
+    index: usize,
+    backups: &'a Backups,
+    notes: &'a mut UnitNotes,
+    yes: bool,
+    stop: &'a AtomicBool,
+}
+
+impl Walk<'_> {
+    fn job(&self) -> &Job {
+        &self.bench.jobs[self.index]
+    }
+
+    /// Goes on with the joint's servo from wherever it stands until it is done.
+    fn finish(&mut self) -> Result<()> {
+        let mut has_asked = false;
+        loop {
+            self.mind_the_user()?;
+            let (at, is_new) = match self.bench.standing(self.index, self.backups)? {
+                Standing::Done => {
+                    say!("{}: {} is set up", self.job().joint, self.job().home);
+                    self.bench.jobs[self.index].is_done = true;
+                    return Ok(());
+                }
+                Standing::Unfinished(at) => {
+                    say!("{}: {at} was begun; going on", self.job().joint);
+                    (at, false)
+                }
+                Standing::Missing => {
+                    self.ask_for_servo(&mut has_asked)?;
+                    (self.await_newcomer()?, true)
+                }
+            };
+            match self.set_up(at, is_new) {
+                Ok(()) => {
+                    self.bench.jobs[self.index].is_done = true;
+                    say!("{}: {}, set up and read back", self.job().joint, self.job().home);
+                    return Ok(());
+                }
+                Err(error) => match error.downcast_ref::<ServiceError>() {
+                    Some(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => {
+                        say!("{}: {error}; once it is back, this goes on", self.job().joint);
+                    }
+                    _ => return Err(error.context(self.job().joint.clone())),
+                },
+            }
+        }
+    }
+
+    fn ask_for_servo(&self, has_asked: &mut bool) -> Result<()> {
+        let Job { joint, model, home, .. } = self.job();
+        let sentence = format!(
+            "{joint}: plug in its new {} (to be servo {} on bus {}), and no other new one",
+            model.name, home.id, self.bench.name
+        );
+        if self.yes {
+            // Said once: it is waited for.
+            if !std::mem::replace(has_asked, true) {
+                say!("{sentence}");
+            }
+            return Ok(());
+        }
+        say!("{sentence}; then press Enter (q to end)");
+        let mut line = String::new();
+        let read = std::io::stdin().read_line(&mut line).context("no answer can be read")?;
+        if read == 0 || line.trim() == "q" {
+            bail!("ended; run the same again to go on");
+        }
+        Ok(())
+    }
+
+    fn await_newcomer(&mut self) -> Result<Address> {
+        let mut seeker = newcomer::Seeker::new(!self.yes);
+        loop {
+            if let Some(at) = seeker.look(self.bench, self.index, self.backups, self.stop)? {
+                return Ok(at);
+            }
+            self.mind_the_user()?;
+            if !self.yes && seeker.has_looked_everywhere() {
+                say!("no new servo was found on {}", self.bench.port.path().display());
+                self.ask_for_servo(&mut false)?;
+            }
+        }
+    }
+
+    fn mind_the_user(&self) -> Result<()> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => bail!("broken off; run the same again to go on"),
+            false => Ok(()),
+        }
+    }
+
+    /// Backs up the servo at `at`, says what is written to it, and writes it.
+    fn set_up(&mut self, at: Address, is_new: bool) -> Result<()> {
+        let Job { joint, home, .. } = self.job();
+        let (joint, home) = (joint.clone(), *home);
+        let mut servo = self.bench.port.servo(at)?;
+        let targets = targets(servo.identity().family, self.bench.return_delay_us);
+        let changes = changes(&mut servo, &targets, is_new)?;
+        let kept = self.backups.keep(&joint, &mut servo, &targets)?;
+        say!("{joint}: {at}, kept as it is in {}; now", kept.display());
+        for change in &changes {
+            say!("  {} from {} to {}", change.register.name, change.held, change.wanted);
+        }
+        if at.id != home.id {
+            say!("  id from {} to {}", at.id, home.id);
+        }
+        if at.baud != home.baud {
+            say!("  baud_rate from {} to {} baud", at.baud, home.baud);
+        }
+        if !self.yes {
+            confirm("write this; the torque is taken off", false)?;
+        }
+        if is_new {
+            self.notes.forget_calibration(&joint)?;
+        }
+        carry_out(&mut servo, &targets, &changes, home)?;
+        Ok(())
+    }
+}

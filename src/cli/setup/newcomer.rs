@@ -1,0 +1,169 @@
+//! Finding the one new servo on a line: first where new ones answer, from time to time everywhere.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use anyhow::Result;
+
+use super::backups::Backups;
+use super::bench::Bench;
+use crate::model::Protocol;
+use crate::service::setup::factory_address;
+use crate::service::{Address, ServiceError, scan_bauds};
+use crate::units::ServoId;
+
+/// A whole look is taken once in so many.
+const WHOLE_LOOK_EVERY: u32 = 40;
+const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
+
+/// Looks for a new servo again and again.
+#[derive(Debug)]
+pub(super) struct Seeker {
+    looks: u32,
+    /// The look that is the first whole one.
+    first_whole_look: u32,
+    /// What was said, so that it is said once.
+    said: BTreeSet<String>,
+}
+
+impl Seeker {
+    /// Looks everywhere soon if a person says that the servo `is_there`, and otherwise gives new ones time to come: a
+    /// whole look takes a quarter of a minute.
+    pub(super) fn new(is_there: bool) -> Seeker {
+        let first_whole_look = if is_there { 2 } else { WHOLE_LOOK_EVERY };
+        Seeker { looks: 0, first_whole_look, said: BTreeSet::new() }
+    }
+
+    /// Whether all rates and ids were looked at.
+    pub(super) fn has_looked_everywhere(&self) -> bool {
+        self.looks > self.first_whole_look
+    }
+
+    /// Where the one new servo answers, if there is exactly one and it is of the joint's model; says what is in the
+    /// way otherwise.
+    pub(super) fn look(
+        &mut self,
+        bench: &mut Bench,
+        index: usize,
+        backups: &Backups,
+        stop: &AtomicBool,
+    ) -> Result<Option<Address>> {
+        let protocol = bench.jobs[index].home.protocol;
+        let factory = factory_address(protocol);
+        self.looks += 1;
+        let is_whole = self.looks % WHOLE_LOOK_EVERY == self.first_whole_look % WHOLE_LOOK_EVERY;
+        let found = match bench.is_taken(factory, backups) {
+            true => Vec::new(),
+            false => self.look_at(bench, factory)?,
+        };
+        let found = match found.is_empty() && is_whole {
+            true => self.look_everywhere(bench, index, backups, stop)?,
+            false => found,
+        };
+        match found[..] {
+            [] => bench.port.pause(BETWEEN_LOOKS),
+            [at] => return self.judge(bench, index, at),
+            _ => {
+                let several: Vec<String> = found.iter().map(Address::to_string).collect();
+                self.say(format!("several new servos answer: {}; leave one plugged in", several.join(", ")));
+            }
+        }
+        Ok(None)
+    }
+
+    fn look_at(&mut self, bench: &mut Bench, address: Address) -> Result<Vec<Address>> {
+        match bench.port.servo(address) {
+            Ok(_) => Ok(vec![address]),
+            Err(ServiceError::NoAnswer { .. }) => Ok(Vec::new()),
+            Err(error @ ServiceError::Damaged { .. }) => {
+                self.say(error.to_string());
+                Ok(Vec::new())
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn look_everywhere(
+        &mut self,
+        bench: &mut Bench,
+        index: usize,
+        backups: &Backups,
+        stop: &AtomicBool,
+    ) -> Result<Vec<Address>> {
+        let protocol = bench.jobs[index].home.protocol;
+        let ids: Vec<ServoId> = (0..=Protocol::ID_MAX).map(ServoId).collect();
+        let mut found = Vec::new();
+        for baud in scan_bauds(protocol) {
+            let pass = match bench.port.scan(protocol, *baud, &ids, stop) {
+                Err(ServiceError::Baud { .. }) => continue,
+                result => result?,
+            };
+            for address in pass.found.iter().map(|found| found.address) {
+                if !bench.is_taken(address, backups) {
+                    found.push(address);
+                } else if let Some(owner) = bench.jobs.iter().find(|job| job.home == address && !job.is_done)
+                {
+                    let (port, joint) = (bench.port.path().display(), &bench.jobs[index].joint);
+                    self.say(format!(
+                        "{address} answers where the servo of {} belongs; if it is the new one of {joint}, give it an id \
+                         nobody has first: hippocamp servo id {port} {} 200",
+                        owner.joint, address.id
+                    ));
+                }
+            }
+            for id in pass.damaged {
+                let at = Address { protocol, baud: *baud, id };
+                let owner = bench.jobs.iter().find(|job| job.home == at);
+                let whose = owner.map_or_else(String::new, |job| {
+                    format!(
+                        " (one of them is that of {}: unplug it until the new one has its own id)",
+                        job.joint
+                    )
+                });
+                self.say(format!(
+                    "only damaged answers from {at}: two servos have this id, leave one{whose}"
+                ));
+            }
+            if pass.is_interrupted {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Whether the servo at `at` can be the joint's.
+    fn judge(&mut self, bench: &mut Bench, index: usize, at: Address) -> Result<Option<Address>> {
+        let model = bench.jobs[index].model;
+        let joint = bench.jobs[index].joint.clone();
+        let identity = match bench.port.servo(at) {
+            Ok(servo) => servo.identity(),
+            Err(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        if identity.model_number != model.model_number {
+            let name = identity.model_names().unwrap_or_else(|| "an unknown model".to_owned());
+            self.say(format!(
+                "{at} is {name} ({}), and {joint} has a {}: plug that in instead",
+                identity.model_number, model.name
+            ));
+            bench.port.pause(BETWEEN_LOOKS);
+            return Ok(None);
+        }
+        // Two that answer with the same bytes sound like one; what they measure differs.
+        match bench.port.known_servo(at, identity).read_all() {
+            Ok(_) => Ok(Some(at)),
+            Err(error @ (ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. })) => {
+                self.say(error.to_string());
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn say(&mut self, text: String) {
+        if self.said.insert(text.clone()) {
+            say!("{text}");
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! The unit file while servos are set up: devices are noted in it, and what a new servo makes void is taken out.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::cli::BadInput;
+use crate::cli::ports::PortOption;
+use crate::cli::unit;
+use crate::config::{Unit, UnitBus, UnitFile, default_unit_path, write_unit};
+
+/// The unit file, read and to be written.
+pub(super) struct UnitNotes {
+    path: PathBuf,
+    file: Option<UnitFile>,
+    unit: Unit,
+}
+
+impl UnitNotes {
+    /// The unit file of `robot_file`, or the one named, whether or not it is there yet.
+    ///
+    /// # Errors
+    /// When it is there and is none, or another robot's.
+    pub(super) fn open(robot_file: &Path, named: Option<&Path>) -> Result<UnitNotes> {
+        let path = named.map_or_else(|| default_unit_path(robot_file), Path::to_owned);
+        let robot_name = robot_file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = if path.exists() { unit::find(robot_file, Some(&path))? } else { None };
+        let unit = match &file {
+            Some(file) if file.unit.robot_file != robot_name => {
+                let fault = file.fault("robot_file", format!("{robot_name:?}, or another --unit"));
+                return Err(BadInput(fault.to_string()).into());
+            }
+            Some(file) => file.unit.clone(),
+            None => Unit { robot_file: robot_name, ..Unit::default() },
+        };
+        Ok(UnitNotes { path, file, unit })
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// As it was read.
+    pub(super) fn file(&self) -> Option<&UnitFile> {
+        self.file.as_ref()
+    }
+
+    /// Notes the device of every bus.
+    pub(super) fn set_devices(&mut self, devices: &[PortOption]) -> Result<()> {
+        let device = |port: &PortOption| UnitBus {
+            name: port.bus().to_owned(),
+            device: std::path::absolute(port.path())
+                .unwrap_or_else(|_| port.path().to_owned())
+                .display()
+                .to_string(),
+        };
+        let buses: Vec<UnitBus> = devices.iter().map(device).collect();
+        if buses == self.unit.buses {
+            return Ok(());
+        }
+        self.unit.buses = buses;
+        self.write()
+    }
+
+    /// A new servo turns `joint`: what was measured of the old one is void.
+    pub(super) fn forget_calibration(&mut self, joint: &str) -> Result<()> {
+        let count = self.unit.joints.len();
+        self.unit.joints.retain(|entry| entry.name != joint);
+        if self.unit.joints.len() == count {
+            return Ok(());
+        }
+        say!("{joint}: its calibration is taken out of {}", self.path.display());
+        self.write()
+    }
+
+    fn write(&self) -> Result<()> {
+        write_unit(&self.path, &self.unit)
+            .with_context(|| format!("{} could not be written", self.path.display()))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,67 @@
+//! Where other programs find the buses: a folder with a link for each, kept by one `hippocamp sim` at a time.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use rustix::fs::{FlockOperation, flock};
+use rustix::process::getuid;
+
+use super::super::BadInput;
+
+/// A folder for links, taken until dropped.
+#[derive(Debug)]
+pub(super) struct Links {
+    folder: PathBuf,
+    /// Locked, so that a second program with the same folder does not steal the first one's links.
+    _lock: File,
+    /// Made here, and to be removed again.
+    is_own: bool,
+}
+
+impl Links {
+    /// Takes `folder`, or else one that is named after the robot file in the user's folder for running programs.
+    ///
+    /// # Errors
+    /// Bad input if it cannot be made or is in use.
+    pub(super) fn take(folder: Option<&Path>, robot_file: &Path) -> Result<Links> {
+        let folder = folder.map_or_else(|| default_folder(robot_file), Path::to_owned);
+        let is_own = !folder.exists();
+        let bad =
+            |error| BadInput(format!("--link {}: {error}; expected a folder to write to", folder.display()));
+        fs::create_dir_all(&folder).map_err(bad)?;
+        let lock = File::open(&folder).map_err(bad)?;
+        flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
+            BadInput(format!(
+                "{} is in use by another hippocamp sim: end that one, or give this one a folder of its own with \
+                 --link",
+                folder.display()
+            ))
+        })?;
+        let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
+        Ok(Links { folder, _lock: lock, is_own })
+    }
+
+    /// Where it is.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+}
+
+impl Drop for Links {
+    fn drop(&mut self) {
+        if self.is_own {
+            // Stays if somebody has put something of theirs there.
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// `$XDG_RUNTIME_DIR/hippocamp/ROBOT`, or `hippocamp-USER/ROBOT` among the temporary files where that is not set.
+fn default_folder(robot_file: &Path) -> PathBuf {
+    let running = match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
+        Some(folder) => Path::new(&folder).join("hippocamp"),
+        None => std::env::temp_dir().join(format!("hippocamp-{}", getuid().as_raw())),
+    };
+    running.join(robot_file.file_stem().unwrap_or_default())
+}

@@ -1,0 +1,82 @@
+//! `hippocamp sim`: the servos of a robot file behind pseudo-terminals, in real time, for any program that drives
+//! servos.
+//!
+//! Comes in: a robot file, what goes wrong by script, and what is typed while it runs. Goes out: bytes on terminals.
+
+mod console;
+mod links;
+mod rig;
+
+use std::io::BufRead;
+
+use anyhow::{Context, Result};
+use crossbeam_channel::{Receiver, bounded};
+use hw_sim::pty::PtyServer;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+use self::console::Console;
+use self::links::Links;
+use self::rig::Rig;
+use super::run::fault_script;
+use super::{BadInput, SimArguments, unit};
+use crate::config;
+
+/// Lines that may wait while one is carried out.
+const LINES_WAITING: usize = 64;
+
+/// Serves the robot's buses until a signal, or `quit`.
+pub(super) fn sim(options: &SimArguments) -> Result<()> {
+    let mut file = config::load(&options.robot)?;
+    if file.robot.buses.is_empty() {
+        let path = options.robot.display();
+        return Err(BadInput(format!("{path}: {} has no buses, and so no servos", file.robot.name)).into());
+    }
+    // Servos out of the box know nothing of a calibration.
+    let unit = match options.factory_new {
+        true => None,
+        false => unit::find(&options.robot, options.unit.as_deref())?,
+    };
+    if let Some(unit) = &unit {
+        unit.apply(&mut file.robot)?;
+    }
+    let faults = options.faults.as_deref().map(|path| fault_script(&file.robot, path)).transpose()?;
+    let rig = Rig::new(file.robot, options)?;
+    let world = rig.world(options, &faults.unwrap_or_default())?;
+
+    // Before there are links that a signal would leave behind.
+    let stop = stop_signals()?;
+    let links = Links::take(options.link.as_deref(), &options.robot)?;
+    let server = PtyServer::start(world, links.folder())
+        .with_context(|| format!("the buses could not be served in {}", links.folder().display()))?;
+    rig.announce(&server);
+    Console { rig: &rig, server: &server, lines: typed_lines()?, stop }.run();
+    Ok(())
+}
+
+/// One message for each signal that ends the program.
+fn stop_signals() -> Result<Receiver<()>> {
+    let (sender, receiver) = bounded(1);
+    let mut signals =
+        Signals::new([SIGHUP, SIGINT, SIGQUIT, SIGTERM]).context("signals could not be caught")?;
+    std::thread::spawn(move || {
+        for _ in signals.forever() {
+            let _ = sender.try_send(());
+        }
+    });
+    Ok(receiver)
+}
+
+/// What is typed, line by line. At the end of standard input there is no more, and the servos go on.
+fn typed_lines() -> Result<Receiver<String>> {
+    let (sender, receiver) = bounded(LINES_WAITING);
+    std::thread::Builder::new().name("standard input".to_owned()).spawn(move || {
+        for line in std::io::stdin().lock().lines() {
+            let Ok(line) = line else { return };
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    })?;
+    Ok(receiver)
+}

@@ -1,0 +1,220 @@
+//! Inverse kinematics of an octopus arm: places along it in, joint angles and what is left over out.
+//!
+//! The ends of the groups are to reach their pseudo-targets, the tip a point, or all links' ends given places. There
+//! are two rules for how an arm bends on its way there: the thesis' cyclic coordinate descent, group by group, each
+//! hinge by its ratio (Ishizuka 2008, 3.1.2 and 3.2), and the smooth rule ([`smooth`]). On a path a solve follows the
+//! pose before; when the motion is new it starts from arcs ([`arcs`]). Never allocates after construction.
+
+mod arcs;
+mod follow;
+mod groups;
+mod hand_over;
+mod pose;
+mod smooth;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use crate::model::{ArmGeometry, Bending, Chain, GROUPS, Joint};
+use crate::signals::{ArmAim, ArmTarget};
+use arcs::SIDES;
+pub use hand_over::HandOver;
+use pose::Pose;
+use smooth::{Ends, Pace};
+
+/// A step on the path of a stroke. The damping is what lets the arm pass through straight, where it cannot follow
+/// exactly, without a leap: ends are then up to half a hundredth of the arm from their places.
+const STROKE: Pace = Pace { pull: 0.5, damping: 1e-3 };
+/// A step on the path of a tip.
+const REACH: Pace = Pace { pull: 0.2, damping: 1e-5 };
+/// A step that only brings the ends to their places.
+const CORRECT: Pace = Pace { pull: 0.0, damping: 1e-6 };
+/// Steps a second on a path: fewer cycles a second take more steps each, so that the bends keep up.
+const STEPS_HZ: f64 = 100.0;
+/// Most corrections of a tip in one solve.
+const CORRECTIONS_MAX: u32 = 6;
+/// Most steps from a first guess.
+const STEPS_MAX: u32 = 80;
+/// A guess is settled when no turn is larger, rad.
+const SETTLED_RAD: f64 = 1e-4;
+/// Ends count as reached when they are this close, m per metre of arm.
+const REACHED_SHARE: f64 = 1e-5;
+
+/// What a solve left.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ArmSolution {
+    /// Distance from the tip to its target, m.
+    pub tip_residual_m: f64,
+    /// Largest distance of a place asked for from where it is, the tip's included, m.
+    pub residual_m: f64,
+    /// How many hinges stand on a limit of their range.
+    pub saturated: u32,
+}
+
+/// Solver of one arm, with room for its intermediate results.
+#[derive(Debug, Clone)]
+pub struct ArmSolver {
+    bending: Bending,
+    pose: Pose,
+    group_links: [usize; GROUPS],
+    length_m: f64,
+    steps: u32,
+    /// Places of a first guess.
+    places: Vec<DVec3>,
+    /// The best pose so far, rad.
+    best: Vec<f64>,
+}
+
+impl ArmSolver {
+    /// A solver for `arm`, which is `chain` with its `joints`, that bends as `bending` says, once in `period_s`.
+    pub fn new(
+        arm: &ArmGeometry,
+        chain: &Chain,
+        joints: &[Joint],
+        bending: Bending,
+        period_s: f64,
+    ) -> ArmSolver {
+        ArmSolver {
+            bending,
+            pose: Pose::new(arm, chain, joints),
+            group_links: std::array::from_fn(|group| arm.joints_to_end(group)),
+            length_m: arm.length_m(),
+            steps: (1..).find(|steps| f64::from(*steps) >= 0.99 * STEPS_HZ * period_s).unwrap_or(1),
+            places: vec![DVec3::ZERO; arm.joints.len()],
+            best: vec![0.0; joints.len()],
+        }
+    }
+
+    /// Turns `angles` (rad, one a hinge, root first; the previous solution as they come in) as `target` asks. A
+    /// motion that `is_new` does not follow from them: the least bent pose is looked for, wherever it is.
+    ///
+    /// What is not finite changes nothing and leaves an infinite residual.
+    pub fn solve(&mut self, target: &ArmTarget, is_new: bool, angles: &mut [f64]) -> ArmSolution {
+        debug_assert_eq!(angles.len(), self.pose.hinges.len());
+        if !is_finite(target) || angles.iter().any(|angle| !angle.is_finite()) {
+            return ArmSolution { residual_m: f64::INFINITY, tip_residual_m: f64::INFINITY, saturated: 0 };
+        }
+        let solution = match target.aim {
+            ArmAim::Places => {
+                self.pose.follow(&target.places_in_body);
+                self.places_left(&target.places_in_body)
+            }
+            ArmAim::Ends | ArmAim::Tip | ArmAim::TipAlong => {
+                let ends = self.ends_of(target);
+                self.solve_ends(&ends, target.aim, is_new, angles);
+                let tip_residual_m = self.pose.tip.distance(ends.places[ends.count - 1]);
+                ArmSolution { tip_residual_m, residual_m: ends.miss_m(&self.pose), saturated: 0 }
+            }
+        };
+        self.pose.copy_to(angles);
+        let at_limits = self.pose.hinges.iter().map(|hinge| u32::from(hinge.is_at_limit()));
+        ArmSolution { saturated: at_limits.sum(), ..solution }
+    }
+
+    fn solve_ends(&mut self, ends: &Ends, aim: ArmAim, is_new: bool, angles: &[f64]) {
+        match (is_new, aim, self.bending) {
+            (false, ..) => self.pose.set(angles),
+            // From a straight arm coordinate descent finds no way to a place straight ahead.
+            (true, ArmAim::Ends, Bending::Ccd) => self.pose.rest(),
+            (true, ..) => self.start(ends, angles),
+        }
+        match (aim, self.bending) {
+            (ArmAim::Ends, Bending::Ccd) => self.pose.sweep_groups(ends, REACHED_SHARE * self.length_m),
+            (ArmAim::Ends, Bending::Smooth) => {
+                for _ in 0..self.steps {
+                    self.pose.step(ends, STROKE);
+                }
+            }
+            _ => {
+                self.pose.step(ends, REACH);
+                self.correct(ends);
+            }
+        }
+    }
+
+    /// The least bent pose that reaches, from arcs to all sides and from the pose as it is; that which comes nearest
+    /// if none does.
+    fn start(&mut self, ends: &Ends, angles: &[f64]) {
+        let reached_m = REACHED_SHARE * self.length_m;
+        let mut least = (f64::INFINITY, f64::INFINITY);
+        for sides in 0..=SIDES {
+            if sides == SIDES {
+                self.pose.set(angles);
+            } else if sides >> ends.count == 0 {
+                self.pose.lay_arcs(ends, sides, &mut self.places);
+                self.pose.follow(&self.places);
+            } else {
+                continue;
+            }
+            self.settle(ends);
+            let miss_m = (ends.miss_m(&self.pose) - reached_m).max(0.0);
+            let found = (miss_m, self.pose.squared_bends());
+            if found < least {
+                least = found;
+                self.pose.copy_to(&mut self.best);
+            }
+        }
+        self.pose.set(&self.best);
+    }
+
+    /// Steps until nothing gets better, then brings the ends to their places.
+    fn settle(&mut self, ends: &Ends) {
+        for _ in 0..STEPS_MAX {
+            if self.pose.step(ends, REACH) < SETTLED_RAD {
+                break;
+            }
+        }
+        self.correct(ends);
+    }
+
+    fn correct(&mut self, ends: &Ends) {
+        for _ in 0..CORRECTIONS_MAX {
+            if ends.miss_m(&self.pose) <= REACHED_SHARE * self.length_m {
+                return;
+            }
+            self.pose.step(ends, CORRECT);
+        }
+    }
+
+    fn ends_of(&self, target: &ArmTarget) -> Ends {
+        let [.., tip] = target.ends_in_body;
+        let links = self.pose.balls.len();
+        let mut ends = Ends::default();
+        match target.aim {
+            ArmAim::Ends => {
+                for (group_links, place) in self.group_links.iter().zip(target.ends_in_body) {
+                    ends.push(*group_links, place);
+                }
+            }
+            ArmAim::TipAlong => {
+                let direction = target.direction_in_body.normalize_or_zero();
+                ends.push(links - 1, tip - direction * self.pose.link_m(links - 1));
+                ends.push(links, tip);
+            }
+            ArmAim::Tip | ArmAim::Places => ends.push(links, tip),
+        }
+        ends
+    }
+
+    fn places_left(&self, places: &[DVec3]) -> ArmSolution {
+        let miss = |links: usize| places[links - 1].distance(self.pose.end(links));
+        let links = places.len();
+        ArmSolution {
+            tip_residual_m: miss(links),
+            residual_m: (1..=links).map(miss).fold(0.0, f64::max),
+            saturated: 0,
+        }
+    }
+}
+
+fn is_finite(target: &ArmTarget) -> bool {
+    match target.aim {
+        ArmAim::Ends => target.ends_in_body.iter().all(|place| place.is_finite()),
+        ArmAim::Tip => target.ends_in_body[GROUPS - 1].is_finite(),
+        ArmAim::TipAlong => {
+            target.ends_in_body[GROUPS - 1].is_finite() && target.direction_in_body.is_finite()
+        }
+        ArmAim::Places => target.places_in_body.iter().all(|place| place.is_finite()),
+    }
+}

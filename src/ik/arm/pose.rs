@@ -1,0 +1,285 @@
+//! The pose of an arm: each hinge's angle with its sine and cosine, its place and its axis.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::super::pose::{Angle, SMALL_TURN_RAD, small_turn};
+use super::smooth::rest_bend;
+use crate::model::ball_joint::SwingTwist;
+use crate::model::{ArmGeometry, BallJoint, Chain, Joint};
+
+/// Coordinate axis of its own frame that a hinge turns about. An arm's hinges have no others, which makes a turn half
+/// the arithmetic of one about any axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A hinge and where the solve has it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hinge {
+    // What is fixed.
+    pub(super) axis: Axis,
+    /// 1, or -1 where it turns about the axis backwards.
+    pub(super) sense: f64,
+    /// Length of the link it carries, m; 0 where another hinge is in the same place.
+    pub(super) link_m: f64,
+    pub(super) range_rad: (f64, f64),
+    /// The thesis' ratio a_i.
+    pub(super) stiffness: f64,
+    /// Its angle in the resting arm, rad.
+    pub(super) rest_rad: f64,
+    // The pose.
+    pub(super) angle: Angle,
+    pub(super) place: DVec3,
+    pub(super) direction: DVec3,
+    // The step.
+    pub(super) turn_rad: f64,
+    /// The part of the turn that goes to the resting angle.
+    pub(super) pull_rad: f64,
+    /// False where a limit holds it.
+    pub(super) is_free: bool,
+}
+
+/// A joint: hinges in one place, from the first to before the end, and a range they share.
+#[derive(Debug, Clone)]
+pub(super) struct Ball {
+    pub(super) first: usize,
+    pub(super) end: usize,
+    pub(super) range: Option<BallJoint>,
+}
+
+/// An arm's fixed geometry and its pose.
+#[derive(Debug, Clone)]
+pub(super) struct Pose {
+    root_m: DVec3,
+    root_rotation: DMat3,
+    pub(super) hinges: Vec<Hinge>,
+    pub(super) balls: Vec<Ball>,
+    pub(super) tip: DVec3,
+}
+
+impl Axis {
+    fn turn(self, angle: f64) -> DQuat {
+        match self {
+            Axis::X => DQuat::from_rotation_x(angle),
+            Axis::Y => DQuat::from_rotation_y(angle),
+            Axis::Z => DQuat::from_rotation_z(angle),
+        }
+    }
+
+    /// The turn about it that brings x as near to `way`, in the hinge's frame, as it can; none by a twist.
+    pub(super) fn aim(self, way: DVec3) -> f64 {
+        match self {
+            Axis::X => 0.0,
+            Axis::Y => (-way.z).atan2(way.x),
+            Axis::Z => way.y.atan2(way.x),
+        }
+    }
+}
+
+impl Hinge {
+    fn new(joint: &Joint, ball: usize) -> Hinge {
+        let (axis, along) = match joint.axis.abs().max_position() {
+            0 => (Axis::X, joint.axis.x),
+            1 => (Axis::Y, joint.axis.y),
+            _ => (Axis::Z, joint.axis.z),
+        };
+        let (low, high) = joint.goal_range_rad();
+        let rest_rad = match axis {
+            Axis::X => 0.0,
+            Axis::Y => rest_bend(ball).0,
+            Axis::Z => rest_bend(ball).1,
+        };
+        Hinge {
+            axis,
+            sense: along.signum(),
+            link_m: joint.link_m.x,
+            range_rad: (low, high),
+            stiffness: joint.stiffness,
+            rest_rad: rest_rad.clamp(low, high),
+            angle: Angle::ZERO,
+            place: DVec3::ZERO,
+            direction: DVec3::ZERO,
+            turn_rad: 0.0,
+            pull_rad: 0.0,
+            is_free: true,
+        }
+    }
+
+    /// The angle `rad` held to the range.
+    #[inline]
+    pub(super) fn held(&self, rad: f64) -> f64 {
+        rad.clamp(self.range_rad.0, self.range_rad.1)
+    }
+
+    /// Whether the angle `rad` is in the range.
+    #[inline]
+    pub(super) fn holds(&self, rad: f64) -> bool {
+        self.range_rad.0 <= rad && rad <= self.range_rad.1
+    }
+
+    /// Whether it stands on a limit of its range.
+    pub(super) fn is_at_limit(&self) -> bool {
+        self.angle.rad <= self.range_rad.0 || self.angle.rad >= self.range_rad.1
+    }
+
+    /// Puts it at `place` on a link that is turned so; returns where its own link ends and how that is turned.
+    #[inline]
+    pub(super) fn put(
+        &mut self,
+        place: DVec3,
+        DMat3 { x_axis: x, y_axis: y, z_axis: z }: DMat3,
+    ) -> (DVec3, DMat3) {
+        let (sine, cosine) = (self.sense * self.angle.sine, self.angle.cosine);
+        let (axis, turned) = match self.axis {
+            Axis::X => (x, DMat3::from_cols(x, y * cosine + z * sine, z * cosine - y * sine)),
+            Axis::Y => (y, DMat3::from_cols(x * cosine - z * sine, y, z * cosine + x * sine)),
+            Axis::Z => (z, DMat3::from_cols(x * cosine + y * sine, y * cosine - x * sine, z)),
+        };
+        self.place = place;
+        self.direction = axis * self.sense;
+        (place + turned.x_axis * self.link_m, turned)
+    }
+}
+
+impl Pose {
+    /// The straight arm.
+    pub(super) fn new(arm: &ArmGeometry, chain: &Chain, joints: &[Joint]) -> Pose {
+        let mut hinges = Vec::with_capacity(joints.len());
+        let mut balls = Vec::with_capacity(arm.joints.len());
+        for (ball, joint) in arm.joints.iter().enumerate() {
+            let range = joint.range.clone();
+            balls.push(Ball { first: joint.hinges.start, end: joint.hinges.end, range });
+            hinges.extend(joints[joint.hinges.clone()].iter().map(|joint| Hinge::new(joint, ball)));
+        }
+        let root_rotation = DMat3::from_quat(chain.root_rotation);
+        let mut pose = Pose { root_m: chain.root_m, root_rotation, hinges, balls, tip: chain.root_m };
+        pose.place();
+        pose
+    }
+
+    /// Where the first joint is, and how what carries it is turned.
+    pub(super) fn root(&self) -> (DVec3, DMat3) {
+        (self.root_m, self.root_rotation)
+    }
+
+    /// Length of the link behind joint `ball`, m.
+    pub(super) fn link_m(&self, ball: usize) -> f64 {
+        self.hinges[self.balls[ball].end - 1].link_m
+    }
+
+    /// Where `links` links from the root end.
+    #[inline]
+    pub(super) fn end(&self, links: usize) -> DVec3 {
+        self.balls.get(links).map_or(self.tip, |ball| self.hinges[ball.first].place)
+    }
+
+    /// Sets the angles, held to the ranges.
+    pub(super) fn set(&mut self, angles: &[f64]) {
+        for (hinge, angle) in self.hinges.iter_mut().zip(angles) {
+            hinge.angle = Angle::of(hinge.held(*angle));
+        }
+        let from = self.root();
+        self.tip = (0..self.balls.len()).fold(from, |from, ball| self.hold_ball(ball, from)).0;
+    }
+
+    /// Sets the resting arm.
+    pub(super) fn rest(&mut self) {
+        for hinge in &mut self.hinges {
+            hinge.angle = Angle::of(hinge.rest_rad);
+        }
+        self.place();
+    }
+
+    /// Writes the angles, rad.
+    pub(super) fn copy_to(&self, angles: &mut [f64]) {
+        for (angle, hinge) in angles.iter_mut().zip(&self.hinges) {
+            *angle = hinge.angle.rad;
+        }
+    }
+
+    /// Places and axes from sines and cosines.
+    #[inline]
+    pub(super) fn place(&mut self) {
+        let (mut place, mut rotation) = (self.root_m, self.root_rotation);
+        for hinge in &mut self.hinges {
+            (place, rotation) = hinge.put(place, rotation);
+        }
+        self.tip = place;
+    }
+
+    /// Turns each hinge by its step's turn.
+    #[inline]
+    pub(super) fn take_step(&mut self) {
+        let (mut place, mut rotation) = (self.root_m, self.root_rotation);
+        for hinge in &mut self.hinges {
+            let turn_rad = hinge.turn_rad;
+            let (sine, cosine) =
+                if turn_rad.abs() <= SMALL_TURN_RAD { small_turn(turn_rad) } else { turn_rad.sin_cos() };
+            hinge.angle.turn_to(hinge.held(hinge.angle.rad + turn_rad), sine, cosine);
+            (place, rotation) = hinge.put(place, rotation);
+        }
+        self.tip = place;
+    }
+
+    /// Sum of the squared bends: how far the pose is from straight, rad^2.
+    pub(super) fn squared_bends(&self) -> f64 {
+        self.hinges.iter().map(|hinge| hinge.angle.rad * hinge.angle.rad).sum()
+    }
+
+    /// Holds joint `ball`, placed as `from` says, to the range its hinges share; returns where its link ends.
+    #[inline]
+    pub(super) fn hold_ball(&mut self, ball: usize, from: (DVec3, DMat3)) -> (DVec3, DMat3) {
+        let Ball { first, end, .. } = self.balls[ball];
+        if self.balls[ball].range.is_some() {
+            let mut angles = [0.0; 3];
+            let angles = &mut angles[..end - first];
+            for (angle, hinge) in angles.iter_mut().zip(&self.hinges[first..end]) {
+                *angle = hinge.angle.rad;
+            }
+            if self.bring_into_range(ball, angles) {
+                for (hinge, angle) in self.hinges[first..end].iter_mut().zip(angles) {
+                    hinge.angle = Angle::of(hinge.held(*angle));
+                }
+            }
+        }
+        let hinges = self.hinges[first..end].iter_mut();
+        hinges.fold(from, |(place, rotation), hinge| hinge.put(place, rotation))
+    }
+
+    /// Brings the `angles` of joint `ball` into the range its hinges share; says whether they were outside.
+    pub(super) fn bring_into_range(&self, ball: usize, angles: &mut [f64]) -> bool {
+        let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
+        let hinges = &self.hinges[*first..*end];
+        let turn = hinges
+            .iter()
+            .zip(&*angles)
+            .fold(DQuat::IDENTITY, |turn, (hinge, angle)| turn * hinge.axis.turn(hinge.sense * angle));
+        let asked = SwingTwist::of(turn);
+        let mut held = range.nearest(asked);
+        let can_twist = hinges.iter().any(|hinge| hinge.axis == Axis::X);
+        if !can_twist {
+            // Two hinges have the twist that comes with their swing.
+            held.twist_rad = asked.twist_rad;
+        }
+        if held == asked {
+            return false;
+        }
+        let mut left = held.turn();
+        let last = hinges.iter().rposition(|hinge| hinge.axis != Axis::X);
+        for (index, (hinge, angle)) in hinges.iter().zip(angles).enumerate() {
+            let way = left * DVec3::X;
+            let sign = if way.x < 0.0 && Some(index) != last { -1.0 } else { 1.0 };
+            let aim = match hinge.axis {
+                // Once the link points where it is to, what is left is twist.
+                Axis::X => SwingTwist::of(left).twist_rad,
+                Axis::Y | Axis::Z => hinge.axis.aim(way * sign),
+            };
+            *angle = hinge.sense * aim;
+            left = hinge.axis.turn(-aim) * left;
+        }
+        true
+    }
+}

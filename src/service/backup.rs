@@ -1,0 +1,370 @@
+//! What a servo was set to, kept in a file, and given back byte for byte.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::error::{Address, ServiceError};
+use super::registers::{Access, Family, RegisterInfo, baud_of_code, decode_bytes};
+use super::servo::Servo;
+use crate::model::Protocol;
+use crate::units::ServoId;
+
+/// Version of the schema.
+const VERSION: u32 = 1;
+
+/// Every register of a servo at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Backup {
+    /// Where it answered.
+    pub address: Address,
+    /// Which control table it has.
+    pub family: Family,
+    /// What its model number register held.
+    pub model_number: u16,
+    /// Its registers by address, each with its bytes as they stood in the servo.
+    pub registers: Vec<(RegisterInfo, Vec<u8>)>,
+    /// What each meant, in words, for people.
+    words: Vec<String>,
+    /// Firmware and model, for people.
+    heading: String,
+}
+
+/// Why a file is no backup.
+#[derive(Debug, thiserror::Error)]
+pub enum BackupError {
+    /// It cannot be read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// It is not one, or was edited into something else.
+    #[error("{}: {key}: expected {expected}; 'servo backup' writes such a file", path.display())]
+    Wrong {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        key: String,
+        /// What should be there.
+        expected: String,
+    },
+}
+
+/// The file as it stands.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Text {
+    version: u32,
+    protocol: String,
+    baud: u32,
+    id: u8,
+    model_number: u16,
+    #[serde(rename = "firmware")]
+    _firmware: String,
+    settings: BTreeMap<String, String>,
+    #[serde(default)]
+    volatile: BTreeMap<String, String>,
+    #[serde(default)]
+    fixed: BTreeMap<String, String>,
+}
+
+impl Backup {
+    /// Reads every register of `servo`.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn of(servo: &mut Servo<'_>) -> Result<Backup, ServiceError> {
+        let identity = servo.identity();
+        let mut registers = Vec::new();
+        let mut words = Vec::new();
+        for (register, value, bytes) in servo.read_all_bytes()? {
+            words.push(if value.unit.is_empty() {
+                value.to_string()
+            } else {
+                format!("{value} ({})", value.raw)
+            });
+            registers.push((register, bytes));
+        }
+        let model = identity.model_names().unwrap_or_else(|| "unknown model".to_owned());
+        Ok(Backup {
+            address: servo.address(),
+            family: identity.family,
+            model_number: identity.model_number,
+            registers,
+            words,
+            heading: format!("# {model}\nfirmware = \"{}\"", identity.firmware),
+        })
+    }
+
+    /// What can be given back.
+    pub fn settings(&self) -> impl Iterator<Item = &(RegisterInfo, Vec<u8>)> {
+        self.registers.iter().filter(|(register, _)| register.access == Access::Setting)
+    }
+
+    /// Where the servo answered by these registers: its address, unless the file was edited.
+    pub fn home(&self) -> Address {
+        let byte =
+            |name: &str| self.settings().find(|(register, _)| register.name == name)?.1.first().copied();
+        let baud = byte("baud_rate").and_then(|code| baud_of_code(self.address.protocol, i64::from(code)));
+        Address {
+            id: byte("id").map_or(self.address.id, ServoId),
+            baud: baud.unwrap_or(self.address.baud),
+            ..self.address
+        }
+    }
+
+    /// The count that `bytes` of `register` mean.
+    pub(super) fn count(&self, register: &RegisterInfo, bytes: &[u8]) -> i64 {
+        decode_bytes(self.family, register.register, bytes)
+    }
+
+    fn to_toml(&self) -> String {
+        let Address { protocol, baud, id } = self.address;
+        let mut text = format!(
+            "# Every register of a servo: its bytes in hexadecimal as they stand in it, and what they mean. 'hippocamp\n\
+             # servo restore' gives the settings back; the rest is for reading.\n\
+             version = {VERSION}\nprotocol = \"{}\"\nbaud = {baud}\nid = {id}\nmodel_number = {} {}\n",
+            protocol.name(),
+            self.model_number,
+            self.heading
+        );
+        for (title, access) in
+            [("settings", Access::Setting), ("volatile", Access::Volatile), ("fixed", Access::Fixed)]
+        {
+            let _ = writeln!(text, "\n[{title}]");
+            for ((register, bytes), words) in self.registers.iter().zip(&self.words) {
+                if register.access == access {
+                    let entry = format!("{} = \"{}\"", register.name, hex(bytes));
+                    let _ = writeln!(text, "{entry:<44} # {words}");
+                }
+            }
+        }
+        text
+    }
+
+    /// Writes it to a new file at `path`: whole, or not at all.
+    ///
+    /// # Errors
+    /// When there is a file already, or it cannot be written.
+    pub fn save(&self, path: &Path) -> io::Result<()> {
+        if path.try_exists()? {
+            return Err(io::Error::new(io::ErrorKind::AlreadyExists, "is there already; give another name"));
+        }
+        let mut part = path.as_os_str().to_owned();
+        part.push(".part");
+        let written = File::create(&part).and_then(|mut file| {
+            file.write_all(self.to_toml().as_bytes())?;
+            file.sync_all()
+        });
+        written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| drop(fs::remove_file(&part)))
+    }
+
+    /// Reads a file that [`Backup::save`] wrote.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn load(path: &Path) -> Result<Backup, BackupError> {
+        let wrong = |key: &str, expected: String| BackupError::Wrong {
+            path: path.to_owned(),
+            key: key.to_owned(),
+            expected,
+        };
+        let text = fs::read_to_string(path)
+            .map_err(|source| BackupError::Unreadable { path: path.to_owned(), source })?;
+        let text: Text = toml::from_str(&text)
+            .map_err(|error| wrong("file", format!("a backup ({})", error.message())))?;
+        if text.version != VERSION {
+            return Err(wrong("version", format!("{VERSION}, the only one this program knows")));
+        }
+        let protocols = [Protocol::Dynamixel, Protocol::Feetech];
+        let protocol = protocols.into_iter().find(|of| of.name() == text.protocol);
+        let protocol =
+            protocol.ok_or_else(|| wrong("protocol", "\"dynamixel\" or \"feetech\"".to_owned()))?;
+        if text.id > Protocol::ID_MAX {
+            return Err(wrong("id", format!("0 to {}", Protocol::ID_MAX)));
+        }
+        let byte_order = text.fixed.get("byte_order").map(String::as_str);
+        let identity =
+            super::servo::identity_of_backup(protocol, text.model_number, byte_order == Some("01"));
+        let all = text.settings.iter().chain(&text.volatile).chain(&text.fixed);
+        let mut registers = Vec::new();
+        for (name, written) in all {
+            let Some(register) = identity.register(name) else {
+                return Err(wrong(name, "the name of a register of this model".to_owned()));
+            };
+            let count = register.register.bytes;
+            let bytes = bytes_of(written).filter(|bytes| bytes.len() == usize::from(count));
+            let bytes = bytes.ok_or_else(|| {
+                wrong(name, format!("{count} bytes such as \"{}\"", "0a ".repeat(count.into()).trim()))
+            })?;
+            registers.push((register, bytes));
+        }
+        registers.sort_by_key(|(register, _)| register.register.address);
+        let words = vec![String::new(); registers.len()];
+        Ok(Backup {
+            address: Address { protocol, baud: text.baud, id: ServoId(text.id) },
+            family: identity.family,
+            model_number: text.model_number,
+            registers,
+            words,
+            heading: String::new(),
+        })
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+fn bytes_of(text: &str) -> Option<Vec<u8>> {
+    let is_byte = |word: &str| word.len() == 2;
+    text.split(' ').map(|word| is_byte(word).then(|| u8::from_str_radix(word, 16).ok())?).collect()
+}
+
+/// A setting that differs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// The register.
+    pub register: RegisterInfo,
+    /// What the servo holds, in words.
+    pub held: String,
+    /// What it is to hold, in words.
+    pub wanted: String,
+    bytes: Vec<u8>,
+}
+
+/// The settings of `servo` that are not as in `backup`.
+///
+/// # Errors
+/// When it is another model, or no good answer came.
+pub fn differences(servo: &mut Servo<'_>, backup: &Backup) -> Result<Vec<Difference>, ServiceError> {
+    let identity = servo.identity();
+    if identity.model_number != backup.model_number || servo.address().protocol != backup.address.protocol {
+        return Err(ServiceError::OtherModel {
+            address: servo.address(),
+            found: identity.model_number,
+            expected: backup.model_number,
+        });
+    }
+    let held = servo.read_all_bytes()?;
+    let mut differences = Vec::new();
+    for (register, bytes) in backup.settings() {
+        let Some((_, value, _)) = held.iter().find(|(of, _, held)| of.name == register.name && held != bytes)
+        else {
+            continue;
+        };
+        let wanted = identity.value(register, backup.count(register, bytes));
+        differences.push(Difference {
+            register: register.clone(),
+            held: value.to_string(),
+            wanted: wanted.to_string(),
+            bytes: bytes.clone(),
+        });
+    }
+    Ok(differences)
+}
+
+/// Gives `servo` the settings that differ: id and rate last, so that it is found again if this is broken off. Then
+/// reads all of them back.
+///
+/// # Errors
+/// When it does not take one; those before it are written then, and the same again goes on.
+pub(crate) fn restore(
+    servo: &mut Servo<'_>,
+    backup: &Backup,
+    differences: &[Difference],
+) -> Result<(), ServiceError> {
+    let home = backup.home();
+    if servo.address() != home && servo.is_anybody_else_at(home)? {
+        return Err(ServiceError::IdTaken { address: home });
+    }
+    let is_address = |of: &&Difference| ["id", "baud_rate"].contains(&&*of.register.name);
+    servo.change_settings(|servo| {
+        for difference in differences.iter().filter(|of| !is_address(of)) {
+            servo.put_bytes(&difference.register, &difference.bytes)?;
+        }
+        // The rate first, unless somebody has this id there.
+        let between = Address { id: servo.address().id, ..home };
+        let is_rate_first = between == home || !servo.is_anybody_else_at(between)?;
+        let mut rest: Vec<&Difference> = differences.iter().filter(is_address).collect();
+        rest.sort_by_key(|of| (of.register.name == "id") == is_rate_first);
+        for difference in rest {
+            servo.put_setting(&difference.register, backup.count(&difference.register, &difference.bytes))?;
+        }
+        Ok(())
+    })?;
+    match self::differences(servo, backup)?.first() {
+        None => Ok(()),
+        Some(left) => {
+            Err(ServiceError::NotKept { address: servo.address(), register: left.register.name.to_string() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Backup {
+        let identity = super::super::servo::identity_of_backup(Protocol::Feetech, 777, false);
+        let registers: Vec<_> = identity
+            .registers()
+            .into_iter()
+            .map(|register| {
+                let bytes = vec![0x85, 0x08][..usize::from(register.register.bytes)].to_vec();
+                (register, bytes)
+            })
+            .collect();
+        let words = vec!["0.5 deg (5)".to_owned(); registers.len()];
+        let address = Address { protocol: Protocol::Feetech, baud: 1_000_000, id: ServoId(1) };
+        Backup {
+            address,
+            family: Family::FeetechSts,
+            model_number: 777,
+            registers,
+            words,
+            heading: "# STS3215\nfirmware = \"3.10\"".into(),
+        }
+    }
+
+    #[test]
+    fn a_file_holds_every_byte() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("one.toml");
+        sample().save(&path).unwrap();
+        let loaded = Backup::load(&path).unwrap();
+        assert_eq!(loaded.registers, sample().registers);
+        assert_eq!((loaded.address, loaded.model_number), (sample().address, 777));
+        let names: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
+        assert_eq!(names.len(), 1, "no part is left");
+        assert!(sample().save(&path).is_err(), "no file is written over");
+    }
+
+    #[test]
+    fn what_is_no_backup_is_told_by_key() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("one.toml");
+        sample().save(&path).unwrap();
+        let good = fs::read_to_string(&path).unwrap();
+        for (from, to, told) in [
+            ("version = 1", "version = 2", "version: expected 1"),
+            ("protocol = \"feetech\"", "protocol = \"morse\"", "protocol: expected \"dynamixel\""),
+            ("id = \"85\"", "id = \"8\"", "id: expected 1 bytes"),
+            ("homing_offset = \"85 08\"", "homing_offset = \"85\"", "homing_offset: expected 2 bytes"),
+            ("phase =", "phrase =", "phrase: expected the name"),
+            ("[settings]", "", "expected a backup"),
+        ] {
+            assert!(good.contains(from), "{from}");
+            fs::write(&path, good.replacen(from, to, 1)).unwrap();
+            let error = Backup::load(&path).unwrap_err().to_string();
+            assert!(error.contains(told), "{from}: {error}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Making where a shaft stands the middle of its servo's counts, by the servo's own offset.
+
+use std::time::Duration;
+
+use super::error::{Address, ServiceError};
+use super::registers::{Family, RegisterInfo, Value};
+use super::servo::Servo;
+
+/// Furthest offset a Dynamixel honours in position mode, counts (e-manual, Homing Offset).
+const DYNAMIXEL_MAX: i64 = 1024;
+/// Furthest offset of a Feetech STS, counts (wiki, memory-sts, register 31).
+const FEETECH_MAX: i64 = 2047;
+
+/// A servo measures anew within this time.
+const SETTLE: Duration = Duration::from_millis(50);
+
+/// What is to be written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CentrePlan {
+    /// Where the shaft stands now.
+    pub present: Value,
+    /// The offset the servo has.
+    pub held: Value,
+    /// The offset it is to have.
+    pub wanted: Value,
+    register: RegisterInfo,
+}
+
+/// Why a servo cannot be centred.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CentreError {
+    /// It has no offset.
+    #[error(
+        "{0} has no offset: turn its horn on the spline until the middle of its travel is where you want it"
+    )]
+    NoOffset(Address),
+    /// The offset would be too large.
+    #[error(
+        "{address} would need an offset of {needed} counts and honours {largest}: take its horn off, turn the shaft by \
+         {} degrees or so, and put the horn on again", (needed.unsigned_abs() * 360 / 4096)
+    )]
+    TooFar {
+        /// Who.
+        address: Address,
+        /// Counts.
+        needed: i64,
+        /// Counts.
+        largest: i64,
+    },
+    /// It could not be asked.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+}
+
+/// What must be written to `servo` so that its shaft stands at the middle count. Writes nothing.
+///
+/// # Errors
+/// When its offset cannot do that.
+pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
+    let address = servo.address();
+    let family = servo.identity().family;
+    let Ok(register) = servo.register("homing_offset") else { return Err(CentreError::NoOffset(address)) };
+    let (present, held) = (servo.read("present_position")?, servo.read("homing_offset")?);
+    // Dynamixel adds the offset to what the encoder sees, Feetech takes it off.
+    let (sign, largest) = match family {
+        Family::DynamixelX => (1, DYNAMIXEL_MAX),
+        Family::FeetechSts | Family::FeetechScs => (-1, FEETECH_MAX),
+    };
+    #[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
+    let turn = family.counts_per_turn().round() as i64;
+    let encoder = present.raw - sign * held.raw;
+    // The nearest way round: whole turns do not matter.
+    let needed = (sign * (turn / 2 - encoder) + turn / 2).rem_euclid(turn) - turn / 2;
+    if needed.abs() > largest {
+        return Err(CentreError::TooFar { address, needed, largest });
+    }
+    let wanted = servo.identity().value(&register, needed);
+    Ok(CentrePlan { present, held, wanted, register })
+}
+
+/// Does it; where the shaft stands then.
+///
+/// # Errors
+/// When the servo does not take the offset.
+pub(crate) fn carry_out(servo: &mut Servo<'_>, plan: &CentrePlan) -> Result<Value, ServiceError> {
+    servo.write_raw(&plan.register, plan.wanted.raw)?;
+    servo.pause(SETTLE);
+    servo.read("present_position")
+}

@@ -1,0 +1,59 @@
+//! The same questions through the crate `dynamixel2`, on a copy of the line's descriptor.
+
+use std::io;
+
+use dynamixel2::instructions::FactoryResetKind;
+use dynamixel2::{ReadError, TransferError, WriteError};
+use serial2::SerialPort;
+use serialport::TTYPort;
+
+use super::ask::{Answer, Ask};
+use crate::platform::descriptor;
+use crate::units::ServoId;
+
+pub(super) type Bus = dynamixel2::Bus<Vec<u8>, Vec<u8>>;
+
+/// The longest packet asked for or sent, stuffed.
+const BUFFER_BYTES: usize = 512;
+
+/// A bus on the same line.
+///
+/// # Errors
+/// What the system says.
+pub(super) fn open(line: &TTYPort) -> Result<Bus, String> {
+    let copy = descriptor(line).try_clone_to_owned().map_err(|error| error.to_string())?;
+    let port = SerialPort::from(copy);
+    Bus::with_buffers(port, vec![0; BUFFER_BYTES], vec![0; BUFFER_BYTES]).map_err(|error| error.to_string())
+}
+
+/// Asks once.
+///
+/// # Errors
+/// When the line cannot be used.
+pub(super) fn ask(bus: &mut Bus, id: ServoId, ask: &Ask<'_>) -> Result<Answer, io::Error> {
+    let result = match *ask {
+        Ask::Ping => bus.ping(id.0).map(|reply| {
+            let [low, high] = reply.data.model.to_le_bytes();
+            vec![low, high, reply.data.firmware]
+        }),
+        Ask::Read { start, bytes } => bus.read(id.0, start, u16::from(bytes)).map(|reply| reply.data),
+        Ask::Write { start, data } => bus.write(id.0, start, data).map(|_| Vec::new()),
+        Ask::Reboot => bus.reboot(id.0).map(|_| Vec::new()),
+        Ask::Reset => bus.factory_reset(id.0, FactoryResetKind::KeepIdAndBaudRate).map(|_| Vec::new()),
+    };
+    match result {
+        Ok(data) => Ok(Answer::Data(data)),
+        Err(TransferError::ReadError(ReadError::MotorError(error))) => {
+            Ok(Answer::Refused(error.error_number()))
+        }
+        Err(TransferError::ReadError(ReadError::Io(error))) if error.kind() == io::ErrorKind::TimedOut => {
+            Ok(Answer::Missing)
+        }
+        Err(TransferError::ReadError(ReadError::Io(error))) => Err(error),
+        Err(TransferError::WriteError(WriteError::DiscardBuffer(error) | WriteError::Write(error))) => {
+            Err(error)
+        }
+        // A wrong check, another servo's answer, or one of the wrong length.
+        Err(_) => Ok(Answer::Damaged),
+    }
+}

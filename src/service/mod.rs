@@ -1,0 +1,35 @@
+//! Single servos outside the loop: finding, reading, setting up, keeping what they were set to.
+//!
+//! Comes in: a serial device, a servo's address, register names. Goes out: values in people's units, or an error that
+//! says what to do. Nothing here is used while a robot moves, and servos are without torque except where said.
+//!
+//! ```no_run
+//! use hippocamp::model::Protocol;
+//! use hippocamp::service::{Address, ServicePort};
+//! use hippocamp::units::ServoId;
+//!
+//! let mut port = ServicePort::open("/dev/ttyUSB0".as_ref())?;
+//! let mut servo = port.servo(Address { protocol: Protocol::Feetech, baud: 1_000_000, id: ServoId(1) })?;
+//! println!("{}", servo.read("present_input_voltage")?); // 12.10 V
+//! # Ok::<(), hippocamp::service::ServiceError>(())
+//! ```
+//!
+//! Writing is for the program's own commands alone: a goal written so would have skipped the safety checks.
+
+mod ask;
+pub mod backup;
+pub mod centre;
+mod dynamixel;
+mod error;
+mod line;
+pub mod registers;
+mod scan;
+mod servo;
+pub mod setup;
+
+pub use backup::{Backup, BackupError};
+pub use error::{Address, ServiceError};
+pub use line::ServicePort;
+pub use registers::{Access, Family, Identity, RegisterInfo, Value};
+pub use scan::{Found, Pass, pass_time, scan_bauds};
+pub use servo::Servo;

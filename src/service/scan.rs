@@ -1,0 +1,248 @@
+//! Who is on a line: every id, at one rate after another, in both languages.
+//!
+//! Every id is asked by itself, since servos that answer a broadcast talk over each other. Nobody waits for a slow
+//! adapter: the next id is asked as soon as an answer would have crossed the line, and an answer that arrives later
+//! says itself whose it is.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::ask::Ask;
+use super::error::{Address, ServiceError};
+use super::line::ServicePort;
+use super::registers::Identity;
+use super::servo::identity;
+use crate::bus::frame::{Heard, Listener, exchange_bytes, request, status_bytes};
+use crate::bus::timing::wire_time;
+use crate::model::Protocol;
+use crate::platform::monotonic;
+use crate::units::ServoId;
+
+/// Beyond the bytes: the longest return delay of a servo (254 x 2 us), and the unevenness of USB, which hands over
+/// what is sent once a millisecond.
+const SLACK: Duration = Duration::from_micros(508 + 1500);
+/// In the second pass, after noise: as long as a slow adapter may hold an answer back.
+const LONG_SLACK: Duration = Duration::from_millis(12);
+/// Answers are awaited this long after the last question: FTDI adapters hold them back for up to 16 ms.
+const LINGER: Duration = Duration::from_millis(40);
+/// Data bytes of an answer: a Dynamixel's to a ping, the first registers of a Feetech servo.
+const FEETECH_HEAD: u8 = 6;
+const PIECE_BYTES: usize = 512;
+
+/// Rates to look at, likely ones first.
+pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
+    match protocol {
+        Protocol::Dynamixel => {
+            &[57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 115_200, 9_600]
+        }
+        Protocol::Feetech => &[1_000_000, 500_000, 115_200, 57_600, 38_400, 76_800, 128_000, 250_000],
+    }
+}
+
+/// About how long one pass over `ids` ids takes at `baud`.
+pub fn pass_time(protocol: Protocol, baud: u32, ids: usize) -> Duration {
+    pace(protocol, baud, SLACK).saturating_mul(u32::try_from(ids).unwrap_or(u32::MAX)) + LINGER
+}
+
+/// Who answered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Where.
+    pub address: Address,
+    /// Who it says it is.
+    pub identity: Identity,
+    /// Whether more than one answer came: two servos have this id.
+    pub is_twin: bool,
+}
+
+/// What one pass found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pass {
+    /// Servos, by id.
+    pub found: Vec<Found>,
+    /// Ids from which only damaged answers came.
+    pub damaged: Vec<ServoId>,
+    /// Whether the user broke it off.
+    pub is_interrupted: bool,
+}
+
+impl ServicePort {
+    /// Asks each of `ids` at one rate in one language; ends early once `stop` is set.
+    ///
+    /// # Errors
+    /// When the line cannot be used, or not at this rate.
+    pub fn scan(
+        &mut self,
+        protocol: Protocol,
+        baud: u32,
+        ids: &[ServoId],
+        stop: &AtomicBool,
+    ) -> Result<Pass, ServiceError> {
+        self.set_baud(baud)?;
+        let mut first = self.scan_once(protocol, baud, ids, SLACK, stop)?;
+        if !first.has_noise || first.pass.is_interrupted {
+            return Ok(first.pass);
+        }
+        // Two have talked at once, or the line is bad. Those who were heard are not asked again.
+        let is_heard = |id: &ServoId| first.pass.found.iter().any(|found| found.address.id == *id);
+        let unheard: Vec<ServoId> = ids.iter().copied().filter(|id| !is_heard(id)).collect();
+        let second = self.scan_once(protocol, baud, &unheard, LONG_SLACK, stop)?;
+        first.pass.found.extend(second.pass.found);
+        first.pass.found.sort_by_key(|found| found.address.id);
+        first.pass.damaged = second.pass.damaged;
+        first.pass.is_interrupted = second.pass.is_interrupted;
+        Ok(first.pass)
+    }
+
+    fn scan_once(
+        &mut self,
+        protocol: Protocol,
+        baud: u32,
+        ids: &[ServoId],
+        slack: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Heed, ServiceError> {
+        let ask = question(protocol);
+        let (instruction, parameters, data_bytes) = ask.packet(protocol);
+        let pace = pace(protocol, baud, slack);
+        let mut ear = Ear {
+            protocol,
+            baud,
+            data_bytes,
+            listener: Listener::new(protocol, data_bytes),
+            heed: Heed::default(),
+        };
+        self.discard_input()?;
+        let mut echoed = Vec::new();
+        for id in ids {
+            if stop.load(Ordering::Relaxed) {
+                ear.heed.pass.is_interrupted = true;
+                break;
+            }
+            let mut sent = Vec::new();
+            request(protocol, &mut sent, *id, instruction, &parameters);
+            self.send(&sent)?;
+            let echo_bytes = if self.is_echoing() { sent.len() } else { 0 };
+            echoed.push(sent);
+            let noise = ear.heed.noise();
+            self.hear_until(monotonic() + pace, Some(*id), &mut ear)?;
+            // So slowly, noise is of the servo that was asked.
+            if slack == LONG_SLACK && ear.heed.noise() > noise + echo_bytes && !ear.has(*id) {
+                ear.heed.pass.damaged.push(*id);
+            }
+        }
+        self.hear_until(monotonic() + LINGER, None, &mut ear)?;
+        ear.end();
+        if ear.heed.is_echo_of(&echoed) {
+            self.note_echo();
+        }
+        let echo_bytes = if self.is_echoing() { echoed.iter().map(Vec::len).sum() } else { 0 };
+        ear.heed.has_noise = !ear.heed.pass.damaged.is_empty() || ear.heed.noise() > echo_bytes;
+        Ok(ear.heed)
+    }
+
+    /// Listens until `deadline`, or until the servo that was asked has answered.
+    fn hear_until(
+        &mut self,
+        deadline: Duration,
+        asked: Option<ServoId>,
+        ear: &mut Ear,
+    ) -> Result<(), ServiceError> {
+        let mut piece = [0; PIECE_BYTES];
+        loop {
+            let count = self.receive(&mut piece)?;
+            ear.hear(piece.get(..count).unwrap_or_default());
+            let has_answered = asked.is_some_and(|id| ear.has(id));
+            if count == 0 && (has_answered || monotonic() >= deadline) {
+                return Ok(());
+            }
+            if count == 0 {
+                self.wait_for_input(deadline)?;
+            }
+        }
+    }
+}
+
+fn question(protocol: Protocol) -> Ask<'static> {
+    match protocol {
+        Protocol::Dynamixel => Ask::Ping,
+        // Not a ping: a servo with a voltage alarm answers it with the very bytes of the request, as an echo does.
+        Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
+    }
+}
+
+fn pace(protocol: Protocol, baud: u32, slack: Duration) -> Duration {
+    let (_, parameters, data_bytes) = question(protocol).packet(protocol);
+    wire_time(exchange_bytes(protocol, parameters.len(), data_bytes), baud) + slack
+}
+
+/// What was heard in one pass.
+#[derive(Debug, Default)]
+struct Heed {
+    pass: Pass,
+    /// Everything that arrived.
+    bytes: Vec<u8>,
+    /// Bytes of it that belong to good answers.
+    good: usize,
+    has_noise: bool,
+}
+
+impl Heed {
+    /// Bytes that belong to no good answer.
+    fn noise(&self) -> usize {
+        self.bytes.len().saturating_sub(self.good)
+    }
+
+    fn is_echo_of(&self, sent: &[Vec<u8>]) -> bool {
+        let holds = |request: &Vec<u8>| self.bytes.windows(request.len()).any(|bytes| bytes == request);
+        !sent.is_empty() && sent.iter().take(4).all(holds)
+    }
+}
+
+struct Ear {
+    protocol: Protocol,
+    baud: u32,
+    data_bytes: usize,
+    listener: Listener,
+    heed: Heed,
+}
+
+impl Ear {
+    fn hear(&mut self, bytes: &[u8]) {
+        self.heed.bytes.extend(bytes);
+        let mut packets = Vec::new();
+        self.listener.hear(bytes, |packet| packets.push(packet));
+        packets.into_iter().for_each(|packet| self.take(packet));
+    }
+
+    fn end(&mut self) {
+        let mut packets = Vec::new();
+        self.listener.end(|packet| packets.push(packet));
+        packets.into_iter().for_each(|packet| self.take(packet));
+        let pass = &mut self.heed.pass;
+        pass.found.sort_by_key(|found| found.address.id);
+        pass.damaged.sort();
+        pass.damaged.dedup();
+        pass.damaged.retain(|id| pass.found.iter().all(|found| found.address.id != *id));
+    }
+
+    fn take(&mut self, packet: Heard) {
+        match packet {
+            Heard::Status { id, data, .. } if data.len() == self.data_bytes => {
+                let Some(identity) = identity(self.protocol, &data) else { return };
+                self.heed.good += status_bytes(self.protocol, data.len());
+                let address = Address { protocol: self.protocol, baud: self.baud, id };
+                match self.heed.pass.found.iter_mut().find(|found| found.address.id == id) {
+                    Some(found) => found.is_twin = true,
+                    None => self.heed.pass.found.push(Found { address, identity, is_twin: false }),
+                }
+            }
+            Heard::Status { .. } => {}
+            Heard::Damaged(id) => self.heed.pass.damaged.push(id),
+        }
+    }
+
+    fn has(&self, id: ServoId) -> bool {
+        self.heed.pass.found.iter().any(|found| found.address.id == id)
+    }
+}

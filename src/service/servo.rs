@@ -1,0 +1,485 @@
+//! One servo: who it is, what its registers hold, and writing them.
+
+use std::time::Duration;
+
+use super::ask::{Answer, Ask};
+use super::error::{Address, ServiceError};
+use super::line::ServicePort;
+use super::registers::{
+    Access, Family, Identity, RegisterInfo, Value, baud_of_code, decode_bytes, encode_bytes,
+};
+use crate::config::nearest;
+use crate::model::servo_model::Register;
+use crate::model::{Firmware, Protocol};
+use crate::units::ServoId;
+
+/// How often it is asked who is there.
+const TRIES: u32 = 3;
+/// Most bytes read at once.
+const BLOCK_BYTES: u8 = 32;
+/// What a Feetech servo is asked to know who it is: firmware, byte order, model and id, and all up to its phase.
+const FEETECH_HEAD: u8 = 19;
+const FEETECH_PHASE: usize = 18;
+const FINE_SPEED: u8 = 4;
+/// A servo that restarts is back within this time: Feetech says about 1.8 s.
+const RESTART: Duration = Duration::from_secs(5);
+/// Between two looks whether it is back.
+const LOOK_AGAIN: Duration = Duration::from_millis(100);
+
+/// A register, what it holds, and its bytes as they stand in the servo.
+type Held = (RegisterInfo, Value, Vec<u8>);
+
+/// A servo that answers, on a line that is free for it.
+#[derive(Debug)]
+pub struct Servo<'p> {
+    port: &'p mut ServicePort,
+    address: Address,
+    identity: Identity,
+}
+
+impl ServicePort {
+    /// The servo at `address`, asked who it is.
+    ///
+    /// # Errors
+    /// When it does not answer, or only with damaged answers, as two servos with one id do.
+    pub fn servo(&mut self, address: Address) -> Result<Servo<'_>, ServiceError> {
+        let identity = self.identify(address, TRIES)?;
+        Ok(Servo { port: self, address, identity })
+    }
+
+    /// The same, asked only once: for looking where it may well not be.
+    ///
+    /// # Errors
+    /// As [`ServicePort::servo`].
+    pub fn servo_at_once(&mut self, address: Address) -> Result<Servo<'_>, ServiceError> {
+        let identity = self.identify(address, 1)?;
+        Ok(Servo { port: self, address, identity })
+    }
+
+    /// The same servo again, without asking.
+    pub fn known_servo(&mut self, address: Address, identity: Identity) -> Servo<'_> {
+        Servo { port: self, address, identity }
+    }
+
+    /// Who is at `address`; asked up to so many times.
+    pub(super) fn identify(&mut self, address: Address, tries: u32) -> Result<Identity, ServiceError> {
+        let ask = match address.protocol {
+            Protocol::Dynamixel => Ask::Ping,
+            Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
+        };
+        let mut is_damaged = false;
+        for _ in 0..tries {
+            match self.ask_raw(address, &ask)? {
+                Answer::Data(data) => match identity(address.protocol, &data) {
+                    Some(identity) => return Ok(identity),
+                    None => is_damaged = true,
+                },
+                Answer::Refused(_) | Answer::Damaged => is_damaged = true,
+                Answer::Missing => {}
+            }
+        }
+        let request = ask.to_string();
+        Err(match is_damaged {
+            true => ServiceError::Damaged { address, request },
+            false => ServiceError::NoAnswer { address, request },
+        })
+    }
+
+    /// Whether anybody answers at `address`, be it with a damaged answer.
+    ///
+    /// # Errors
+    /// When the line cannot be used.
+    pub fn is_anybody_at(&mut self, address: Address) -> Result<bool, ServiceError> {
+        match self.identify(address, 2) {
+            Ok(_) | Err(ServiceError::Damaged { .. }) => Ok(true),
+            Err(ServiceError::NoAnswer { .. }) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// What an answer says of who gave it: a Dynamixel's to a ping, or the first registers of a Feetech servo.
+pub(super) fn identity(protocol: Protocol, data: &[u8]) -> Option<Identity> {
+    match (protocol, data) {
+        (Protocol::Dynamixel, &[low, high, firmware]) => Some(Identity {
+            family: Family::DynamixelX,
+            model_number: u16::from_le_bytes([low, high]),
+            firmware: Firmware { major: firmware, minor: None },
+            is_speed_fine: true,
+        }),
+        (Protocol::Feetech, &[major, minor, byte_order, a, b, _, ..]) => {
+            let is_big_endian = byte_order == 1;
+            let phase = data.get(FEETECH_PHASE);
+            Some(Identity {
+                family: if is_big_endian { Family::FeetechScs } else { Family::FeetechSts },
+                model_number: match is_big_endian {
+                    true => u16::from_be_bytes([a, b]),
+                    false => u16::from_le_bytes([a, b]),
+                },
+                firmware: Firmware { major, minor: Some(minor) },
+                is_speed_fine: phase.is_none_or(|phase| phase & FINE_SPEED != 0),
+            })
+        }
+        _ => None,
+    }
+}
+
+/// What a backup says of its servo.
+pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_endian: bool) -> Identity {
+    let family = match protocol {
+        Protocol::Dynamixel => Family::DynamixelX,
+        Protocol::Feetech if is_big_endian => Family::FeetechScs,
+        Protocol::Feetech => Family::FeetechSts,
+    };
+    Identity { family, model_number, firmware: Firmware { major: 0, minor: None }, is_speed_fine: true }
+}
+
+impl Servo<'_> {
+    /// Where it answers now.
+    pub fn address(&self) -> Address {
+        self.address
+    }
+
+    /// Who it is.
+    pub fn identity(&self) -> Identity {
+        self.identity
+    }
+
+    /// Whether the adapter hands back what is sent.
+    pub fn is_line_echoing(&self) -> bool {
+        self.port.is_echoing()
+    }
+
+    /// The register of this name.
+    ///
+    /// # Errors
+    /// When it has none; names the one that was meant, or all.
+    pub fn register(&self, name: &str) -> Result<RegisterInfo, ServiceError> {
+        self.identity.register(name).ok_or_else(|| {
+            let registers = self.identity.registers();
+            let is_named = |of: &&RegisterInfo| !of.name.starts_with("indirect_");
+            let names: Vec<&str> = registers.iter().filter(is_named).map(|of| &*of.name).collect();
+            let advice = match nearest(name, names.iter().copied()) {
+                Some(near) => format!("did you mean {near}?"),
+                None => format!("it has {}", names.join(", ")),
+            };
+            ServiceError::NoRegister { address: self.address, name: name.to_owned(), advice }
+        })
+    }
+
+    /// What the register of this name holds.
+    ///
+    /// # Errors
+    /// When there is no such register, or no good answer.
+    pub fn read(&mut self, name: &str) -> Result<Value, ServiceError> {
+        let register = self.register(name)?;
+        let raw = self.read_raw(&register)?;
+        Ok(self.identity.value(&register, raw))
+    }
+
+    /// The count a register holds.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn read_raw(&mut self, register: &RegisterInfo) -> Result<i64, ServiceError> {
+        let Register { address, bytes, .. } = register.register;
+        // A Feetech servo's answer to a read of two bytes can equal its request, which an adapter may echo.
+        let asked = if self.address.protocol == Protocol::Feetech && bytes == 2 { 3 } else { bytes };
+        let data = self.read_bytes(address, asked)?;
+        Ok(self.decode(register.register, data.get(..usize::from(bytes)).unwrap_or_default()))
+    }
+
+    /// `bytes` bytes from the address `start` on, as they stand in the servo.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn read_bytes(&mut self, start: u16, bytes: u8) -> Result<Vec<u8>, ServiceError> {
+        self.port.ask(self.address, &Ask::Read { start, bytes })
+    }
+
+    /// Every register it has, with what it holds, by address. Registers its firmware does not know are left out.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn read_all(&mut self) -> Result<Vec<(RegisterInfo, Value)>, ServiceError> {
+        Ok(self.read_all_bytes()?.into_iter().map(|(register, value, _)| (register, value)).collect())
+    }
+
+    /// The same with the bytes as they stand in the servo.
+    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<Held>, ServiceError> {
+        let registers = self.identity.registers();
+        let mut all = Vec::new();
+        for block in blocks(&registers) {
+            match self.read_block(block) {
+                Ok(values) => all.extend(values),
+                Err(ServiceError::Refused { .. }) => {
+                    for register in block {
+                        match self.read_block(std::slice::from_ref(register)) {
+                            Ok(value) => all.extend(value),
+                            Err(ServiceError::Refused { .. }) => {}
+                            Err(error) => return Err(error),
+                        }
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(all)
+    }
+
+    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<Held>, ServiceError> {
+        let (Some(first), Some(last)) = (block.first(), block.last()) else { return Ok(Vec::new()) };
+        let start = first.register.address;
+        let bytes = end(last) - start;
+        let asked = if self.address.protocol == Protocol::Feetech && bytes == 2 { 3 } else { bytes };
+        let data = self.read_bytes(start, u8::try_from(asked).unwrap_or(BLOCK_BYTES))?;
+        let value = |register: &RegisterInfo| {
+            let from = usize::from(register.register.address - start);
+            let bytes = data.get(from..from + usize::from(register.register.bytes)).unwrap_or_default();
+            let value = self.identity.value(register, self.decode(register.register, bytes));
+            (register.clone(), value, bytes.to_vec())
+        };
+        Ok(block.iter().map(value).collect())
+    }
+
+    /// Writes a register in its own unit, and reads it back. See [`Servo::write_raw`].
+    ///
+    /// # Errors
+    /// When the value does not fit, or as [`Servo::write_raw`].
+    pub(crate) fn write(&mut self, name: &str, physical: f64) -> Result<(), ServiceError> {
+        let register = self.register(name)?;
+        if register.access == Access::Fixed {
+            return Err(ServiceError::Fixed { address: self.address, register: name.to_owned() });
+        }
+        let raw = self.identity.count(&register, physical)?;
+        self.write_raw(&register, raw)
+    }
+
+    /// Writes a count to a register and reads it back. For a setting the torque is taken off and, on Feetech, the
+    /// settings are unlocked and locked again; a new id or line rate is followed.
+    ///
+    /// # Errors
+    /// When the servo does not take it.
+    pub(crate) fn write_raw(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
+        match (register.access, &*register.name) {
+            (Access::Fixed, _) => {
+                let register = register.name.to_string();
+                Err(ServiceError::Fixed { address: self.address, register })
+            }
+            (Access::Volatile, _) => self.put(register, raw),
+            (Access::Setting, _) => self.change_settings(|servo| servo.put_setting(register, raw)),
+        }
+    }
+
+    /// Does `work` with settings open for change: torque off, and on Feetech unlocked; they are locked again
+    /// afterwards, whatever comes of it.
+    pub(crate) fn change_settings<R>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<R, ServiceError>,
+    ) -> Result<R, ServiceError> {
+        let torque = self.register("torque_enable")?;
+        if self.read_raw(&torque)? != 0 {
+            self.put(&torque, 0)?;
+        }
+        let Some(lock) = self.identity.register("lock") else { return work(self) };
+        self.put(&lock, 0)?;
+        let result = work(self);
+        // What became of the work counts for more than a lock that did not close: it closes without power, too.
+        let locked = self.put(&lock, 1);
+        let result = result?;
+        locked.map(|()| result)
+    }
+
+    /// Writes a setting while they are open, as [`Servo::change_settings`] has them.
+    pub(crate) fn put_setting(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
+        match &*register.name {
+            "id" => self.move_to_id(register, raw),
+            "baud_rate" => self.move_to_baud(register, raw),
+            _ => self.put(register, raw),
+        }
+    }
+
+    /// Whether its settings are locked, where it has a lock: what is written to an unlocked one outlasts the power.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub fn is_locked(&mut self) -> Result<bool, ServiceError> {
+        match self.identity.register("lock") {
+            Some(lock) => Ok(self.read_raw(&lock)? == 1),
+            None => Ok(true),
+        }
+    }
+
+    /// Takes the torque off and says whether there was any.
+    pub(crate) fn take_torque_off(&mut self) -> Result<bool, ServiceError> {
+        let torque = self.register("torque_enable")?;
+        let had_torque = self.read_raw(&torque)? != 0;
+        if had_torque {
+            self.put(&torque, 0)?;
+        }
+        Ok(had_torque)
+    }
+
+    /// Restarts it, torque off, and waits until it answers again.
+    pub(crate) fn reboot(&mut self) -> Result<(), ServiceError> {
+        self.take_torque_off()?;
+        self.ask_without_answer(&Ask::Reboot)?;
+        self.await_return()
+    }
+
+    /// Takes every setting back to what the factory set, but for id and line rate, and waits until it answers again,
+    /// at whatever rate it then has.
+    pub(crate) fn reset(&mut self) -> Result<(), ServiceError> {
+        self.take_torque_off()?;
+        if let Some(lock) = self.identity.register("lock") {
+            self.put(&lock, 0)?;
+        }
+        self.ask_without_answer(&Ask::Reset)?;
+        self.port.pause(LOOK_AGAIN);
+        match self.await_return() {
+            Err(error @ ServiceError::NoAnswer { .. }) => {
+                let rates = self.address.protocol.bauds().iter();
+                let address = |baud: &u32| Address { baud: *baud, ..self.address };
+                let mut addresses = rates.map(address).collect::<Vec<_>>().into_iter();
+                let back = addresses.find(|at| self.port.identify(*at, 1).is_ok());
+                self.address = back.ok_or(error)?;
+            }
+            result => result?,
+        }
+        if let Some(lock) = self.identity.register("lock") {
+            self.put(&lock, 1)?;
+        }
+        Ok(())
+    }
+
+    /// A servo may be too busy with it to answer.
+    fn ask_without_answer(&mut self, ask: &Ask<'_>) -> Result<(), ServiceError> {
+        match self.port.ask(self.address, ask) {
+            Ok(_) | Err(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Lets some time pass.
+    pub(crate) fn pause(&self, time: Duration) {
+        self.port.pause(time);
+    }
+
+    fn await_return(&mut self) -> Result<(), ServiceError> {
+        let looks = RESTART.as_millis() / LOOK_AGAIN.as_millis();
+        for _ in 0..looks {
+            self.port.pause(LOOK_AGAIN);
+            if let Ok(identity) = self.port.identify(self.address, 1) {
+                self.identity = identity;
+                return Ok(());
+            }
+        }
+        self.identity = self.port.identify(self.address, 1)?;
+        Ok(())
+    }
+
+    fn move_to_id(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
+        let id = u8::try_from(raw).map(ServoId).ok().filter(|id| id.0 <= Protocol::ID_MAX);
+        let moved = Address { id: id.unwrap_or(self.address.id), ..self.address };
+        if moved == self.address {
+            return Ok(());
+        }
+        if self.port.is_anybody_at(moved)? {
+            return Err(ServiceError::IdTaken { address: moved });
+        }
+        self.move_to(register, raw, moved)
+    }
+
+    fn move_to_baud(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
+        let baud = baud_of_code(self.address.protocol, raw).unwrap_or(self.address.baud);
+        let moved = Address { baud, ..self.address };
+        if moved == self.address {
+            return Ok(());
+        }
+        // Before anything is written: can the adapter follow?
+        self.port.set_baud(baud)?;
+        self.move_to(register, raw, moved)
+    }
+
+    /// Writes what changes its address and follows it there. The answer may come from either address, or be lost.
+    fn move_to(&mut self, register: &RegisterInfo, raw: i64, moved: Address) -> Result<(), ServiceError> {
+        let data = self.encode(register.register, raw);
+        for _ in 0..TRIES {
+            match self
+                .port
+                .ask_raw(self.address, &Ask::Write { start: register.register.address, data: &data })?
+            {
+                Answer::Refused(error) => {
+                    let request = format!("a write of {}", register.name);
+                    return Err(ServiceError::Refused { address: self.address, request, error });
+                }
+                Answer::Data(_) | Answer::Damaged | Answer::Missing => {}
+            }
+            if self.port.identify(moved, TRIES).is_ok() {
+                self.address = moved;
+                return Ok(());
+            }
+        }
+        self.port.identify(self.address, TRIES)?;
+        let found = self.read_raw(register)?;
+        let register = register.name.to_string();
+        Err(ServiceError::NotTaken { address: self.address, register, wanted: raw, found })
+    }
+
+    /// Writes a register and reads it back.
+    fn put(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
+        let data = self.encode(register.register, raw);
+        self.put_bytes(register, &data)
+    }
+
+    /// The same for the bytes as they shall stand in the servo.
+    pub(super) fn put_bytes(&mut self, register: &RegisterInfo, data: &[u8]) -> Result<(), ServiceError> {
+        match self.port.ask(self.address, &Ask::Write { start: register.register.address, data }) {
+            // A servo can be set to answer reads only. Then what it holds tells.
+            Ok(_) | Err(ServiceError::NoAnswer { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        let found = self.read_block(std::slice::from_ref(register))?;
+        if found.iter().all(|(_, _, bytes)| bytes == data) {
+            return Ok(());
+        }
+        let found = found.first().map_or(0, |(_, value, _)| value.raw);
+        let wanted = self.decode(register.register, data);
+        let register = register.name.to_string();
+        Err(ServiceError::NotTaken { address: self.address, register, wanted, found })
+    }
+
+    /// Whether another servo answers at `address`.
+    pub(super) fn is_anybody_else_at(&mut self, address: Address) -> Result<bool, ServiceError> {
+        Ok(address != self.address && self.port.is_anybody_at(address)?)
+    }
+
+    fn encode(&self, register: Register, raw: i64) -> Vec<u8> {
+        encode_bytes(self.identity.family, register, raw)
+    }
+
+    fn decode(&self, register: Register, bytes: &[u8]) -> i64 {
+        decode_bytes(self.identity.family, register, bytes)
+    }
+}
+
+fn end(register: &RegisterInfo) -> u16 {
+    register.register.address + u16::from(register.register.bytes)
+}
+
+/// Runs of registers without a gap, of at most [`BLOCK_BYTES`].
+fn blocks(registers: &[RegisterInfo]) -> Vec<&[RegisterInfo]> {
+    let mut blocks = Vec::new();
+    let mut rest = registers;
+    while let Some(first) = rest.first() {
+        let start = first.register.address;
+        let is_next = |pair: &[RegisterInfo]| {
+            end(&pair[0]) == pair[1].register.address && end(&pair[1]) - start <= u16::from(BLOCK_BYTES)
+        };
+        let count = 1 + rest.windows(2).take_while(|pair| is_next(pair)).count();
+        let (block, others) = rest.split_at(count);
+        blocks.push(block);
+        rest = others;
+    }
+    blocks
+}

@@ -1,0 +1,177 @@
+//! What a new servo must be set to before a robot can use it, and setting it so.
+//!
+//! The registers are these, and no others (docs/servos.md has them as a table): what a person has chosen for limits of
+//! heat, voltage and current, gains and protection stays as it is.
+
+use super::backup::Backup;
+use super::error::{Address, ServiceError};
+use super::registers::{Family, RegisterInfo, Value};
+use super::servo::Servo;
+use crate::model::Protocol;
+use crate::units::ServoId;
+
+/// What a register is to hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Want {
+    /// This count.
+    Count(i64),
+    /// Some of its bits.
+    Bits { of: i64, set: i64 },
+}
+
+/// A register that is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Target {
+    /// Its name.
+    pub name: &'static str,
+    want: Want,
+    /// Set while the servo is new, and left alone afterwards: the calibration may change it.
+    pub is_for_new: bool,
+}
+
+const fn count(name: &'static str, count: i64) -> Target {
+    Target { name, want: Want::Count(count), is_for_new: false }
+}
+
+/// All of the motor's drive: the controller limits torque by the register that this one limits.
+const PWM_ALL: i64 = 885;
+const TORQUE_ALL: i64 = 1000;
+/// No second id.
+const NO_ID: i64 = 255;
+/// Phase bits of a Feetech STS: drive direction, speed unit, position beyond one turn, feedback direction. The
+/// controller wants speeds in single steps, and a position within one turn that is the same after every power-on.
+const PHASE: Want = Want::Bits { of: 1 | 4 | 16 | 128, set: 4 };
+
+/// Everything that a servo is set to beside id and line rate, in the order of writing.
+/// `return_delay_us` is the bus's.
+pub fn targets(family: Family, return_delay_us: u32) -> Vec<Target> {
+    let delay = count("return_delay_time", i64::from(return_delay_us / 2));
+    let offset = Target { is_for_new: true, ..count("homing_offset", 0) };
+    let mut targets = vec![delay];
+    targets.extend(match family {
+        Family::DynamixelX => vec![
+            count("drive_mode", 0),
+            // Position control.
+            count("operating_mode", 3),
+            count("secondary_id", NO_ID),
+            offset,
+            count("pwm_limit", PWM_ALL),
+            count("max_position_limit", 4095),
+            count("min_position_limit", 0),
+            // Without torque after power-on.
+            count("startup_configuration", 0),
+        ],
+        Family::FeetechSts => vec![
+            count("status_return_level", 1),
+            count("min_position_limit", 0),
+            count("max_position_limit", 4095),
+            count("max_torque", TORQUE_ALL),
+            Target { name: "phase", want: PHASE, is_for_new: false },
+            count("angle_resolution", 1),
+            offset,
+            // Position control.
+            count("operating_mode", 0),
+        ],
+        Family::FeetechScs => vec![
+            count("status_return_level", 1),
+            count("min_position_limit", 0),
+            count("max_position_limit", 1023),
+            count("max_torque", TORQUE_ALL),
+        ],
+    });
+    targets
+}
+
+/// Where a servo answers that comes out of the box: id 1, at 57600 baud (Dynamixel) or 1 Mbaud (Feetech).
+pub fn factory_address(protocol: Protocol) -> Address {
+    let baud = match protocol {
+        Protocol::Dynamixel => 57_600,
+        Protocol::Feetech => 1_000_000,
+    };
+    Address { protocol, baud, id: ServoId(1) }
+}
+
+/// A register that must change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Which.
+    pub register: RegisterInfo,
+    /// What it holds.
+    pub held: Value,
+    /// What it is to hold.
+    pub wanted: Value,
+}
+
+/// What must change on `servo`, which is new or was set up before, other than id and rate. A register its firmware
+/// does not know is passed over.
+///
+/// # Errors
+/// When no good answer came.
+pub fn changes(servo: &mut Servo<'_>, targets: &[Target], is_new: bool) -> Result<Vec<Change>, ServiceError> {
+    let identity = servo.identity();
+    let held = servo.read_all()?;
+    let wanted = targets.iter().filter(|target| is_new || !target.is_for_new);
+    let change = |target: &Target| {
+        let (register, held) = held.iter().find(|(register, _)| register.name == target.name)?;
+        let wanted = match target.want {
+            Want::Count(count) => count,
+            Want::Bits { of, set } => held.raw & !of | set,
+        };
+        let wanted = identity.value(register, wanted);
+        (wanted.raw != held.raw).then(|| Change { register: register.clone(), held: *held, wanted })
+    };
+    Ok(wanted.filter_map(change).collect())
+}
+
+/// Whether a servo that was as `then` can be as `now` only because some of `targets`, its id and its rate were written.
+pub fn is_begun(then: &Backup, now: &Backup, targets: &[Target]) -> bool {
+    let is_wanted = |name: &str, before: i64, count: i64| {
+        targets.iter().filter(|target| target.name == name).any(|target| match target.want {
+            Want::Count(wanted) => wanted == count,
+            Want::Bits { of, set } => before & !of | set == count,
+        })
+    };
+    then.model_number == now.model_number
+        && now.settings().all(|(register, bytes)| {
+            let name = &*register.name;
+            let Some((_, before)) = then.settings().find(|(of, _)| of.name == name) else { return false };
+            let count = |bytes: &[u8]| then.count(register, bytes);
+            before == bytes
+                || ["id", "baud_rate"].contains(&name)
+                || is_wanted(name, count(before), count(bytes))
+        })
+}
+
+/// Makes `changes`, then gives the servo its id, then its rate; reads all of it back. Broken off anywhere, the servo
+/// answers at its old address, or under its new id at its old rate, or at its new address.
+///
+/// # Errors
+/// When it does not take something.
+pub(crate) fn carry_out(
+    servo: &mut Servo<'_>,
+    targets: &[Target],
+    changes: &[Change],
+    home: Address,
+) -> Result<(), ServiceError> {
+    servo.change_settings(|servo| {
+        for change in changes {
+            servo.put_setting(&change.register, change.wanted.raw)?;
+        }
+        if servo.address().id != home.id {
+            let register = servo.register("id")?;
+            servo.put_setting(&register, i64::from(home.id.0))?;
+        }
+        if servo.address().baud != home.baud {
+            let register = servo.register("baud_rate")?;
+            let code = servo.identity().count(&register, f64::from(home.baud))?;
+            servo.put_setting(&register, code)?;
+        }
+        Ok(())
+    })?;
+    match self::changes(servo, targets, false)?.first() {
+        None => Ok(()),
+        Some(left) => {
+            Err(ServiceError::NotKept { address: servo.address(), register: left.register.name.to_string() })
+        }
+    }
+}

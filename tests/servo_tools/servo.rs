@@ -1,0 +1,120 @@
+//! `hippocamp servo`.
+
+use super::bench::{Bench, line};
+
+const NO_TORQUE: [(&str, u16); 2] = [("STS3215-12V", 40), ("XM430-W210", 64)];
+
+#[test]
+fn registers_are_read_by_name_in_units() {
+    let dynamixel = Bench::new(line("XM430-W210", 57_600, &[1]));
+    let read = |bench: &Bench, name: &str| bench.good(&["servo", "read"], &["1", name]).trim().to_owned();
+    // 1100 counts.
+    assert_eq!(read(&dynamixel, "present_position"), "96.68 deg (1100)");
+    assert_eq!(read(&dynamixel, "present_input_voltage"), "12 V (120)");
+    assert_eq!(read(&dynamixel, "baud_rate"), "57600 baud (1)");
+    assert_eq!(read(&dynamixel, "model_number"), "1030");
+    let feetech = Bench::new(line("STS3215-12V", 1_000_000, &[1]));
+    assert_eq!(read(&feetech, "present_position"), "96.68 deg (1100)");
+    assert_eq!(read(&feetech, "present_input_voltage"), "12 V (120)");
+    assert_eq!(read(&feetech, "temperature_limit"), "70 C (70)");
+}
+
+#[test]
+fn without_a_name_all_registers_are_shown() {
+    for (model, names) in [
+        ("XL330-M288", ["pwm_slope", "present_current", "indirect_data_20"]),
+        ("XL430-W250", ["shutdown", "present_load", "indirect_data_56"]),
+        ("STS3215-12V", ["phase", "present_current", "homing_offset"]),
+    ] {
+        let bench = Bench::new(line(model, 1_000_000, &[2]));
+        let text = bench.good(&["servo", "read"], &["2"]);
+        names.iter().for_each(|name| assert!(text.contains(name), "{model}: {text}"));
+    }
+}
+
+#[test]
+fn a_wrong_name_is_told_what_was_meant() {
+    let bench = Bench::new(line("STS3215-12V", 1_000_000, &[1]));
+    let (code, text) = bench.run(&["servo", "read"], &["1", "present_positon"]);
+    assert_eq!(code, 1);
+    assert!(text.contains("did you mean present_position?"), "{text}");
+    let (_, text) = bench.run(&["servo", "read"], &["1", "colour"]);
+    assert!(text.contains("it has firmware_major, ") && text.contains("present_temperature"), "{text}");
+}
+
+#[test]
+fn settings_are_written_without_torque_and_last() {
+    for (model, torque) in NO_TORQUE {
+        let bench = Bench::new(line(model, 1_000_000, &[1]));
+        bench.good(&["servo", "write"], &["1", "torque_enable", "1", "--yes"]);
+        assert_eq!(bench.byte(1, torque), 1);
+        let text = bench.good(&["servo", "write"], &["1", "temperature_limit", "60", "--yes"]);
+        assert!(text.contains("temperature_limit from") && text.contains("to 60 C"), "{text}");
+        assert_eq!(bench.byte(1, torque), 0, "{model}");
+        bench.server.with_world(|world| {
+            world.pull_servo_out(0, 0);
+            world.plug_servo_in(0, 0);
+        });
+        assert_eq!(
+            bench.good(&["servo", "read"], &["1", "temperature_limit"]).trim(),
+            "60 C (60)",
+            "{model}"
+        );
+    }
+}
+
+#[test]
+fn nothing_is_written_unasked_or_out_of_range() {
+    let bench = Bench::new(line("XM430-W210", 1_000_000, &[1]));
+    for arguments in [
+        &["1", "temperature_limit", "60"][..],
+        &["1", "temperature_limit", "101", "--yes"],
+        &["1", "temperature_limit", "NaN", "--yes"],
+        &["1", "present_position", "10", "--yes"],
+        &["1", "max_position_limit", "-1", "--yes"],
+    ] {
+        let before = bench.byte(1, 31);
+        let (code, text) = bench.run(&["servo", "write"], arguments);
+        assert_ne!(code, 0, "{arguments:?}: {text}");
+        assert_eq!(bench.byte(1, 31), before);
+    }
+}
+
+#[test]
+fn an_id_and_a_rate_are_followed_and_no_id_is_taken_twice() {
+    for model in ["STS3215-12V", "XL330-M288"] {
+        let bench = Bench::new(line(model, 1_000_000, &[1, 2]));
+        let (code, text) = bench.run(&["servo", "id"], &["1", "2", "--yes"]);
+        assert_eq!(code, 1, "{text}");
+        assert!(text.contains("is there already"), "{text}");
+        assert!(bench.good(&["servo", "id"], &["1", "17", "--yes"]).contains("it is servo 17"));
+        let text = bench.good(&["servo", "baud"], &["17", "57600", "--yes"]);
+        assert!(text.contains("it is servo 17") && text.contains("57600 baud)"), "{text}");
+        bench.server.with_world(|world| {
+            world.pull_servo_out(0, 0);
+            world.plug_servo_in(0, 0);
+        });
+        // Found by itself, at its new rate.
+        assert_eq!(bench.good(&["servo", "read"], &["17", "id"]).trim(), "17");
+        if model.starts_with("STS") {
+            assert_eq!(bench.byte(17, 55), 1, "locked again");
+        }
+    }
+}
+
+#[test]
+fn the_shaft_is_made_the_middle() {
+    for (model, id, is_possible) in
+        [("STS3215-12V", 1, true), ("XM430-W210", 15, true), ("XM430-W210", 1, true)]
+    {
+        let bench = Bench::new(line(model, 1_000_000, &[id]));
+        let (code, text) = bench.run(&["servo", "center"], &[&id.to_string(), "--yes"]);
+        assert_eq!(code == 0, is_possible, "{model} {id}: {text}");
+        assert!(text.contains("(2048)"), "{model} {id}: {text}");
+    }
+    // 3300 counts: 1252 off the middle, and Dynamixel honours 1024.
+    let bench = Bench::new(line("XM430-W210", 1_000_000, &[23]));
+    let (code, text) = bench.run(&["servo", "center"], &["23", "--yes"]);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("honours 1024: take its horn off"), "{text}");
+}
