@@ -1,4 +1,4 @@
-//! What the controller computes: inverse kinematics of a leg, and a cycle's stages up to the bus.
+//! What the controller computes: inverse kinematics of a leg and of an arm, and a cycle's stages up to the bus.
 //!
 //! `cargo bench --bench compute`. Compare figures of one run only: machines differ, and drift.
 
@@ -12,12 +12,15 @@ use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
-use hippocamp::ik::{Limbs, Method, Solver};
-use hippocamp::model::{Motion, Robot};
+use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
+use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Robot, link_length};
 use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
+use hippocamp::motion::tentacle::key_angles::Between;
+use hippocamp::motion::tentacle::stroke::{Part, Strokes};
+use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Command, posture_pull};
 use hippocamp::safety::Safety;
-use hippocamp::signals::{Aim, JointState, JointTargets, State, Targets};
+use hippocamp::signals::{Aim, ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
@@ -30,7 +33,7 @@ fn main() {
 fn trotting() -> (Robot, HorsePlan, Walk) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
     let robot = config::load(&path).unwrap().robot;
-    let Motion::Horse(horse) = robot.motion.clone();
+    let horse = robot.motion.horse().unwrap().clone();
     let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
     let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
     let walk = Walk::cruising(&plan, trot, Rates { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });
@@ -289,5 +292,81 @@ fn stages_to_the_bus(bencher: Bencher) {
         for (joint, goal) in state.joints.iter_mut().zip(&state.goal_rad) {
             joint.position_rad = *goal;
         }
+    });
+}
+
+/// The thesis' arm of 12 joints of two hinges, its solver, and a swimming stroke's targets, cycle by cycle.
+fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
+    let hinge = |axis: DVec3, link_m: f64| Joint {
+        name: String::new(),
+        axis,
+        link_m: DVec3::X * link_m,
+        range_rad: (-1.57, 1.57),
+        stiffness: 1.0,
+        mass_kg: 0.0,
+        center_m: DVec3::ZERO,
+        ball: None,
+        servo: None,
+    };
+    let joints: Vec<Joint> = (0..12)
+        .flat_map(|ball| [hinge(DVec3::NEG_Y, 0.0), hinge(DVec3::Z, link_length(1.0, 0.01, ball))])
+        .collect();
+    let chain = Chain {
+        name: String::new(),
+        root_m: DVec3::ZERO,
+        root_rotation: glam::DQuat::IDENTITY,
+        joints: 0..joints.len(),
+        tendons: None,
+    };
+    let arm = ArmGeometry::of(&chain, &joints).unwrap();
+    let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
+    let stroke = Strokes::new(part, Between::Smooth, Variation::new(1, 0, 0.05)).swim;
+    let mut target = ArmTarget::new(&chain, &joints);
+    let targets = (0..500)
+        .map(|cycle| {
+            let phase = std::f64::consts::TAU * f64::from(cycle) / 500.0;
+            target.ends_in_body = stroke.ends_in_arm(arm.group_lengths_m(), phase, 0.0);
+            target.clone()
+        })
+        .collect();
+    (ArmSolver::new(&arm, &chain, &joints, Bending::Smooth, 0.01), targets)
+}
+
+/// One arm of 24 hinges on its stroke: ends of groups, or the tip alone.
+#[divan::bench(args = ["ends", "tip"])]
+fn arm(bencher: Bencher, aim: &str) {
+    let (mut solver, mut targets) = swimming_arm();
+    let aim = if aim == "tip" { ArmAim::Tip } else { ArmAim::Ends };
+    targets.iter_mut().for_each(|target| target.aim = aim);
+    let (mut angles, mut cycle) = ([0.0; 24], 0);
+    bencher.bench_local(|| {
+        cycle = (cycle + 1) % targets.len();
+        solver.solve(black_box(&targets[cycle]), false, &mut angles)
+    });
+}
+
+/// Eight arms.
+#[divan::bench]
+fn eight_arms(bencher: Bencher) {
+    let (solver, targets) = swimming_arm();
+    let mut arms: Vec<_> = (0..8).map(|arm| (solver.clone(), [0.0; 24], 60 * arm)).collect();
+    bencher.bench_local(|| {
+        for (solver, angles, cycle) in &mut arms {
+            *cycle = (*cycle + 1) % targets.len();
+            solver.solve(black_box(&targets[*cycle]), false, angles);
+        }
+    });
+}
+
+/// One arm that begins a motion, from straight.
+#[divan::bench(args = ["ends", "tip"])]
+fn arm_from_cold(bencher: Bencher, aim: &str) {
+    let (mut solver, mut targets) = swimming_arm();
+    let aim = if aim == "tip" { ArmAim::Tip } else { ArmAim::Ends };
+    targets.iter_mut().for_each(|target| target.aim = aim);
+    let mut cycle = 0;
+    bencher.bench_local(|| {
+        cycle = (cycle + 37) % targets.len();
+        solver.solve(black_box(&targets[cycle]), true, &mut [0.0; 24])
     });
 }

@@ -7,8 +7,7 @@ use crate::counts::{self, Goals};
 use crate::estimate;
 use crate::ik::{Limbs, Method};
 use crate::model::Robot;
-use crate::motion::horse::HorsePlan;
-use crate::motion::{Generator, Order};
+use crate::motion::{Generator, Order, Plan};
 use crate::safety::Safety;
 use crate::signals::{JointTargets, Permission, State, Targets};
 use crate::telemetry::{CycleRecord, Telemetry};
@@ -34,9 +33,9 @@ pub struct Controller<'r> {
 }
 
 impl<'r> Controller<'r> {
-    /// For a limp `robot`, to walk as `plan` says for `walk_for_s` when ordered to.
-    pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64) -> Self {
-        Controller::with_generator(robot, Generator::new(robot, plan, walk_for_s), method)
+    /// For a limp `robot`, to do as `plan` says for `move_for_s` when ordered to.
+    pub fn new(robot: &'r Robot, plan: impl Into<Plan>, method: Method, move_for_s: f64) -> Self {
+        Controller::with_generator(robot, Generator::new(robot, plan, move_for_s), method)
     }
 
     /// For a limp `robot`, moved by `generator`.
@@ -136,9 +135,15 @@ pub struct Cycle<'r, P> {
 }
 
 impl<'r, P: Ports> Cycle<'r, P> {
-    /// A limp `robot` on `buses`, to walk as `plan` says for `walk_for_s` when ordered to.
-    pub fn new(robot: &'r Robot, plan: HorsePlan, method: Method, walk_for_s: f64, buses: Buses<P>) -> Self {
-        Cycle::with_generator(robot, Generator::new(robot, plan, walk_for_s), method, buses)
+    /// A limp `robot` on `buses`, to do as `plan` says for `move_for_s` when ordered to.
+    pub fn new(
+        robot: &'r Robot,
+        plan: impl Into<Plan>,
+        method: Method,
+        move_for_s: f64,
+        buses: Buses<P>,
+    ) -> Self {
+        Cycle::with_generator(robot, Generator::new(robot, plan, move_for_s), method, buses)
     }
 
     /// A limp `robot` on `buses`, moved by `generator`.

@@ -50,7 +50,7 @@ pub fn jog<P: Ports>(
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),
-        Generator::Horse(_) => None,
+        Generator::Horse(_) | Generator::Tentacle(_) => None,
     };
     Ok(JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard })
 }

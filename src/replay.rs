@@ -12,8 +12,9 @@ use crate::capability::{HorseCapability, ReachError};
 use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
-use crate::motion::horse::HorsePlan;
-use crate::recording::{Ending, Recording, RunHeader, Sample};
+use crate::motion::Plan;
+use crate::motion::tentacle::TentaclePlan;
+use crate::recording::{Ending, Recording, RunHeader, Sample, Task};
 use crate::telemetry::{FeetReport, JointsReport, Telemetry};
 
 /// Furthest a planned standing foot may be from where it landed, m: rounding.
@@ -35,7 +36,7 @@ pub struct Replay {
     /// Joints, from the recorded goals and measurements.
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
-    pub feet: FeetReport,
+    pub feet: Option<FeetReport>,
     /// What should have held and did not, in words.
     pub violations: Vec<String>,
     /// Where the controller run again first does something else.
@@ -73,6 +74,12 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
+    /// The recording's strokes are none.
+    #[error("the recording's run.json: {0}")]
+    Strokes(&'static str),
+    /// The recording says that a horse moved its arms, or that arms walked.
+    #[error("the recording's run.json is not that of its robot.toml: one is of a horse, the other of arms")]
+    OtherKind,
 }
 
 /// Judges `recording`.
@@ -111,14 +118,24 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
         is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
         joints,
         feet,
-        violations: violations(&joints, &feet, header.ik),
+        violations: violations(&joints, feet.as_ref(), header.ik),
         difference,
     })
 }
 
-fn plan(robot: &Robot, header: &RunHeader) -> Result<HorsePlan, ReplayError> {
-    let Motion::Horse(horse) = &robot.motion;
-    Ok(HorseCapability::of(robot, horse)?.plan(horse, header.command))
+fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
+    match (&robot.motion, &header.task) {
+        (Motion::Horse(horse), Task::Horse { command, .. }) => {
+            Ok(HorseCapability::of(robot, horse)?.plan(horse, *command).into())
+        }
+        (Motion::Tentacle(tentacle), Task::Tentacle { strokes }) => {
+            let command = strokes.try_into().map_err(ReplayError::Strokes)?;
+            Ok(TentaclePlan::new(robot, tentacle, command).into())
+        }
+        (Motion::Horse(_), Task::Tentacle { .. }) | (Motion::Tentacle(_), Task::Horse { .. }) => {
+            Err(ReplayError::OtherKind)
+        }
+    }
 }
 
 /// One cycle of the controller on the recorded replies; what it does otherwise than the recorded one did.
@@ -166,7 +183,7 @@ fn describe(goal: &ServoGoal) -> String {
     }
 }
 
-fn violations(joints: &JointsReport, feet: &FeetReport, ik: Method) -> Vec<String> {
+fn violations(joints: &JointsReport, feet: Option<&FeetReport>, ik: Method) -> Vec<String> {
     let mut found = Vec::new();
     if joints.range_violations > 0 {
         found.push(format!("{} goals outside their joint's range", joints.range_violations));
@@ -177,6 +194,7 @@ fn violations(joints: &JointsReport, feet: &FeetReport, ik: Method) -> Vec<Strin
             joints.rate_violations
         ));
     }
+    let Some(feet) = feet else { return found };
     if feet.stance_slip_planned_max_m > SLIP_MAX_M {
         found.push(format!(
             "a standing foot planned to slip by {:.3} mm",

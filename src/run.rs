@@ -11,8 +11,8 @@ use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::{Robot, StopAction};
-use crate::motion::horse::{Drive, HorsePlan};
-use crate::motion::{Activity, Generator, Order};
+use crate::motion::horse::Drive;
+use crate::motion::{Activity, Generator, Order, Plan};
 use crate::recording::Recorder;
 use crate::signals::{JointState, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
@@ -28,12 +28,12 @@ const LAST_PATIENCE_S: f64 = 1.0;
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct RunPlan {
-    /// Gait, speed and posture.
-    pub horse: HorsePlan,
+    /// What to do: of a horse gait, speed and posture; of arms the stroke.
+    pub motion: Plan,
     /// How targets are solved.
     pub method: Method,
-    /// How long to walk, from the first step to slowing down, s.
-    pub walk_for_s: f64,
+    /// How long to do that, from the first step to slowing down, s.
+    pub move_for_s: f64,
     /// Who drives in the plan's place, for people: "the keyboard".
     pub driver: Option<String>,
 }
@@ -47,6 +47,8 @@ pub struct Status {
     pub activity: Activity,
     /// The gait it goes in, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
     pub gait: Option<usize>,
+    /// Name of the stroke its arms do; none for a horse, and at rest.
+    pub stroke: Option<&'static str>,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
     /// Planned turn, rad/s, to the left.
@@ -115,14 +117,19 @@ pub fn run_recorded<P: Ports>(
     mut operator: impl Operator,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports, &mut operator)?;
-    let gait = plan.horse.gait_name(plan.horse.command.gait).to_owned();
-    let speed_m_s = plan.horse.command.speed_m_s;
+    let (gait, speed_m_s, done) = match &plan.motion {
+        Plan::Horse(horse) => {
+            let gait = horse.gait_name(horse.command.gait).to_owned();
+            (Some(gait), Some(horse.command.speed_m_s), "walked for the time asked")
+        }
+        Plan::Tentacle(_) => (None, None, "moved for the time asked"),
+    };
     let driver = plan.driver;
-    let mut cycle = Cycle::new(robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
 
     let End { outcome, mut reason, is_heard } =
-        perform(robot, &mut cycle, start, "walked for the time asked", &mut recorder, &mut operator);
+        perform(robot, &mut cycle, start, done, &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
     // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
     cycle.buses_mut().disarm_watchdogs();
@@ -296,6 +303,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
         time_s,
         activity: cycle.generator().activity(),
         gait: drive.and_then(Drive::gait),
+        stroke: cycle.generator().stroke(),
         yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
         speed_m_s: cycle.generator().speed_m_s(),
         permission: cycle.state().permission,

@@ -8,7 +8,7 @@ use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
-use hippocamp::model::{Joint, Motion, Robot};
+use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
@@ -34,7 +34,7 @@ fn prepared(robot: &Robot, faults: &str) -> Buses<SimPorts> {
 }
 
 fn trotting<'r>(robot: &'r Robot, faults: &str) -> Cycle<'r, SimPorts> {
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     let capability = HorseCapability::of(robot, horse).unwrap();
     let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
     let plan = capability.plan(horse, Command::ahead(trot, 0.2));

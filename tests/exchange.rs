@@ -81,9 +81,9 @@ fn walk(file: &str) -> Walked {
     let mut child = command.spawn().unwrap();
     let first = half_a_period_after_the_loop(&built);
     let plan = RunPlan {
-        horse: plan(robot, "walk", 0.9),
+        motion: plan(robot, "walk", 0.9).into(),
         method: Method::CcdThenFinish,
-        walk_for_s: 0.0,
+        move_for_s: 0.0,
         driver: None,
     };
     let spare = &built.server.as_ref().unwrap().paths()[robot.buses.len()..];

@@ -1,6 +1,6 @@
 //! Every gait, every change of gait: no foot out of place.
 
-#![allow(clippy::print_stdout, reason = "figures are for people")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
 mod common;
 mod on_feet;
@@ -69,7 +69,7 @@ fn changes(robot: &Robot, plan: &HorsePlan, from: usize, to: usize, share: f64) 
         follow(&mut horse, before);
     }
     horse.assert_kept();
-    let feet = horse.telemetry.feet_report();
+    let feet = horse.telemetry.feet_report().unwrap();
     found.furthest_m = feet.excursion_max_m;
     found.residual_m = feet.ik_residual_max_m;
     found.shortest_stance_s = horse.shortest_stance_s;

@@ -10,7 +10,7 @@ use glam::DVec3;
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Method, Solver};
-use hippocamp::model::{Chain, Motion, Robot};
+use hippocamp::model::{Chain, Robot};
 use hippocamp::motion::horse::{Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};
 use hippocamp::signals::Targets;
@@ -204,7 +204,7 @@ fn from_any_start_the_pose_is_the_nearest_a_dense_search_finds() {
 fn no_joint_leaps_in_a_stride_of_any_gait() {
     for file in ["thoroughbred.toml", "horse.toml"] {
         let robot = robot(file);
-        let Motion::Horse(horse) = robot.motion.clone();
+        let horse = robot.motion.horse().unwrap().clone();
         let capability = HorseCapability::of(&robot, &horse).unwrap();
         let plan = capability.plan(&horse, Command::default());
         for (index, gait) in horse.gaits.iter().enumerate() {

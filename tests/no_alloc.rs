@@ -13,7 +13,7 @@ use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
 use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::{Limbs, Method};
-use hippocamp::model::{Motion, Robot};
+use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order};
 use hippocamp::run::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
@@ -172,7 +172,7 @@ fn an_allocation_in_the_cycle_is_caught() {
 fn no_operator_allocates() {
     use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire};
     let robot = shipped("horse.toml");
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
     let mut keys = Keys::new(repertoire.clone());
     let mut gamepad = Gamepad::new(repertoire, 0.5);
@@ -183,6 +183,7 @@ fn no_operator_allocates() {
         time_s: 0.0,
         activity: Activity::Standing,
         gait: None,
+        stroke: None,
         speed_m_s: 0.0,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
-use hippocamp::model::{HorseMotion, Motion, Robot};
+use hippocamp::model::{HorseMotion, Robot};
 use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use hippocamp::motion::{self, GaitChoice, Generator, Order};
 use hippocamp::plot::{self, Course, CourseError, Subject};
@@ -22,7 +22,7 @@ struct Rig {
 impl Rig {
     fn load(file: &str) -> Rig {
         let robot = config::load(Path::new(file)).unwrap().robot;
-        let Motion::Horse(horse) = robot.motion.clone();
+        let horse = robot.motion.horse().unwrap().clone();
         let capability = HorseCapability::of(&robot, &horse).unwrap();
         Rig { robot, horse, capability }
     }

@@ -10,7 +10,6 @@ use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::capability::HorseCapability;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
-use hippocamp::model::Motion;
 use hippocamp::motion::{Command, Order};
 use hippocamp::recording::{Recorder, RunHeader};
 use hippocamp::run::RunPlan;
@@ -22,16 +21,16 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 #[test]
 fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
     let robot = config::load(Path::new("config/horse.toml")).unwrap().robot;
-    let Motion::Horse(motion) = robot.motion.clone();
+    let motion = robot.motion.horse().unwrap().clone();
     let horse = HorseCapability::of(&robot, &motion).unwrap().plan(&motion, Command::ahead(0, 0.05));
-    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 1.0, driver: None };
+    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
     let header = RunHeader::new(&robot, &plan, "horse.toml", 0);
     let text = std::fs::read_to_string("config/horse.toml").unwrap();
     let mut recorder =
         Recorder::start(&robot, header, text, "sink".to_owned(), std::io::sink(), false).unwrap();
     let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
     let buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
-    let mut cycle = Cycle::new(&robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    let mut cycle = Cycle::new(&robot, plan.motion, plan.method, plan.move_for_s, buses);
     // Long enough to stand up and walk, and faster than a thread can write.
     for _ in 0..1500 {
         cycle.step(Order::Go);

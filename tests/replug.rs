@@ -11,7 +11,6 @@ use hippocamp::bus::SerialPorts;
 use hippocamp::bus::serial::Device;
 use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
-use hippocamp::model::Motion;
 use hippocamp::motion::{Command, Order};
 use hippocamp::run::{RunPlan, run};
 use hippocamp::telemetry::Outcome;
@@ -46,12 +45,12 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
         })
     };
 
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     let capability = HorseCapability::of(robot, horse).unwrap();
     let plan = RunPlan {
-        horse: capability.plan(horse, Command::ahead(0, 0.0)),
+        motion: capability.plan(horse, Command::ahead(0, 0.0)).into(),
         method: Method::CcdThenFinish,
-        walk_for_s: 60.0,
+        move_for_s: 60.0,
         driver: None,
     };
     let (mut is_swapped, mut swapped_at_s, mut last_goals) = (false, 0.0, None);

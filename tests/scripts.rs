@@ -19,7 +19,7 @@ fn parse(text: &str, robot: &Robot) -> Result<Script, ConfigError> {
 }
 
 fn gait(robot: &Robot, name: &str) -> GaitChoice {
-    let hippocamp::model::Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     GaitChoice::Gait(horse.gaits.iter().position(|gait| gait.name == name).unwrap())
 }
 
@@ -163,7 +163,8 @@ fn all_faults_are_said_at_once() {
 fn a_trunk_sways_only_over_legs_that_all_move_sideways() {
     let sway = "[[at]]\ntime_s = 0\nsway_mm = 5";
     let script = parse(sway, &horse_with_sideways_joints(&LEGS)).unwrap_or_else(|error| panic!("{error}"));
-    assert!((script.entries[0].command.posture.sway_m - 0.005).abs() < 1e-12);
+    let Order::Drive(command) = script.entries[0].order else { panic!("{script:?}") };
+    assert!((command.posture.sway_m - 0.005).abs() < 1e-12);
     let error = parse(sway, &horse_with_sideways_joints(&LEGS[..3])).unwrap_err().to_string();
     assert!(error.contains("the right fore leg"), "{error}");
     // No sway is no fault on any robot.

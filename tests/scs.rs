@@ -32,7 +32,11 @@ fn a_horse_of_scs_servos_walks() {
     assert_eq!(bus.bytes_in, bus.exchanges * 16 * 14);
     let wire_us = 10 * (16 * (8 + 14) + 2 * (8 + 16 * 3) + 8 + 16 * 2);
     let expected_us = wire_us + 16 * 125;
-    assert!(bus.exchange_us.max >= expected_us && bus.exchange_us.p50 < expected_us + 500, "{:?}", bus.exchange_us);
+    assert!(
+        bus.exchange_us.max >= expected_us && bus.exchange_us.p50 < expected_us + 500,
+        "{:?}",
+        bus.exchange_us
+    );
 }
 
 #[test]

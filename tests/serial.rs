@@ -11,7 +11,7 @@ use hippocamp::bus::{PortError, Ports, SerialPorts, StartError};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
-use hippocamp::model::{Motion, Robot};
+use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::platform::{monotonic, thread_time};
 use hippocamp::run::{RunPlan, Status, run};
@@ -38,10 +38,10 @@ struct Rig {
 
 fn rig(file: &str) -> Rig {
     let robot = config::load(&Path::new("config").join(file)).unwrap().robot;
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     let capability = HorseCapability::of(&robot, horse).unwrap();
     let horse = capability.plan(horse, Command::ahead(0, 0.05));
-    let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0, driver: None };
+    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 2.0, driver: None };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
     let mut without_adapters = robot.clone();

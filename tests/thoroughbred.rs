@@ -8,14 +8,14 @@ use glam::DVec3;
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Limbs, Method};
-use hippocamp::model::{HorseMotion, Motion, Robot};
+use hippocamp::model::{HorseMotion, Robot};
 use hippocamp::motion::horse::{Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};
 use hippocamp::signals::{Aim, JointTargets, Targets};
 
 fn thoroughbred() -> (Robot, HorseMotion) {
     let file = config::load(Path::new("config/thoroughbred.toml")).unwrap();
-    let Motion::Horse(horse) = file.robot.motion.clone();
+    let horse = file.robot.motion.horse().unwrap().clone();
     (file.robot, horse)
 }
 

@@ -1,18 +1,46 @@
-//! What a robot can do, worked out from its file: how far its legs reach, how fast each gait goes.
+//! What a robot can do, worked out from its file: how far its legs reach, how fast each gait goes; how heavy arms are.
 //!
 //! Stands beside the pipeline: `check` prints it, and a run is planned within it.
 
 pub mod bus_costs;
 mod follower;
+pub mod loads;
 mod postures;
 pub mod reach;
 pub mod top_speed;
 
-use crate::model::{HorseMotion, Robot};
+use crate::model::{HorseMotion, Motion, Robot, TentacleMotion};
 use crate::motion::Command;
 use crate::motion::horse::{HorsePlan, Pace, ReachTable};
+pub use loads::Load;
 pub use reach::{Reach, ReachError};
 pub use top_speed::TopSpeed;
+
+/// A robot's own settings, and what it can do; one variant a kind of motion.
+#[derive(Debug, Clone)]
+pub enum Capability {
+    /// A horse.
+    Horse(HorseMotion, Box<HorseCapability>),
+    /// A rig of arms, and the load of each joint.
+    Tentacle(TentacleMotion, Vec<Load>),
+}
+
+impl Capability {
+    /// Works out what `robot` can do.
+    ///
+    /// # Errors
+    /// When it cannot do what its file says.
+    pub fn of(robot: &Robot) -> Result<Capability, ReachError> {
+        Ok(match &robot.motion {
+            Motion::Horse(horse) => {
+                Capability::Horse(horse.clone(), Box::new(HorseCapability::of(robot, horse)?))
+            }
+            Motion::Tentacle(tentacle) => {
+                Capability::Tentacle(tentacle.clone(), loads::of_joints(robot, tentacle))
+            }
+        })
+    }
+}
 
 /// What a horse can do.
 #[derive(Debug, Clone)]

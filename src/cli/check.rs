@@ -4,10 +4,12 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::load::{Loaded, load};
+use super::load::load;
 use super::write_whole;
 use crate::capability::bus_costs;
-use crate::model::{Gait, LEG_NAMES, Robot};
+use crate::capability::loads::LASTING_SHARE;
+use crate::capability::{Capability, HorseCapability, Load};
+use crate::model::{Carrier, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
 use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
@@ -23,8 +25,16 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
         robot.rate_hz
     );
     print_joints(robot);
-    print_legs(&loaded);
-    print_gaits(&loaded);
+    match &loaded.capability {
+        Capability::Horse(horse, capability) => {
+            print_legs(capability);
+            print_gaits(robot, horse, capability);
+        }
+        Capability::Tentacle(tentacle, loads) => {
+            print_arms(robot, tentacle);
+            print_loads(robot, tentacle, loads);
+        }
+    }
     print_buses(robot);
     if let Some(file) = urdf_file {
         write_whole(file, &urdf::of_robot(robot))?;
@@ -55,9 +65,9 @@ fn print_joints(robot: &Robot) {
     }
 }
 
-fn print_legs(loaded: &Loaded) {
+fn print_legs(capability: &HorseCapability) {
     say!("\n{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
-    for (name, reach) in LEG_NAMES.iter().zip(&loaded.capability.reaches) {
+    for (name, reach) in LEG_NAMES.iter().zip(&capability.reaches) {
         let place = reach.neutral_in_body * 1e3;
         say!(
             "{name:<24} {:>16.1}  forward {:.1}, left {:.1}, up {:.1}",
@@ -67,13 +77,12 @@ fn print_legs(loaded: &Loaded) {
             place.z
         );
     }
-    say!("{:<24} {:>16.1}", "all legs", loaded.capability.half_excursion_m() * 1e3);
+    say!("{:<24} {:>16.1}", "all legs", capability.half_excursion_m() * 1e3);
 }
 
-fn print_gaits(loaded: &Loaded) {
-    let robot = &loaded.file.robot;
+fn print_gaits(robot: &Robot, horse: &HorseMotion, capability: &HorseCapability) {
     say!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
-    for (gait, top) in loaded.horse.gaits.iter().zip(&loaded.capability.top_speeds) {
+    for (gait, top) in horse.gaits.iter().zip(&capability.top_speeds) {
         let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
             format!("the speed or acceleration of {}", robot.joints[joint].name)
         });
@@ -81,7 +90,7 @@ fn print_gaits(loaded: &Loaded) {
             if robot.buses.is_empty() { "-".to_owned() } else { format!("{:.3}", top.by_servos_m_s) };
         say!("{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s);
     }
-    print_own_gaits(&loaded.horse.gaits);
+    print_own_gaits(&horse.gaits);
 }
 
 /// Names the gaits that come from the robot file, if any do.
@@ -94,6 +103,51 @@ fn print_own_gaits(gaits: &[Gait]) {
     let own: Vec<String> = own.collect();
     if !own.is_empty() {
         say!("from the robot file: {}", own.join(", "));
+    }
+}
+
+fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
+    say!("\n{:<24} {:>16}  {:>9}  root, mm from the body's origin", "arm", "length mm", "joints");
+    for arm in &tentacle.arms {
+        let chain = &robot.chains[arm.chain];
+        let (length_m, root) = (chain.length_m(robot.joints_of(chain)), chain.root_m * 1e3);
+        say!(
+            "{:<24} {:>16.1}  {:>9}  forward {:.1}, left {:.1}, up {:.1}",
+            chain.name,
+            length_m * 1e3,
+            chain.joints.len() / arm.hinges,
+            root.x,
+            root.y,
+            root.z
+        );
+    }
+}
+
+/// What each joint holds up in its worst pose.
+fn print_loads(robot: &Robot, tentacle: &TentacleMotion, loads: &[Load]) {
+    let carried = match tentacle.carrier {
+        Carrier::Servos => "its servos alone".to_owned(),
+        Carrier::Water => format!("water, {:.0} %,", tentacle.carried_share * 100.0),
+        Carrier::Counterweight => format!("a counterweight, {:.0} %,", tentacle.carried_share * 100.0),
+    };
+    say!("\nWeight carried by {carried} stretched out level:");
+    say!("{:<24} {:>16}  {:>9}", "joint", "load N m", "of stall");
+    for load in loads {
+        let share = load.share_of_stall.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0));
+        let warning = match load.share_of_stall {
+            Some(share) if share > LASTING_SHARE => "  MORE THAN IT CAN HOLD FOR LONG",
+            _ => "",
+        };
+        say!("{:<24} {:>16.4}  {share:>9}{warning}", robot.joints[load.joint].name, load.torque_nm);
+    }
+    let heavy =
+        loads.iter().filter(|load| load.share_of_stall.is_some_and(|share| share > LASTING_SHARE)).count();
+    if heavy > 0 {
+        say!(
+            "WARNING: {heavy} joints would hold more than {:.0} % of stall torque: they get hot if the arm stays so; carry \
+             more of its weight (motion.carried_by, carried_share)",
+            LASTING_SHARE * 100.0
+        );
     }
 }
 

@@ -5,15 +5,14 @@ use std::path::Path;
 use anyhow::Result;
 
 use crate::capability::bus_costs;
-use crate::capability::{HorseCapability, ReachError};
-use crate::config::{self, ConfigError, RobotFile, UnitFile};
-use crate::model::{HorseMotion, Motion};
+use crate::capability::{Capability, Load, ReachError};
+use crate::config::{self, ConfigError, Fault, RobotFile, UnitFile};
+use crate::model::{Carrier, TentacleMotion};
 
 /// A robot that can do what its file says.
 pub(super) struct Loaded {
     pub(super) file: RobotFile,
-    pub(super) horse: HorseMotion,
-    pub(super) capability: HorseCapability,
+    pub(super) capability: Capability,
 }
 
 /// Loads the robot file at `path` as it stands, of whatever rig, with the zero counts of `unit`: for commands that ask
@@ -30,8 +29,6 @@ pub(super) fn load_file(path: &Path, unit: Option<&UnitFile>) -> Result<RobotFil
 /// reported like all others.
 pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
     let file = load_file(path, unit)?;
-    let Motion::Horse(horse) = &file.robot.motion;
-    let horse = horse.clone();
     let mut faults = Vec::new();
     for bus in bus_costs::of_robot(&file.robot) {
         let rate_hz = bus.highest_rate_hz();
@@ -45,9 +42,15 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
             faults.push(file.fault("loop_rate_hz", expected));
         }
     }
-    match HorseCapability::of(&file.robot, &horse) {
-        Ok(capability) if faults.is_empty() => return Ok(Loaded { file, horse, capability }),
-        Ok(_) => {}
+    match Capability::of(&file.robot) {
+        Ok(capability) => {
+            if let Capability::Tentacle(tentacle, loads) = &capability {
+                faults.extend(too_heavy(&file, tentacle, loads));
+            }
+            if faults.is_empty() {
+                return Ok(Loaded { file, capability });
+            }
+        }
         Err(error @ ReachError::Unreachable { .. }) => {
             faults.push(file.fault(
                 "motion.stand_height_mm",
@@ -63,4 +66,21 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
         }
     }
     Err(ConfigError { faults }.into())
+}
+
+/// The fault of arms of which a servo cannot hold up its part, unless they float: then it never need.
+fn too_heavy(file: &RobotFile, tentacle: &TentacleMotion, loads: &[Load]) -> Option<Fault> {
+    let share = |load: &&Load| load.share_of_stall.unwrap_or(0.0);
+    let worst = loads.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
+    let is_too_heavy = share(&worst) > 1.0 && tentacle.carrier != Carrier::Water;
+    is_too_heavy.then(|| {
+        let expected = format!(
+            "arms that their servos can hold: stretched out level, {} would need {:.2} N m, {:.0} % of its servo's stall \
+             torque; lighten the arm, name a stronger servo, or carry more of its weight (carried_by, carried_share)",
+            file.robot.joints[worst.joint].name,
+            worst.torque_nm,
+            share(&worst) * 100.0
+        );
+        file.fault("motion.carried_share", expected)
+    })
 }

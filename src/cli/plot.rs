@@ -5,8 +5,9 @@ use std::fs;
 use anyhow::{Context, Result};
 
 use super::drivers::load_script;
-use super::load::{Loaded, load};
+use super::load::load;
 use super::{BadInput, PlotArguments, write_whole};
+use crate::capability::{Capability, HorseCapability};
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use crate::motion::{Command, Generator};
 use crate::operator::{Repertoire, Script};
@@ -20,12 +21,15 @@ const LONG_S: f64 = 40.0;
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
-    let plan = loaded.capability.plan(&loaded.horse, Command::default());
-    let script = load_script(&options.script, &loaded, &Repertoire::of(&plan))?;
+    let Capability::Horse(horse, capability) = &loaded.capability else {
+        return Err(BadInput(format!("{}: expected a horse", options.robot.display())).into());
+    };
+    let plan = capability.plan(horse, Command::default());
+    let script = load_script(&options.script, robot, &Repertoire::of(&plan))?;
     let span_s = span(options, &script)?;
     let swing = plan.swing();
     let generator = Generator::new(robot, plan, f64::MAX);
-    let subject = Subject::horse(robot, &loaded.horse, &loaded.capability);
+    let subject = Subject::horse(robot, horse, capability);
     let followed = Course::follow(subject, generator, span_s, |time_s| script.order_at(time_s));
     let course = followed.map_err(|error| BadInput(format!("{}: {error}", options.script.display())))?;
 
@@ -44,14 +48,14 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
             .into());
         };
         let steady = |side: usize| SteadyGait {
-            gait: &loaded.horse.gaits[change.gaits[side]],
+            gait: &horse.gaits[change.gaits[side]],
             speed_m_s: change.speeds_m_s[side],
         };
         // The thesis begins with the left hind's lift-off.
         let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
         pictures.push(("thesis.svg", plot::comparison(&course, &change, &rule, swing.time_s)?));
     }
-    print_summary(&course, &loaded);
+    print_summary(&course, capability);
     if span_s.1 - span_s.0 > LONG_S {
         say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
     }
@@ -78,12 +82,12 @@ fn span(options: &PlotArguments, script: &Script) -> Result<(f64, f64), BadInput
     )))
 }
 
-fn print_summary(course: &Course<'_>, loaded: &Loaded) {
+fn print_summary(course: &Course<'_>, capability: &HorseCapability) {
     let (from_s, to_s) = course.times_s();
     say!("{}: {from_s:.2} s to {to_s:.2} s after it stood", course.subject.robot.name);
     let feet = course.frames.iter().flat_map(|frame| &frame.feet);
     let furthest_m = feet.map(|foot| foot.excursion_m.abs()).fold(0.0, f64::max);
-    let reach_m = loaded.capability.half_excursion_m();
+    let reach_m = capability.half_excursion_m();
     say!("  feet: {:.1} mm from neutral at most, of {:.1} mm", furthest_m * 1e3, reach_m * 1e3);
     let held_back: u32 = course.frames.iter().map(|frame| frame.interventions).sum();
     let goals = course.frames.len() * course.subject.robot.joints.len();

@@ -44,8 +44,8 @@ pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
 fn print_run(recording: &Recording) {
     let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
     match &header.driver {
-        Some(_) => say!("{}: {}", robot.name, header.task()),
-        None => say!("{}: {} for {} s", robot.name, header.task(), header.walk_for_s),
+        Some(_) => say!("{}: {}", robot.name, header.words()),
+        None => say!("{}: {} for {} s", robot.name, header.words(), header.walk_for_s),
     }
     match &recording.ending {
         Ending::Outcome(outcome) => {
@@ -89,13 +89,9 @@ fn worst_tracking(robot: &Robot, samples: &[Sample]) -> Option<(f64, usize, f64)
 }
 
 fn print_replay(robot: &Robot, replay: &Replay) {
-    say!(
-        "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
-        replay.feet.excursion_max_m * 1e3,
-        replay.feet.stance_slip_planned_max_m * 1e3,
-        replay.feet.stance_slip_measured_max_m * 1e3,
-        replay.feet.ik_residual_max_m * 1e3
-    );
+    if let Some(feet) = &replay.feet {
+        say!("  {feet}");
+    }
     for violation in &replay.violations {
         say!("VIOLATED: {violation}");
     }

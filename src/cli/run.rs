@@ -20,11 +20,13 @@ use super::status::StatusLine;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
+use crate::capability::{Capability, HorseCapability};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
-use crate::motion::{Command, GaitChoice};
+use crate::motion::tentacle::TentaclePlan;
+use crate::motion::{Command, GaitChoice, Plan, StrokeCommand};
 use crate::operator::Repertoire;
-use crate::recording::{Recorder, RunHeader};
+use crate::recording::{Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
@@ -54,7 +56,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
     let signals = Signals::catch()?;
-    let (horse, walk_for_s, driver) = plan(options, &loaded)?;
+    let (motion, move_for_s, driver) = plan(options, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
@@ -86,8 +88,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
 
     match &driver {
         Driver::Plan => {
-            let (gait, speed_m_s) = (horse.gait_name(horse.command.gait), horse.command.speed_m_s);
-            say!("{}: {gait} at {speed_m_s:.3} m/s for {walk_for_s} s on {choice}", robot.name);
+            say!("{}: {} for {move_for_s} s on {choice}", robot.name, Task::of(&motion));
         }
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
@@ -95,7 +96,8 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
     if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
-    let status_line = StatusLine::start(&horse.settings.gaits);
+    let gaits = robot.motion.horse().map_or(&[][..], |horse| &horse.gaits);
+    let status_line = StatusLine::start(gaits);
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
@@ -103,7 +105,7 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         let terminal = provoke::Loop::new(terminal);
         terminal
     };
-    let plan = RunPlan { horse, method: options.ik.into(), walk_for_s, driver: driver_name };
+    let plan = RunPlan { motion, method: options.ik.into(), move_for_s, driver: driver_name };
     #[cfg(debug_assertions)]
     let file = file.map(provoke::Sink::new);
     let recorder = recording.as_ref().zip(file);
@@ -178,31 +180,48 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
 }
 
 /// What to do, for how long, and who drives: others than the plan drive from a stand, for as long as they like.
-fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(HorsePlan, f64, Driver)> {
-    let standing = loaded.capability.plan(&loaded.horse, Command::default());
-    let driver = Driver::start(&options.driver, loaded, Repertoire::of(&standing))?;
-    match driver {
-        Driver::Plan => Ok((walking(options, loaded, standing)?, options.walk_for_s, driver)),
-        _ => Ok((standing, 0.0, driver)),
+fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
+    let robot = &loaded.file.robot;
+    match &loaded.capability {
+        Capability::Horse(horse, capability) => {
+            let standing = capability.plan(horse, Command::default());
+            let driver = Driver::start(&options.driver, robot, Repertoire::of(&standing))?;
+            match driver {
+                Driver::Plan => {
+                    let plan = walking(options, robot, capability, standing)?;
+                    Ok((plan.into(), options.walk_for_s, driver))
+                }
+                _ => Ok((standing.into(), 0.0, driver)),
+            }
+        }
+        Capability::Tentacle(tentacle, _) => {
+            let plan = TentaclePlan::new(robot, tentacle, StrokeCommand::default());
+            Ok((plan.into(), options.walk_for_s, Driver::Plan))
+        }
     }
 }
 
 /// A plan for the gait asked for, at the speed asked for, held to what the robot can do.
-fn walking(options: &RunArguments, loaded: &Loaded, plan: HorsePlan) -> Result<HorsePlan> {
+fn walking(
+    options: &RunArguments,
+    robot: &Robot,
+    capability: &HorseCapability,
+    plan: HorsePlan,
+) -> Result<HorsePlan> {
     let choice = gait(options.gait.as_deref(), &plan)?;
     let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
     let top_m_s = plan.top_speed_m_s(choice);
     let joint = match choice {
-        GaitChoice::Gait(gait) => loaded.capability.top_speeds[gait].joint,
+        GaitChoice::Gait(gait) => capability.top_speeds[gait].joint,
         GaitChoice::Stand | GaitChoice::Auto => None,
     };
-    let joint = joint.map(|joint| loaded.file.robot.joints[joint].name.as_str());
+    let joint = joint.map(|joint| robot.joints[joint].name.as_str());
     let name = plan.gait_name(choice);
     if top_m_s <= 0.0 && choice != GaitChoice::Stand {
         return Err(BadInput(format!(
             "{} cannot {name}: even on the spot {} would pass its speed or acceleration limit; a longer \
              swing_time_s or a lower swing_lift_mm asks less of it",
-            loaded.file.robot.name,
+            robot.name,
             joint.unwrap_or("a joint")
         ))
         .into());
@@ -336,13 +355,9 @@ fn print_summary(robot: &Robot, report: &Report) {
         report.held_cycles,
         report.joints.tracking_error_max_deg
     );
-    say!(
-        "  feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
-        report.feet.excursion_max_m * 1e3,
-        report.feet.stance_slip_planned_max_m * 1e3,
-        report.feet.stance_slip_measured_max_m * 1e3,
-        report.feet.ik_residual_max_m * 1e3
-    );
+    if let Some(feet) = &report.feet {
+        say!("  {feet}");
+    }
     for (bus, described) in report.buses.iter().zip(&robot.buses) {
         say!(
             "  bus {} ({}, {} baud): {} exchanges of {} us, wire busy {:.0} %, {} replies missing, {} damaged",

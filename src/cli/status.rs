@@ -122,6 +122,8 @@ impl Names {
             (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
             (_, Activity::Limp) => "limp".to_owned(),
             (_, Activity::Rising) => "rising".to_owned(),
+            (_, Activity::Performing) => status.stroke.unwrap_or("moving").to_owned(),
+            (_, Activity::Parked) => "parked".to_owned(),
             (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
             (_, Activity::Stopping) => "stopping".to_owned(),
@@ -144,6 +146,9 @@ impl Names {
     /// What a robot on its feet does, and of what was asked.
     fn motion(&self, status: &Status, order: Order) -> String {
         let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
+        if matches!(order, Order::Perform(_)) {
+            return "at rest".to_owned();
+        }
         let Order::Drive(asked) = order else {
             return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
         };
@@ -210,6 +215,7 @@ mod tests {
         time_s: 59.94,
         activity: Activity::Walking,
         gait: Some(1),
+        stroke: None,
         speed_m_s: 0.1234,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

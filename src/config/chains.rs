@@ -1,13 +1,13 @@
-//! `[[chain]]` and `[[chain.joint]]`: the limbs.
+//! `[[chain]]` and `[[chain.joint]]`: the limbs; and those that [`super::arms`] reads.
 
 use glam::{DQuat, DVec3};
 
-use super::meters;
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
-use crate::model::{Chain, Joint};
+use super::{arms, meters};
+use crate::model::{ArmSettings, Chain, Joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -20,8 +20,12 @@ const ROOTS_APART_MM: f64 = 1.0;
 
 /// What could be read of a chain; `limb` only if all of it was good.
 pub(super) struct ChainEntry<'a> {
+    /// Key path of its table.
+    pub(super) key: String,
     pub(super) name: Option<&'a str>,
     pub(super) limb: Option<Limb>,
+    /// Settings of an arm, which is a chain too, if all of them were good.
+    pub(super) arm: Option<ArmSettings>,
 }
 
 /// A chain with its joints.
@@ -32,31 +36,41 @@ pub(super) struct Limb {
     joints: Vec<Joint>,
 }
 
-/// Reads all chains, in file order.
+impl Limb {
+    pub(super) fn new(name: &str, root_m: DVec3, root_rotation: DQuat, joints: Vec<Joint>) -> Limb {
+        Limb { name: name.to_owned(), root_m, root_rotation, joints }
+    }
+}
+
+/// Reads all chains and then all arms, in file order.
 pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<ChainEntry<'a>> {
     let mut names = Unique::default();
     let mut roots = Roots::default();
-    let chains =
-        file.list("chain", "the limbs", |section| Some(read_chain(section, &mut names, &mut roots, servos)));
-    if chains.is_empty() {
-        file.fault("chain", "at least one limb, [[chain]]");
+    let mut place = 0;
+    let chains = file.list("chain", "the limbs", |section| {
+        place += 1;
+        Some(read_chain(section, place - 1, &mut names, &mut roots, servos))
+    });
+    let arms = arms::read(file, &mut names, &mut roots, servos);
+    if chains.is_empty() && arms.is_empty() {
+        file.fault("chain", "at least one limb, [[chain]], or arm, [[arm]]");
     }
     if chains.iter().any(Option::is_none) {
         // A list that is none at all: what refers to it cannot be judged.
-        return vec![ChainEntry { name: None, limb: None }];
+        return vec![ChainEntry { key: "chain".to_owned(), name: None, limb: None, arm: None }];
     }
-    chains.into_iter().flatten().collect()
+    chains.into_iter().flatten().chain(arms).collect()
 }
 
 /// The roots seen so far, with their lines.
 #[derive(Default)]
-struct Roots {
+pub(super) struct Roots {
     seen: Vec<(DVec3, usize)>,
 }
 
 impl Roots {
     /// Two limbs cannot both begin in one place: the second is a copy whose root was forgotten.
-    fn refuse_twin(&mut self, section: &Section<'_>, root_mm: DVec3) {
+    pub(super) fn refuse_twin(&mut self, section: &Section<'_>, root_mm: DVec3) {
         if let Some((_, line)) = self.seen.iter().find(|(seen, _)| seen.distance(root_mm) < ROOTS_APART_MM) {
             section
                 .fault("root_mm", format!("a place of its own: by line {line} another chain begins there"));
@@ -67,6 +81,7 @@ impl Roots {
 
 fn read_chain<'a>(
     section: &Section<'a>,
+    place: usize,
     names: &mut Unique<'a>,
     roots: &mut Roots,
     servos: &mut ServoPlaces<'_>,
@@ -109,11 +124,11 @@ fn read_chain<'a>(
             joints: joints.into_iter().collect::<Option<_>>()?,
         })
     };
-    ChainEntry { name, limb: limb() }
+    ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
 }
 
 /// Roll about x, then pitch about y, then yaw about z, all axes fixed (REP-103).
-fn rotation(rpy_rad: DVec3) -> DQuat {
+pub(super) fn rotation(rpy_rad: DVec3) -> DQuat {
     DQuat::from_rotation_z(rpy_rad.z) * DQuat::from_rotation_y(rpy_rad.y) * DQuat::from_rotation_x(rpy_rad.x)
 }
 
@@ -126,7 +141,7 @@ fn read_joint<'a>(
 ) -> Option<Joint> {
     let name = names.name(section, "the joint's name");
     let axis = read_axis(section);
-    let range_rad = read_range(section);
+    let range_rad = read_range(section, "range_deg");
     let stiffness =
         section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
     let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::NotNegative);
@@ -162,15 +177,16 @@ fn read_axis(section: &Section<'_>) -> Option<DVec3> {
     None
 }
 
-fn read_range(section: &Section<'_>) -> Option<(f64, f64)> {
+/// A range of angles, rad, at a key in degrees.
+pub(super) fn read_range(section: &Section<'_>, key: &'static str) -> Option<(f64, f64)> {
     let [low, high] =
-        section.numbers::<2>("range_deg", "the joint's lowest and highest angle in degrees", Limits::Any)?;
+        section.numbers::<2>(key, "the joint's lowest and highest angle in degrees", Limits::Any)?;
     if low >= high {
-        section.fault("range_deg", "the lowest angle first, then a higher one, [min, max]");
+        section.fault(key, "the lowest angle first, then a higher one, [min, max]");
         return None;
     }
     if high - low > 360.0 {
-        section.fault("range_deg", "at most a turn, 360 degrees, from end to end");
+        section.fault(key, "at most a turn, 360 degrees, from end to end");
         return None;
     }
     Some((low.to_radians(), high.to_radians()))
@@ -184,7 +200,7 @@ pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
         let first = joints.len();
         joints.extend(limb.joints);
         let Limb { name, root_m, root_rotation, .. } = limb;
-        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len() });
+        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons: None });
     }
     (chains, joints)
 }

@@ -12,16 +12,20 @@
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
-//! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"` or `"sit-then-limp"` |
+//! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"`, `"sit-then-limp"`, or (the same, of arms) `"park-then-limp"` |
 //! | `[trunk]` | `mass_kg`, `center_mm` |
 //! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
+//! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
+//! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own) |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
+//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
+mod arms;
 mod buses;
 mod chains;
 mod fault;
@@ -35,6 +39,7 @@ mod safety;
 mod script;
 mod servos;
 mod source;
+mod strokes;
 mod unique;
 mod unit;
 mod unit_check;
@@ -62,8 +67,11 @@ const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;
 /// More cycles a second than any servo bus carries.
 const LOOP_RATE_LARGEST_HZ: f64 = 1000.0;
 
-const STOP_ACTIONS: [(&str, StopAction); 2] =
-    [("hold", StopAction::Hold), ("sit-then-limp", StopAction::SitThenLimp)];
+const STOP_ACTIONS: [(&str, StopAction); 3] = [
+    ("hold", StopAction::Hold),
+    ("sit-then-limp", StopAction::SitThenLimp),
+    ("park-then-limp", StopAction::SitThenLimp),
+];
 
 /// A robot, and the file it came from.
 #[derive(Debug, Clone)]
@@ -193,7 +201,7 @@ fn refuse_times_within_a_few_cycles(
     };
     refuse("safety.coast_s", safety.map(|settings| settings.coast_s), PATIENCE_CYCLES);
     refuse("safety.hold_s", safety.map(|settings| settings.hold_s), PATIENCE_CYCLES);
-    let swing_time_s = motion.map(|Motion::Horse(horse)| horse.swing_time_s);
+    let swing_time_s = motion.and_then(Motion::horse).map(|horse| horse.swing_time_s);
     refuse("motion.swing_time_s", swing_time_s, SWING_CYCLES);
 }
 

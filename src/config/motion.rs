@@ -2,17 +2,20 @@
 
 use super::chains::ChainEntry;
 use super::gaits;
+use super::meters;
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::{HorseMotion, Motion};
+use super::strokes::read_pole;
+use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, TentacleMotion};
 
 /// The kinds of motion a file may name.
 #[derive(Clone)]
 enum Kind {
     Horse,
+    Tentacle,
 }
 
-const KINDS: [(&str, Kind); 1] = [("horse", Kind::Horse)];
+const KINDS: [(&str, Kind); 2] = [("horse", Kind::Horse), ("tentacle", Kind::Tentacle)];
 
 /// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
 const YAW_RATE_MAX_DEG_S: f64 = 20.0;
@@ -25,6 +28,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
     file.section("motion", "what the robot does", |section| {
         match section.choice("kind", "a kind of motion", &KINDS) {
             Some(Kind::Horse) => read_horse(file, section, chains).map(Motion::Horse),
+            Some(Kind::Tentacle) => read_tentacle(file, section, chains).map(Motion::Tentacle),
             None => {
                 section.allow_unknown_keys();
                 None
@@ -97,8 +101,68 @@ fn read_legs(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<[usize;
 fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usize; 4]) {
     for place in (0..chains.len()).filter(|place| !legs.contains(place)) {
         file.fault(
-            &format!("chain[{place}].name"),
+            &format!("{}.name", chains[place].key),
             "a chain that motion.legs names: a horse moves its four legs and no other chain",
         );
     }
+}
+
+const CARRIERS: [(&str, Carrier); 3] =
+    [("servos", Carrier::Servos), ("water", Carrier::Water), ("counterweight", Carrier::Counterweight)];
+const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
+const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
+
+fn read_tentacle(
+    file: &Section<'_>,
+    section: &Section<'_>,
+    chains: &[ChainEntry<'_>],
+) -> Option<TentacleMotion> {
+    for chain in chains.iter().filter(|chain| chain.key.starts_with("chain")) {
+        let expected = "no such limb: a tentacle moves arms, written as [[arm]], and no other chain";
+        file.fault(&chain.key, expected);
+    }
+    let carrier = section.choice("carried_by", "what carries the arms' weight", &CARRIERS);
+    let meaning = "the share of the arms' weight that it carries";
+    let carried_share = match carrier {
+        Some(Carrier::Servos) if !section.has("carried_share") => Some(0.0),
+        Some(Carrier::Servos) => {
+            section.fault("carried_share", "no such key where servos carry all of the weight");
+            None
+        }
+        _ => section.number("carried_share", meaning, Limits::FromTo(0.0, 1.0)),
+    };
+    let stroke_time_s = section.number("stroke_time_s", "the time of one stroke in s", Limits::Positive);
+    let between = match section.has("key_angles") {
+        true => section.choice("key_angles", "how strokes go from one key angle to the next", &BETWEEN),
+        false => Some(Between::Smooth),
+    };
+    let bending = match section.has("bending") {
+        true => section.choice("bending", "how an arm is bent to where its groups end", &BENDINGS),
+        false => Some(Bending::Smooth),
+    };
+    let meaning = "the most that chance adds to each key angle, in degrees";
+    let variation = section.number_or("variation_deg", meaning, Limits::FromTo(0.0, 30.0), 0.0);
+    let seed = section.integer_or("variation_seed", "the chance of the variation", 0..=u32::MAX, 1);
+    let reach = match section.has("reach_mm") {
+        true => section.vector("reach_mm", "where a tip reaches for, in the body, in mm").map(Some),
+        false => Some(None),
+    };
+    let pole = match section.has("pole") {
+        true => section.section("pole", "what to wind round", read_pole).map(Some),
+        false => Some(None),
+    };
+    let arm =
+        |(place, entry): (usize, &ChainEntry<'_>)| Some(ArmSettings { chain: place, ..entry.arm.clone()? });
+    Some(TentacleMotion {
+        arms: chains.iter().enumerate().map(arm).collect::<Option<_>>()?,
+        carrier: carrier?,
+        carried_share: carried_share?,
+        stroke_time_s: stroke_time_s?,
+        between: between?,
+        bending: bending?,
+        variation_rad: variation?.to_radians(),
+        seed: u64::from(seed?),
+        reach_in_body: reach?.map(meters),
+        pole: pole?,
+    })
 }

@@ -1,9 +1,10 @@
-//! Motion scripts: at a time, a gait, a speed, a turn, a posture.
+//! Motion scripts: at a time, of a horse a gait, a speed, a turn, a posture; of arms a stroke.
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
 //! | top | (`end_s` 5 after the last entry) |
-//! | `[[at]]` | `time_s`, (`gait`), (`speed_m_s`), (`yaw_deg_s`), (`height_mm`), (`pitch_deg`), (`roll_deg`), (`sway_mm`); what is left out stays as it was |
+//! | `[[at]]` of a horse | `time_s`, (`gait`), (`speed_m_s`), (`yaw_deg_s`), (`height_mm`), (`pitch_deg`), (`roll_deg`), (`sway_mm`); what is left out stays as it was |
+//! | `[[at]]` of arms | `time_s`, (`stroke`), (`tempo`), (`turn_deg`), of `reach` (`point_mm`), (`direction`), of `wind` (`point_mm`, `axis`, `radius_mm`); what is left out stays as it was, places are those of the robot file |
 
 use std::path::Path;
 
@@ -11,9 +12,9 @@ use glam::DVec3;
 
 use super::number::Limits;
 use super::reader::Section;
-use super::{ConfigError, parse_with, read_text};
-use crate::model::{Gait, LEG_NAMES, Motion, Robot};
-use crate::motion::{Command, GaitChoice, Posture};
+use super::{ConfigError, parse_with, read_text, strokes};
+use crate::model::{Gait, HorseMotion, LEG_NAMES, Motion, Robot};
+use crate::motion::{Command, GaitChoice, Order, Posture, StrokeCommand};
 use crate::operator::{Entry, Script};
 
 /// A script that does not say when it ends does so this long after its last entry, s.
@@ -45,24 +46,54 @@ pub fn parse_script(text: &str, file_name: &str, robot: &Robot) -> Result<Script
 }
 
 fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
-    let mut last =
-        Last { time_s: f64::NEG_INFINITY, gait: Some(GaitChoice::Stand), command: Command::default() };
-    let entries = file.list("at", "the script's entries", |section| read_entry(section, robot, &mut last));
+    let (before, entries) = match &robot.motion {
+        Motion::Horse(horse) => {
+            let mut last = Last { gait: Some(GaitChoice::Stand), command: Command::default() };
+            (
+                Order::Drive(Command::default()),
+                read_entries(file, |at| read_entry(at, robot, horse, &mut last))?,
+            )
+        }
+        Motion::Tentacle(tentacle) => {
+            let mut last = StrokeCommand::default();
+            let entries =
+                read_entries(file, |at| strokes::read(at, tentacle, &mut last).map(Order::Perform))?;
+            (Order::Perform(StrokeCommand::default()), entries)
+        }
+    };
+    let last_s = entries.iter().flatten().last().map_or(0.0, |entry| entry.time_s);
+    let meaning = "when the robot stops, in s since it stood";
+    let end_s = file.number_or("end_s", meaning, Limits::NotNegative, last_s + LAST_ENTRY_S);
+    if file.has("end_s") && end_s.is_some_and(|end_s| end_s <= last_s) {
+        file.fault("end_s", format!("a time after the last entry's, {last_s} s"));
+    }
+    Some(Script { before, entries: entries.into_iter().collect::<Option<_>>()?, end_s: end_s? })
+}
+
+/// All entries, what each orders by `read`; none if there are none.
+fn read_entries<'a>(
+    file: &Section<'a>,
+    mut read: impl FnMut(&Section<'a>) -> Option<Order>,
+) -> Option<Vec<Option<Entry>>> {
+    let mut last_s = f64::NEG_INFINITY;
+    let entries = file.list("at", "the script's entries", |section| {
+        let time_s = section.number("time_s", "a time in s since the robot stood", Limits::NotNegative);
+        if time_s.is_some_and(|time_s| time_s <= last_s) {
+            section.fault("time_s", format!("a time after the entry before, {last_s} s"));
+        }
+        last_s = time_s.unwrap_or(last_s);
+        let order = read(section);
+        Some(Entry { time_s: time_s?, order: order?, line: section.line("time_s") })
+    });
     if entries.is_empty() {
         file.fault("at", "at least one entry, [[at]]");
         return None;
     }
-    let meaning = "when the robot stops, in s since it stood";
-    let end_s = file.number_or("end_s", meaning, Limits::NotNegative, last.time_s + LAST_ENTRY_S);
-    if file.has("end_s") && end_s.is_some_and(|end_s| end_s <= last.time_s) {
-        file.fault("end_s", format!("a time after the last entry's, {} s", last.time_s));
-    }
-    Some(Script { entries: entries.into_iter().collect::<Option<_>>()?, end_s: end_s? })
+    Some(entries)
 }
 
 /// What holds where an entry begins.
 struct Last {
-    time_s: f64,
     /// None after an entry whose gait could not be read.
     gait: Option<GaitChoice>,
     /// As far as it could be read.
@@ -70,12 +101,7 @@ struct Last {
 }
 
 /// An entry, which leaves as it was in the `last` one what it does not name.
-fn read_entry(section: &Section<'_>, robot: &Robot, last: &mut Last) -> Option<Entry> {
-    let Motion::Horse(horse) = &robot.motion;
-    let time_s = section.number("time_s", "a time in s since the robot stood", Limits::NotNegative);
-    if time_s.is_some_and(|time_s| time_s <= last.time_s) {
-        section.fault("time_s", format!("a time after the entry before, {} s", last.time_s));
-    }
+fn read_entry(section: &Section<'_>, robot: &Robot, horse: &HorseMotion, last: &mut Last) -> Option<Order> {
     let gait = if section.has("gait") { read_gait(section, &horse.gaits) } else { last.gait };
     let before = match gait {
         Some(GaitChoice::Stand) => Command { posture: last.command.posture, ..Command::default() },
@@ -121,7 +147,6 @@ fn read_entry(section: &Section<'_>, robot: &Robot, last: &mut Last) -> Option<E
     }
 
     last.gait = gait;
-    last.time_s = time_s.unwrap_or(last.time_s);
     last.command = Command {
         gait: gait?,
         speed_m_s: speed_m_s?,
@@ -133,7 +158,7 @@ fn read_entry(section: &Section<'_>, robot: &Robot, last: &mut Last) -> Option<E
             sway_m: sway_m?,
         },
     };
-    Some(Entry { time_s: time_s?, command: last.command, line: section.line("time_s") })
+    Some(Order::Drive(last.command))
 }
 
 fn read_gait(section: &Section<'_>, gaits: &[Gait]) -> Option<GaitChoice> {

@@ -1,4 +1,4 @@
-//! `servo` of a joint: which servo turns it, and where its zero lies.
+//! `servo` of a joint, and `servos` of an arm: which servo turns what, and where its zero lies.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -61,13 +61,27 @@ impl<'b> ServoPlaces<'b> {
         servo: &Section<'_>,
         range_rad: Option<(f64, f64)>,
     ) -> Option<Servo> {
+        let (model, bus) = self.read_kind(servo);
+        let id = read_id(servo);
+        let reversed = servo.flag_or("reversed", "whether a positive joint turn is a falling count", false);
+        if let (Some(bus), Some(id)) = (bus, id) {
+            self.take(servo, "id", bus, id);
+        }
+        if let (Some(model), Some(range)) = (model, range_rad) {
+            check_reach(joint, "range_deg", model, range);
+        }
+
+        let (model, reversed) = (model?, reversed?);
+        let zero_count = zero_count(model, range_rad?, reversed);
+        Some(Servo { model, bus: bus?, id: ServoId(id?), reversed, zero_count, firmware: None })
+    }
+
+    /// Model and bus of a servo, or of a row of them.
+    fn read_kind(&mut self, servo: &Section<'_>) -> (Option<&'static ServoModel>, Option<usize>) {
         let models: Vec<_> = SERVO_MODELS.iter().map(|model| (model.name, model)).collect();
         let model = servo.choice("model", "a servo model", &models);
         let names: Vec<_> = self.buses.iter().map(|bus| bus.name).collect();
         let bus = servo.reference("bus", "the name of a [[bus]]", &names);
-        let id = read_id(servo);
-        let reversed = servo.flag_or("reversed", "whether a positive joint turn is a falling count", false);
-
         if let Some(bus) = bus {
             self.is_used[bus] = true;
         }
@@ -77,16 +91,71 @@ impl<'b> ServoPlaces<'b> {
             check_baud(servo, model, self.buses[bus].bus.as_ref());
             self.models.push(model);
         }
-        if let (Some(bus), Some(id)) = (bus, id) {
-            self.take(servo, bus, id);
-        }
-        if let (Some(model), Some(range)) = (model, range_rad) {
-            check_reach(joint, model, range);
-        }
+        (model, bus)
+    }
 
-        let (model, reversed) = (model?, reversed?);
-        let zero_count = zero_count(model, range_rad?, reversed);
-        Some(Servo { model, bus: bus?, id: ServoId(id?), reversed, zero_count, firmware: None })
+    /// Reads the servos of an arm of so many `joints` of so many `hinges`, row by row from its root: none for an arm
+    /// on paper.
+    pub(super) fn read_rows(
+        &mut self,
+        arm: &Section<'_>,
+        joints: Option<usize>,
+        hinges: Option<usize>,
+        range_rad: Option<(f64, f64)>,
+    ) -> Option<Vec<ServoRow>> {
+        if self.buses.is_empty() {
+            if arm.has("servos") {
+                let expected = "no servos, as the file has no [[bus]]; add the bus, or take the servos out";
+                arm.fault("servos", expected);
+                return None;
+            }
+            return Some(Vec::new());
+        }
+        let rows =
+            arm.list("servos", "the servos from root to tip", |row| self.read_row(row, hinges?, range_rad?));
+        if rows.is_empty() {
+            arm.fault(
+                "servos",
+                "the servos from root to tip: [[arm.servos]] with model, bus, joints, first_id",
+            );
+            return None;
+        }
+        let rows: Vec<ServoRow> = rows.into_iter().collect::<Option<_>>()?;
+        let count: usize = rows.iter().map(|row| row.count).sum();
+        let (joints, hinges) = (joints?, hinges?);
+        if count != joints * hinges {
+            let have = count / hinges;
+            arm.fault(
+                "servos",
+                format!("rows of {joints} joints all together, as the arm has; they have {have}"),
+            );
+            return None;
+        }
+        Some(rows)
+    }
+
+    fn read_row(&mut self, row: &Section<'_>, hinges: usize, range_rad: (f64, f64)) -> Option<ServoRow> {
+        let (model, bus) = self.read_kind(row);
+        let joints =
+            row.integer("joints", "how many joints these servos turn", 1..=u32::from(Protocol::ID_MAX));
+        let meaning = "the id of the first of these servos; the others follow it";
+        let first = row.integer("first_id", meaning, 0..=u32::from(Protocol::ID_MAX));
+        let reversed = row.flag_or("reversed", "whether a positive joint turn is a falling count", false);
+        let count = usize::try_from(joints?).ok()? * hinges;
+        let first = u8::try_from(first?).ok()?;
+        let last = usize::from(first) + count - 1;
+        if last > usize::from(Protocol::ID_MAX) {
+            row.fault("first_id", format!("ids of {} at most: the last would be {last}", Protocol::ID_MAX));
+            return None;
+        }
+        for id in (first..=Protocol::ID_MAX).take(count) {
+            if let Some(bus) = bus {
+                self.take(row, "first_id", bus, id);
+            }
+        }
+        let model = model?;
+        check_reach(row, "model", model, range_rad);
+        Some(ServoRow { model, bus: bus?, first_id: first, reversed: reversed?, count })
     }
 
     /// One message is enough for all servos of one model on one bus.
@@ -126,17 +195,17 @@ impl<'b> ServoPlaces<'b> {
         }
     }
 
-    fn take(&mut self, servo: &Section<'_>, bus: usize, id: u8) {
+    fn take(&mut self, servo: &Section<'_>, key: &str, bus: usize, id: u8) {
         match self.taken.get(&(bus, id)) {
             Some(line) => servo.fault(
-                "id",
+                key,
                 format!(
                     "an id that is free on this bus: the joint in line {line} has it; \
                      each joint needs a servo and each servo of a bus an id of its own"
                 ),
             ),
             None => {
-                self.taken.insert((bus, id), servo.line("id"));
+                self.taken.insert((bus, id), servo.line(key));
             }
         }
     }
@@ -151,6 +220,31 @@ impl<'b> ServoPlaces<'b> {
                 &format!("bus[{place}].name"),
                 "a bus that some servo names; name it in a servo, or take the bus out",
             );
+        }
+    }
+}
+
+/// Servos with ids in a row, which turn the hinges of an arm.
+pub(super) struct ServoRow {
+    model: &'static ServoModel,
+    bus: usize,
+    first_id: u8,
+    reversed: bool,
+    pub(super) count: usize,
+}
+
+impl ServoRow {
+    /// The servo at this place in the row, for a hinge of this range.
+    pub(super) fn servo(&self, place: usize, range_rad: (f64, f64)) -> Servo {
+        // The row ends within the ids there are.
+        let id = self.first_id.saturating_add(u8::try_from(place).unwrap_or(u8::MAX));
+        Servo {
+            model: self.model,
+            bus: self.bus,
+            id: ServoId(id),
+            reversed: self.reversed,
+            zero_count: zero_count(self.model, range_rad, self.reversed),
+            firmware: None,
         }
     }
 }
@@ -175,14 +269,14 @@ fn check_baud(servo: &Section<'_>, model: &ServoModel, bus: Option<&Bus>) {
 }
 
 /// With the middle of the range at the servo's middle count, both ends must lie within its counts.
-fn check_reach(joint: &Section<'_>, model: &ServoModel, (low, high): (f64, f64)) {
+fn check_reach(section: &Section<'_>, key: &str, model: &ServoModel, (low, high): (f64, f64)) {
     let middle = model.middle_count();
     let room = (f64::from(model.count_range.1) - middle).min(middle - f64::from(model.count_range.0));
     let widest_rad = 2.0 * room / counts_per_rad(model);
     if high - low > widest_rad {
         let widest = (widest_rad.to_degrees() * 10.0).floor() / 10.0;
-        joint.fault(
-            "range_deg",
+        section.fault(
+            key,
             format!(
                 "at most {widest} degrees from end to end: the counts of {} reach no further with the \
                  middle of the range at count {middle}",

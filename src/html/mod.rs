@@ -75,7 +75,7 @@ fn data(recording: &Recording) -> Data<'_> {
     let (low, high) = robot.root_extent();
     Data {
         robot: &robot.name,
-        task: recording.header.task(),
+        task: recording.header.words(),
         ended: match &recording.ending {
             Ending::Outcome(outcome) => {
                 let entry = |key: &str| outcome.get(key).map_or("", String::as_str);

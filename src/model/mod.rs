@@ -9,6 +9,8 @@ mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
+pub mod tendon;
+mod tentacle;
 
 use std::ops::Range;
 
@@ -19,6 +21,8 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use tendon::TendonDrive;
+pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
@@ -54,8 +58,11 @@ pub struct Chain {
     pub root_m: DVec3,
     /// Rotation from the chain's own frame to the body frame.
     pub root_rotation: DQuat,
-    /// Its joints, as indices into [`Robot::joints`].
+    /// Its joints, as indices into [`Robot::joints`]; where tendons bend it, their winches, lift and sweep of each
+    /// section, whose angles are the winches' turns.
     pub joints: Range<usize>,
+    /// What bends it, where that is not a servo in every joint.
+    pub tendons: Option<TendonDrive>,
 }
 
 /// A hinge and the link behind it.
@@ -122,6 +129,26 @@ pub struct Bus {
 pub enum Motion {
     /// A four-legged walker.
     Horse(HorseMotion),
+    /// Arms that move like an octopus'.
+    Tentacle(TentacleMotion),
+}
+
+impl Motion {
+    /// The settings of a horse, if it is one.
+    pub fn horse(&self) -> Option<&HorseMotion> {
+        match self {
+            Motion::Horse(horse) => Some(horse),
+            Motion::Tentacle(_) => None,
+        }
+    }
+
+    /// The settings of a rig of arms, if it is one.
+    pub fn tentacle(&self) -> Option<&TentacleMotion> {
+        match self {
+            Motion::Horse(_) => None,
+            Motion::Tentacle(tentacle) => Some(tentacle),
+        }
+    }
 }
 
 /// The legs' order in every array of four: left hind, left fore, right hind, right fore.
@@ -209,6 +236,6 @@ pub struct SafetySettings {
 pub enum StopAction {
     /// Keep the last pose, torque on.
     Hold,
-    /// Sit down slowly, then torque off.
+    /// Sit down slowly (arms go to where they are parked), then torque off.
     SitThenLimp,
 }

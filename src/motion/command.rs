@@ -1,14 +1,19 @@
-//! What an operator asks of the robot: gait, speed, turn, posture.
+//! What an operator asks of the robot: of a horse gait, speed, turn, posture; of arms a stroke.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
+
+use crate::model::Pole;
 
 /// What the operator wants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// Stand up and do what the run was planned for.
+    /// Get up and do what the run was planned for.
     Go,
-    /// Stand up and do this, until told otherwise.
+    /// Stand up and do this, until told otherwise: for a horse.
     Drive(Command),
+    /// Get up and do this, until told otherwise: for arms.
+    Perform(StrokeCommand),
     /// Slow down, stop, and take the stop action.
     Stop,
     /// Take the stop action from here, without slowing down first.
@@ -22,7 +27,7 @@ impl Order {
     }
 }
 
-/// How the robot is to move. What it cannot do is held to what it can.
+/// How a horse is to move. What it cannot do is held to what it can.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Command {
     /// Who is in the air when.
@@ -85,6 +90,97 @@ impl Posture {
             pitch_rad: between(self.pitch_rad, other.pitch_rad),
             roll_rad: between(self.roll_rad, other.roll_rad),
             sway_m: between(self.sway_m, other.sway_m),
+        }
+    }
+}
+
+/// How arms are to move. What they cannot do is held to what they can.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrokeCommand {
+    /// What to do.
+    pub stroke: Stroke,
+    /// Strokes go this many times as fast as the robot file says, 0 or more.
+    pub tempo: f64,
+    /// Turn of the strokes towards a goal on the left, rad.
+    pub turn_rad: f64,
+}
+
+/// What arms do.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Stroke {
+    /// Go to where they are parked, and stay there.
+    Park,
+    /// Hold still, as they were when they came out of being parked.
+    #[default]
+    Rest,
+    /// Sway idly.
+    Sway,
+    /// Walking strokes, each arm in its role (Ishizuka 2008, 3.3.1).
+    Walk,
+    /// Swimming strokes, all arms alike (3.3.2).
+    Swim,
+    /// Bring the tip to a point.
+    Reach {
+        /// The point, body frame, m.
+        point_in_body: DVec3,
+        /// Where the tip is to point to, if that matters: a direction in the body frame.
+        direction: Option<DVec3>,
+    },
+    /// Wind round a pole.
+    Wind(Pole),
+    /// Unwind, back to rest.
+    LetGo,
+}
+
+impl Default for StrokeCommand {
+    fn default() -> StrokeCommand {
+        StrokeCommand::of(Stroke::default())
+    }
+}
+
+impl StrokeCommand {
+    /// This stroke, straight ahead at the robot file's tempo.
+    pub fn of(stroke: Stroke) -> StrokeCommand {
+        StrokeCommand { stroke, tempo: 1.0, turn_rad: 0.0 }
+    }
+
+    /// True if every number is one.
+    pub fn is_finite(&self) -> bool {
+        let place_is_finite = match self.stroke {
+            Stroke::Reach { point_in_body, direction } => {
+                point_in_body.is_finite() && direction.is_none_or(DVec3::is_finite)
+            }
+            Stroke::Wind(pole) => {
+                pole.point_in_body.is_finite() && pole.axis.is_finite() && pole.radius_m.is_finite()
+            }
+            _ => true,
+        };
+        place_is_finite && self.tempo.is_finite() && self.turn_rad.is_finite()
+    }
+}
+
+impl Stroke {
+    /// Every stroke that needs no place, by its name in files and options.
+    pub const PLACELESS: [(&str, Stroke); 6] = [
+        ("park", Stroke::Park),
+        ("rest", Stroke::Rest),
+        ("sway", Stroke::Sway),
+        ("walk", Stroke::Walk),
+        ("swim", Stroke::Swim),
+        ("let-go", Stroke::LetGo),
+    ];
+
+    /// Its name in files and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stroke::Park => "park",
+            Stroke::Rest => "rest",
+            Stroke::Sway => "sway",
+            Stroke::Walk => "walk",
+            Stroke::Swim => "swim",
+            Stroke::Reach { .. } => "reach",
+            Stroke::Wind(_) => "wind",
+            Stroke::LetGo => "let-go",
         }
     }
 }

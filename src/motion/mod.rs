@@ -8,15 +8,17 @@ pub mod curves;
 mod ends;
 pub mod horse;
 mod jog;
+mod pose_change;
 pub mod tentacle;
 
 use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
 use crate::signals::{State, Targets};
-pub use command::{Command, GaitChoice, Order, Posture};
+pub use command::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 use horse::{HorseGenerator, HorsePlan};
 pub use jog::Jog;
+use tentacle::{TentacleGenerator, TentaclePlan};
 
 /// Time constant with which joints to spare go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;
@@ -24,6 +26,27 @@ const POSTURE_TIME_S: f64 = 0.1;
 /// Share of the way to their neutral posture that joints to spare go in a cycle of `dt_s`.
 pub fn posture_pull(dt_s: f64) -> f64 {
     1.0 - (-dt_s / POSTURE_TIME_S).exp()
+}
+
+/// What a robot is to do, and what that takes to know of it; one variant a kind of motion.
+#[derive(Debug, Clone)]
+pub enum Plan {
+    /// A horse's.
+    Horse(Box<HorsePlan>),
+    /// That of a rig of arms.
+    Tentacle(Box<TentaclePlan>),
+}
+
+impl From<HorsePlan> for Plan {
+    fn from(plan: HorsePlan) -> Plan {
+        Plan::Horse(Box::new(plan))
+    }
+}
+
+impl From<TentaclePlan> for Plan {
+    fn from(plan: TentaclePlan) -> Plan {
+        Plan::Tentacle(Box::new(plan))
+    }
 }
 
 /// What the robot is doing, for people.
@@ -34,10 +57,14 @@ pub enum Activity {
     Limp,
     /// Getting up.
     Rising,
-    /// Standing.
+    /// Standing; of arms, holding still.
     Standing,
     /// Walking.
     Walking,
+    /// Moving its arms by strokes.
+    Performing,
+    /// Holding its arms where they are parked.
+    Parked,
     /// Turning one joint.
     Jogging,
     /// Taking the stop action.
@@ -51,20 +78,28 @@ pub enum Activity {
 pub enum Generator {
     /// A horse that stands up, walks and stops.
     Horse(Box<HorseGenerator>),
+    /// Arms that wake, move by strokes and are parked.
+    Tentacle(Box<TentacleGenerator>),
     /// One joint that turns to an angle, all others limp.
     Jog(Jog),
 }
 
 impl Generator {
-    /// A limp robot that will follow the command of `plan` for `walk_for_s` once ordered to.
-    pub fn new(robot: &Robot, plan: HorsePlan, walk_for_s: f64) -> Generator {
-        Generator::Horse(Box::new(HorseGenerator::new(robot, plan, walk_for_s)))
+    /// A limp robot that will follow the command of `plan` for `move_for_s` once ordered to.
+    pub fn new(robot: &Robot, plan: impl Into<Plan>, move_for_s: f64) -> Generator {
+        match plan.into() {
+            Plan::Horse(plan) => Generator::Horse(Box::new(HorseGenerator::new(robot, *plan, move_for_s))),
+            Plan::Tentacle(plan) => {
+                Generator::Tentacle(Box::new(TentacleGenerator::new(robot, *plan, move_for_s)))
+            }
+        }
     }
 
     /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         match self {
             Generator::Horse(horse) => horse.step(dt_s, state, order, targets),
+            Generator::Tentacle(arms) => arms.step(dt_s, state, order, targets),
             Generator::Jog(jog) => jog.step(dt_s, state, order, targets),
         }
     }
@@ -73,23 +108,32 @@ impl Generator {
     pub fn activity(&self) -> Activity {
         match self {
             Generator::Horse(horse) => horse.activity(),
+            Generator::Tentacle(arms) => arms.activity(),
             Generator::Jog(jog) => jog.activity(),
         }
     }
 
-    /// Speed of the trunk the plan has now, m/s.
+    /// Speed of the trunk the plan has now, m/s; 0 for all but a horse.
     pub fn speed_m_s(&self) -> f64 {
         match self {
             Generator::Horse(horse) => horse.speed_m_s(),
-            Generator::Jog(_) => 0.0,
+            Generator::Tentacle(_) | Generator::Jog(_) => 0.0,
         }
     }
 
-    /// The horse on its feet; none for a jog.
+    /// Name of the stroke its arms do; none for a horse, and at rest.
+    pub fn stroke(&self) -> Option<&'static str> {
+        match self {
+            Generator::Tentacle(arms) => arms.stroke().map(Stroke::name),
+            Generator::Horse(_) | Generator::Jog(_) => None,
+        }
+    }
+
+    /// The horse on its feet, if it is one.
     pub fn drive(&self) -> Option<&horse::Drive> {
         match self {
             Generator::Horse(horse) => Some(horse.drive()),
-            Generator::Jog(_) => None,
+            Generator::Tentacle(_) | Generator::Jog(_) => None,
         }
     }
 }

@@ -30,7 +30,7 @@ impl From<Order> for Instruction {
     fn from(order: Order) -> Instruction {
         let reason = match order {
             Order::StopAtOnce => "emergency stop by the operator",
-            Order::Go | Order::Drive(_) | Order::Stop => "stopped by the operator",
+            Order::Go | Order::Drive(_) | Order::Perform(_) | Order::Stop => "stopped by the operator",
         };
         Instruction { order, reason }
     }

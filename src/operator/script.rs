@@ -1,39 +1,41 @@
 //! Driving by a script: at each of its times, another command. [`crate::config`] reads them.
 
 use super::Instruction;
-use crate::motion::{Activity, Command, Order};
+use crate::motion::{Activity, Order};
 use crate::run::Status;
 use crate::signals::Permission;
 
-/// Commands and when they hold.
+/// Orders and when they hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
+    /// What holds before the first: to stand, or to rest.
+    pub before: Order,
     /// In the order of their times; at least one.
     pub entries: Vec<Entry>,
     /// When the robot stops, s.
     pub end_s: f64,
 }
 
-/// From a time on, a command.
+/// From a time on, an order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
     /// Since the robot first stood, s.
     pub time_s: f64,
-    /// What it does from then on.
-    pub command: Command,
+    /// What it does from then on: an order to drive or to perform.
+    pub order: Order,
     /// Line of the script it stands on, from 1.
     pub line: usize,
 }
 
 impl Script {
-    /// What the script says `time_s` seconds after the robot first stood: stand, before its first entry.
+    /// What the script says `time_s` seconds after the robot first stood.
     pub fn order_at(&self, time_s: f64) -> Order {
         if time_s >= self.end_s {
             return Order::Stop;
         }
         let begun = self.entries.partition_point(|entry| entry.time_s <= time_s);
         let now = begun.checked_sub(1).and_then(|index| self.entries.get(index));
-        Order::Drive(now.map(|entry| entry.command).unwrap_or_default())
+        now.map_or(self.before, |entry| entry.order)
     }
 }
 
@@ -54,7 +56,7 @@ impl Playback {
     /// What the script says in this cycle.
     pub fn instruction(&mut self, status: &Status) -> Instruction {
         self.at_s = match self.at_s {
-            None if status.activity != Activity::Standing => return Order::Drive(Command::default()).into(),
+            None if status.activity != Activity::Standing => return self.script.before.into(),
             None => Some((0.0, status.time_s)),
             Some((script_s, _)) if status.permission == Permission::Hold => Some((script_s, status.time_s)),
             Some((script_s, run_s)) => Some((script_s + status.time_s - run_s, status.time_s)),
@@ -67,15 +69,16 @@ impl Playback {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::GaitChoice;
+    use crate::motion::{Command, GaitChoice};
 
     fn walk(speed_m_s: f64) -> Command {
         Command { gait: GaitChoice::Gait(0), speed_m_s, ..Command::default() }
     }
 
     fn script() -> Script {
-        let entry = |time_s, speed_m_s| Entry { time_s, command: walk(speed_m_s), line: 1 };
-        Script { entries: vec![entry(1.0, 0.1), entry(2.0, 0.2)], end_s: 3.0 }
+        let entry = |time_s, speed_m_s| Entry { time_s, order: Order::Drive(walk(speed_m_s)), line: 1 };
+        let before = Order::Drive(Command::default());
+        Script { before, entries: vec![entry(1.0, 0.1), entry(2.0, 0.2)], end_s: 3.0 }
     }
 
     fn status(time_s: f64, activity: Activity, permission: Permission) -> Status {
@@ -86,6 +89,7 @@ mod tests {
             speed_m_s: 0.0,
             yaw_rate_rad_s: 0.0,
             gait: None,
+            stroke: None,
             late_cycles: 0,
             hottest_c: 0.0,
             lowest_v: 0.0,

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::task::Task;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::motion::Command;
 use crate::run::RunPlan;
 
 /// The attachment `run.json`.
@@ -21,11 +21,10 @@ pub struct RunHeader {
     /// Who drove, for people: "the keyboard"; none for a run by its own plan.
     #[serde(default)]
     pub driver: Option<String>,
-    /// Name of the gait it was planned for.
-    pub gait: String,
     /// What it was to do while the operator said no more than to go.
-    pub command: Command,
-    /// How long to walk, s.
+    #[serde(flatten)]
+    pub task: Task,
+    /// How long to do that, s.
     pub walk_for_s: f64,
     /// How targets are solved.
     pub ik: Method,
@@ -57,19 +56,18 @@ impl RunHeader {
             robot_file: robot_file.to_owned(),
             started_unix_ns,
             driver: plan.driver.clone(),
-            gait: plan.horse.gait_name(plan.horse.command.gait).to_owned(),
-            command: plan.horse.command,
-            walk_for_s: plan.walk_for_s,
+            task: Task::of(&plan.motion),
+            walk_for_s: plan.move_for_s,
             ik: plan.method,
             servos: robot.joints.iter().map(servo).collect(),
         }
     }
 
     /// What the run was, for people: "walk at 0.062 m/s", "driven by the keyboard".
-    pub fn task(&self) -> String {
+    pub fn words(&self) -> String {
         match &self.driver {
             Some(driver) => format!("driven by {driver}"),
-            None => format!("{} at {:.3} m/s", self.gait, self.command.speed_m_s),
+            None => self.task.to_string(),
         }
     }
 

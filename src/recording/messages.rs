@@ -224,7 +224,7 @@ pub struct PoseInFrame<'a> {
 }
 
 /// `hippocamp.Motion`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// When.
     pub timestamp: Stamp,

@@ -29,6 +29,8 @@ mod reader;
 mod recorder;
 mod sample;
 mod scene;
+mod strokes;
+mod task;
 mod topics;
 mod writer;
 
@@ -36,4 +38,6 @@ pub use header::{RunHeader, ServoHeader};
 pub use reader::{Ending, ReadError, Recording};
 pub use recorder::{Recorder, RecordingReport};
 pub use sample::{BusSample, Sample};
+pub use strokes::StrokeFields;
+pub use task::Task;
 pub use topics::{TOPICS, Topic};

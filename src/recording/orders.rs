@@ -2,15 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::strokes::StrokeFields;
 use crate::motion::{Command, GaitChoice, Order, Posture};
 
 /// An [`Order`] in the fields of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderFields {
     order: Word,
     /// Only beside [`Word::Drive`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     command: Option<CommandFields>,
+    /// Only beside [`Word::Perform`].
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    strokes: Option<StrokeFields>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,6 +22,7 @@ pub struct OrderFields {
 enum Word {
     Go,
     Drive,
+    Perform,
     Stop,
     StopAtOnce,
 }
@@ -47,13 +52,14 @@ enum ChoiceWord {
 
 impl From<Order> for OrderFields {
     fn from(order: Order) -> OrderFields {
-        let (order, command) = match order {
-            Order::Go => (Word::Go, None),
-            Order::Drive(command) => (Word::Drive, Some(command.into())),
-            Order::Stop => (Word::Stop, None),
-            Order::StopAtOnce => (Word::StopAtOnce, None),
+        let (order, command, strokes) = match order {
+            Order::Go => (Word::Go, None, None),
+            Order::Drive(command) => (Word::Drive, Some(command.into()), None),
+            Order::Perform(command) => (Word::Perform, None, Some(command.into())),
+            Order::Stop => (Word::Stop, None, None),
+            Order::StopAtOnce => (Word::StopAtOnce, None, None),
         };
-        OrderFields { order, command }
+        OrderFields { order, command, strokes }
     }
 }
 
@@ -65,6 +71,10 @@ impl TryFrom<OrderFields> for Order {
             Word::Go => Order::Go,
             Word::Drive => {
                 Order::Drive(fields.command.ok_or("an order to drive without a command")?.try_into()?)
+            }
+            Word::Perform => {
+                let strokes = fields.strokes.as_ref().ok_or("an order to perform without a stroke")?;
+                Order::Perform(strokes.try_into()?)
             }
             Word::Stop => Order::Stop,
             Word::StopAtOnce => Order::StopAtOnce,

@@ -49,7 +49,8 @@ pub struct CycleRecord<'a> {
 #[derive(Debug)]
 pub struct Telemetry {
     buses: BusObserver,
-    feet: FootObserver,
+    /// None on a rig without feet.
+    feet: Option<FootObserver>,
     joints: JointObserver,
     cycles: u64,
     late_cycles: u64,
@@ -77,7 +78,7 @@ impl Telemetry {
     pub fn new(robot: &Robot) -> Telemetry {
         Telemetry {
             buses: BusObserver::new(robot),
-            feet: FootObserver::new(robot),
+            feet: robot.motion.horse().map(|_| FootObserver::new(robot)),
             joints: JointObserver::new(robot),
             cycles: 0,
             late_cycles: 0,
@@ -98,13 +99,17 @@ impl Telemetry {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
         }
         self.joints.observe(robot, record);
-        self.feet.observe(robot, record);
+        if let Some(feet) = &mut self.feet {
+            feet.observe(robot, record);
+        }
     }
 
     /// Notes that the next cycle does not follow on the last: what is judged from one cycle to the next begins anew.
     pub fn note_gap(&mut self) {
         self.joints.note_gap();
-        self.feet.note_gap();
+        if let Some(feet) = &mut self.feet {
+            feet.note_gap();
+        }
     }
 
     /// Looks at the buses after a cycle's exchange.

@@ -1,5 +1,6 @@
 //! The report of a run, as it is written to a file.
 
+use std::fmt;
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
@@ -27,12 +28,14 @@ pub enum Outcome {
 pub struct Report {
     /// Name of the robot.
     pub robot: String,
-    /// Who drove it: a script, the keyboard, a gamepad. None for a run by its own plan, of this gait and speed.
+    /// Who drove it: a script, the keyboard, a gamepad. None for a run by its own plan.
     pub driver: Option<String>,
-    /// Name of the gait it was planned for; `stand` where somebody drove.
-    pub gait: String,
-    /// Speed it was planned for, after limits, m/s.
-    pub speed_m_s: f64,
+    /// Name of the gait a horse was planned for; `stand` where somebody drove.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gait: Option<String>,
+    /// Speed a horse was planned for, after limits, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<f64>,
     /// How long the whole run took, s.
     pub duration_s: f64,
     /// Cycles run.
@@ -54,8 +57,9 @@ pub struct Report {
     pub loop_times: LoopReport,
     /// Joints against their limits.
     pub joints: JointsReport,
-    /// Feet.
-    pub feet: FeetReport,
+    /// Feet; none on a rig of arms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub feet: Option<FeetReport>,
     /// Each bus.
     pub buses: Vec<BusReport>,
     /// The recording, if there was one.
@@ -125,6 +129,19 @@ pub struct FeetReport {
     pub swing_velocity_jump_max_m_s: f64,
     /// Distance inverse kinematics left, before rounding to counts.
     pub ik_residual_max_m: f64,
+}
+
+impl fmt::Display for FeetReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "feet: {:.1} mm from neutral at most; slip {:.4} mm planned, {:.1} mm measured; IK left {:.4} mm at most",
+            self.excursion_max_m * 1e3,
+            self.stance_slip_planned_max_m * 1e3,
+            self.stance_slip_measured_max_m * 1e3,
+            self.ik_residual_max_m * 1e3
+        )
+    }
 }
 
 /// One bus.
@@ -198,8 +215,9 @@ impl Telemetry {
         self.joints.report()
     }
 
-    /// Feet so far.
-    pub fn feet_report(&self) -> FeetReport {
-        FeetReport { ik_residual_max_m: self.residual_max_m, ..self.feet.report() }
+    /// Feet so far; none on a rig of arms.
+    pub fn feet_report(&self) -> Option<FeetReport> {
+        let feet = self.feet.as_ref()?;
+        Some(FeetReport { ik_residual_max_m: self.residual_max_m, ..feet.report() })
     }
 }

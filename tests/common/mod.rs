@@ -17,7 +17,7 @@ use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
 use hippocamp::model::servo_model::Register;
-use hippocamp::model::{HorseMotion, Joint, Motion, Robot, Servo};
+use hippocamp::model::{HorseMotion, Joint, Robot, Servo};
 use hippocamp::motion::horse::HorsePlan;
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::run::{RunPlan, run};
@@ -46,7 +46,7 @@ pub(crate) fn shipped(name: &str) -> Robot {
 
 /// Its motion.
 pub(crate) fn horse_of(robot: &Robot) -> HorseMotion {
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     horse.clone()
 }
 
@@ -160,9 +160,9 @@ impl<'r> Scenario<'r> {
 
     fn run_plan(&self) -> RunPlan {
         RunPlan {
-            horse: self.plan.clone(),
+            motion: self.plan.clone().into(),
             method: Method::CcdThenFinish,
-            walk_for_s: self.walk_for_s,
+            move_for_s: self.walk_for_s,
             driver: None,
         }
     }

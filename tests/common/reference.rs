@@ -30,7 +30,8 @@ impl Reference {
         world.keep_requests();
         let ports = SharedPorts::new(world);
         let horse = plan(robot, "walk", 0.9);
-        let plan = RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 1e9, driver: None };
+        let plan =
+            RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 1e9, driver: None };
         let mut activities = Vec::new();
         let mut left = WALK_S * robot.rate_hz;
         run(robot, plan, ports.clone(), |status| {

@@ -1,6 +1,8 @@
 //! A horse on its feet without buses: generator, inverse kinematics and safety at the loop's rate, servos that
 //! are where they are told to be. Everything that must always hold is judged in every cycle.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use hippocamp::counts::{self, Goals};
 use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
@@ -143,7 +145,7 @@ impl<'r> OnFeet<'r> {
 
     /// What must hold over all that was seen.
     pub(crate) fn assert_kept(&self) {
-        let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report());
+        let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report().unwrap());
         assert_eq!((joints.range_violations, joints.rate_violations), (0, 0));
         assert!(feet.stance_slip_planned_max_m <= ROUNDING_M, "slip of {} m", feet.stance_slip_planned_max_m);
         assert!(feet.swing_velocity_jump_max_m_s <= 0.0, "jump of {} m/s", feet.swing_velocity_jump_max_m_s);

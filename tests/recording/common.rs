@@ -8,7 +8,7 @@ use hippocamp::bus::SimPorts;
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
-use hippocamp::model::{Motion, Robot};
+use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
 use hippocamp::recording::{Recorder, RunHeader};
 use hippocamp::run::{RunPlan, Status, run_recorded};
@@ -23,11 +23,11 @@ pub(crate) fn horse() -> Robot {
 
 /// A trot at half the speed it can go.
 pub(crate) fn plan(robot: &Robot) -> RunPlan {
-    let Motion::Horse(motion) = robot.motion.clone();
+    let motion = robot.motion.horse().unwrap().clone();
     let plan = HorseCapability::of(robot, &motion).unwrap().plan(&motion, Command::default());
     let trot = plan.gait_choice("trot").unwrap();
     let horse = plan.at_share(trot, 0.5);
-    RunPlan { horse, method: Method::CcdThenFinish, walk_for_s: 2.0, driver: None }
+    RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 2.0, driver: None }
 }
 
 pub(crate) fn recorder(robot: &Robot, sink: impl Write + Send + 'static, waits: bool) -> Recorder {

@@ -21,7 +21,7 @@ fn step(recorder: &mut Recorder, cycles: u32) {
     let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
     let buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
     let plan = plan(&robot);
-    let mut cycle = Cycle::new(&robot, plan.horse, plan.method, plan.walk_for_s, buses);
+    let mut cycle = Cycle::new(&robot, plan.motion, plan.method, plan.move_for_s, buses);
     for _ in 0..cycles {
         cycle.step(Order::Go);
         recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use hippocamp::config::{self, RobotFile};
 use hippocamp::model::servo_model::SERVO_MODELS;
-use hippocamp::model::{Gait, Motion, Protocol, Robot, StopAction};
+use hippocamp::model::{Gait, Protocol, Robot, StopAction};
 use proptest::prelude::*;
 
 use crate::GOOD;
@@ -35,7 +35,7 @@ const FORE_RANGES: [(f64, f64); 4] = [(-38.0, -32.0), (79.0, 81.0), (-135.0, -20
 fn assert_horse_legs(robot: &Robot, hind_m: [f64; 4], fore_m: [f64; 4]) {
     let names: Vec<_> = robot.chains.iter().map(|chain| chain.name.as_str()).collect();
     assert_eq!(names, ["left_hind", "left_fore", "right_hind", "right_fore"]);
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     assert_eq!(horse.legs, [0, 1, 2, 3]);
     for (place, chain) in robot.chains.iter().enumerate() {
         let (lengths, ranges, joints, stiffness) = if place % 2 == 0 {
@@ -129,7 +129,7 @@ fn thoroughbred_exists_on_paper_only() {
     assert_horse_legs(&robot, larger([0.30, 0.40, 0.37, 0.58]), larger([0.36, 0.29, 0.43, 0.49]));
     assert!(robot.buses.is_empty());
     assert!(robot.joints.iter().all(|joint| joint.servo.is_none()));
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     assert_near(horse.swing_time_s, 0.3, 0.0);
     assert_near(horse.swing_lift_m, 0.12, 0.0);
     // Without servos nothing can be too hot or short of voltage.
@@ -139,7 +139,7 @@ fn thoroughbred_exists_on_paper_only() {
 
 #[test]
 fn built_in_gaits_are_the_thesis_table_and_ours() {
-    let Motion::Horse(horse) = shipped("horse.toml").motion;
+    let horse = shipped("horse.toml").motion.horse().unwrap().clone();
     // Lags in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
     let expected = [
         ("walk", 0.70, [0.0, 0.20, 0.50, 0.70]),
@@ -201,7 +201,7 @@ fn every_key_reaches_the_robot_in_si_units() {
     assert_near(robot.safety.voltage_v, 10.0, 0.0);
     assert_near(robot.safety.slow_rate_rad_s, 30f64.to_radians(), 1e-12);
 
-    let Motion::Horse(horse) = &robot.motion;
+    let horse = robot.motion.horse().unwrap();
     assert_near(horse.stand_height_m, 0.140, 0.0);
     assert_near(horse.sit_height_m, 0.090, 0.0);
     assert_near(horse.acceleration_m_s2, 0.25, 0.0);
@@ -215,7 +215,7 @@ fn every_key_reaches_the_robot_in_si_units() {
 #[test]
 fn own_gaits_come_beside_the_built_in_ones_or_in_the_place_of_one() {
     let gaits_of = |robot: Robot| {
-        let Motion::Horse(horse) = robot.motion;
+        let horse = robot.motion.horse().unwrap().clone();
         horse.gaits
     };
     let names = |gaits: &[Gait]| gaits.iter().map(|gait| gait.name.clone()).collect::<Vec<_>>();

@@ -1,5 +1,7 @@
 //! Robot files: the three that come with the program, the facts of a good one, and what is said of bad ones.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod bad;
 mod facts;
 mod page;

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use super::BadInput;
-use super::load::Loaded;
 use crate::config;
+use crate::model::Robot;
 use crate::motion::{GaitChoice, Order};
 use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script};
 use crate::platform::monotonic;
@@ -54,13 +54,9 @@ impl Driver {
     ///
     /// # Errors
     /// Bad input: a bad script, a gait in it that the robot cannot do, no terminal, no gamepad.
-    pub(super) fn start(
-        options: &DriverArguments,
-        loaded: &Loaded,
-        repertoire: Repertoire,
-    ) -> Result<Driver> {
+    pub(super) fn start(options: &DriverArguments, robot: &Robot, repertoire: Repertoire) -> Result<Driver> {
         if let Some(path) = &options.script {
-            let script = load_script(path, loaded, &repertoire)?;
+            let script = load_script(path, robot, &repertoire)?;
             return Ok(Driver::Script(Playback::new(script), path.clone()));
         }
         if options.keys {
@@ -129,8 +125,8 @@ impl fmt::Display for Driver {
 }
 
 /// Loads a script for a robot that can do what its `repertoire` says.
-pub(super) fn load_script(path: &Path, loaded: &Loaded, repertoire: &Repertoire) -> Result<Script> {
-    let script = config::load_script(path, &loaded.file.robot)?;
+pub(super) fn load_script(path: &Path, robot: &Robot, repertoire: &Repertoire) -> Result<Script> {
+    let script = config::load_script(path, robot)?;
     check_script(&script, path, repertoire)?;
     Ok(script)
 }
@@ -138,24 +134,24 @@ pub(super) fn load_script(path: &Path, loaded: &Loaded, repertoire: &Repertoire)
 /// Refuses gaits the robot cannot do, and says where it will be held to what it can.
 fn check_script(script: &Script, path: &Path, repertoire: &Repertoire) -> Result<(), BadInput> {
     for entry in &script.entries {
+        let Order::Drive(command) = entry.order else { continue };
         let place = format!("{}:{}", path.display(), entry.line);
-        let gait = match entry.command.gait {
+        let gait = match command.gait {
             GaitChoice::Gait(index) => repertoire.gaits.get(index).map_or("", |gait| gait.name.as_str()),
             GaitChoice::Auto | GaitChoice::Stand => "any gait",
         };
-        if matches!(entry.command.gait, GaitChoice::Gait(index) if !repertoire.can_do(index)) {
+        if matches!(command.gait, GaitChoice::Gait(index) if !repertoire.can_do(index)) {
             return Err(BadInput(format!(
                 "{place}: this robot cannot {gait}: its servos are too slow for it even on the spot; 'hippocamp \
                  check' shows which gaits it can do"
             )));
         }
-        let speed_m_s = entry.command.speed_m_s;
-        let top_m_s = repertoire.top_m_s(entry.command.gait, speed_m_s);
+        let speed_m_s = command.speed_m_s;
+        let top_m_s = repertoire.top_m_s(command.gait, speed_m_s);
         if speed_m_s.abs() > top_m_s {
             say!("{place}: {speed_m_s} m/s is too fast for {gait}: held at {top_m_s:.3} m/s");
         }
-        let (yaw, top) =
-            (entry.command.yaw_rate_rad_s.to_degrees(), repertoire.yaw_rate_max_rad_s.to_degrees());
+        let (yaw, top) = (command.yaw_rate_rad_s.to_degrees(), repertoire.yaw_rate_max_rad_s.to_degrees());
         if yaw.abs() > top + 1e-9 {
             say!("{place}: {yaw:.1} degrees/s is too fast a turn: held at {top:.1} degrees/s");
         }

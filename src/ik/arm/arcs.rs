@@ -14,12 +14,12 @@ use super::smooth::{ENDS_MAX, Ends};
 /// Halvings of the interval in which a stretch's bend is sought.
 const HALVINGS: u32 = 40;
 /// Sides the arcs may be bent to, each a bit.
-pub(super) const SIDES: u32 = 1 << ENDS_MAX;
+pub(super) const SIDES: usize = 1 << ENDS_MAX;
 
 impl Pose {
     /// Writes the places of an arm of arcs, the k-th to the side the k-th bit of `sides` says; returns its sum of
     /// squared bends, rad^2.
-    pub(super) fn lay_arcs(&self, ends: &Ends, sides: u32, places: &mut [DVec3]) -> f64 {
+    pub(super) fn lay_arcs(&self, ends: &Ends, sides: usize, places: &mut [DVec3]) -> f64 {
         let (mut place, root) = self.root();
         let (mut ahead, mut across) = (root.x_axis, root.y_axis);
         let mut cost = 0.0;

@@ -126,3 +126,79 @@ fn swing(u: f64) -> f64 {
     let v = 1.0 - u;
     u * v * v * v * (1.0 + 3.0 * u)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand_pcg::Pcg64Mcg;
+    use rand_pcg::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+    use crate::model::{Servo, ServoModel};
+
+    #[test]
+    fn a_change_at_any_moment_keeps_within_speed_and_acceleration() {
+        let limits = SafetySettings {
+            rate_share: 0.5,
+            acceleration_rad_s2: 40.0,
+            slow_rate_rad_s: 0.3,
+            torque_share: 0.5,
+            torque_ramp_s: 1.0,
+            coast_s: 0.1,
+            hold_s: 1.0,
+            tracking_error_rad: 1.0,
+            fault_delay_s: 1.0,
+            temperature_c: 60.0,
+            voltage_v: 4.0,
+        };
+        let joint = Joint {
+            name: String::new(),
+            axis: DVec3::Z,
+            link_m: DVec3::X,
+            range_rad: (-1.5, 1.5),
+            stiffness: 1.0,
+            mass_kg: 0.0,
+            center_m: DVec3::ZERO,
+            ball: None,
+            servo: Some(Servo {
+                model: ServoModel::named("XL330-M288").unwrap(),
+                bus: 0,
+                id: crate::units::ServoId(1),
+                reversed: false,
+                zero_count: 2048.0,
+                firmware: None,
+            }),
+        };
+        let rate_rad_s = limits.rate_share * joint.no_load_speed_rad_s();
+        let dt_s = 0.01;
+        let mut source = Pcg64Mcg::seed_from_u64(11);
+        let mut draw = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let mut hand_over = HandOver::new(&[joint], &limits, dt_s);
+        // Motions that swing from rest by up to 1.2 rad round any middle, changed every half to two seconds.
+        let (mut middle, mut swing, mut since_s, mut until_s, mut change) = (0.0, 0.5, 0.0, 1.0, 0);
+        let mut last: Option<(f64, f64)> = None;
+        hand_over.pass(&[0.0]);
+        hand_over.pass(&[0.0]);
+        for step in 0..200_000 {
+            since_s += dt_s;
+            if since_s > until_s {
+                (middle, swing, since_s, until_s) =
+                    (1.2 * draw() - 0.6, 0.4 * draw(), dt_s, 0.5 + 1.5 * draw());
+                change += 1;
+            }
+            let ramp_s = since_s - (1.0 - (-since_s / 0.5_f64).exp()) * 0.5;
+            let mut angles = [middle + swing * (1.0 - (2.0 * ramp_s).cos())];
+            hand_over.fade(change, &mut angles);
+            let [angle] = angles;
+            if let Some((before, speed)) = last {
+                let speed_now = (angle - before) / dt_s;
+                assert!(speed_now.abs() <= rate_rad_s, "{speed_now} rad/s at {step}");
+                let acceleration = (speed_now - speed) / dt_s;
+                assert!(acceleration.abs() <= 40.0, "{acceleration} rad/s^2 at {step}");
+                last = Some((angle, speed_now));
+            } else {
+                last = Some((angle, angle / dt_s));
+            }
+        }
+    }
+}

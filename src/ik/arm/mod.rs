@@ -10,6 +10,7 @@ mod follow;
 mod groups;
 mod hand_over;
 mod pose;
+mod sections;
 mod smooth;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ use crate::signals::{ArmAim, ArmTarget};
 use arcs::SIDES;
 pub use hand_over::HandOver;
 use pose::Pose;
+pub use sections::SectionSolver;
 use smooth::{Ends, Pace};
 
 /// A step on the path of a stroke. The damping is what lets the arm pass through straight, where it cannot follow
@@ -35,11 +37,15 @@ const STEPS_HZ: f64 = 100.0;
 /// Most corrections of a tip in one solve.
 const CORRECTIONS_MAX: u32 = 6;
 /// Most steps from a first guess.
-const STEPS_MAX: u32 = 80;
+const STEPS_MAX: u32 = 20;
 /// A guess is settled when no turn is larger, rad.
-const SETTLED_RAD: f64 = 1e-4;
+const SETTLED_RAD: f64 = 1e-3;
+/// The thesis' rule stops when the end of a group is this close, m per metre of arm.
+const NEAR_SHARE: f64 = 1e-3;
 /// Ends count as reached when they are this close, m per metre of arm.
 const REACHED_SHARE: f64 = 1e-5;
+/// A stroke can begin where its ends are this close, m per metre of arm.
+const STARTED_SHARE: f64 = 5e-3;
 
 /// What a solve left.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -114,13 +120,17 @@ impl ArmSolver {
 
     fn solve_ends(&mut self, ends: &Ends, aim: ArmAim, is_new: bool, angles: &[f64]) {
         match (is_new, aim, self.bending) {
+            // Sines and cosines that are only ever turned on drift; one a solve is made anew.
+            (false, ..) if self.pose.is_at(angles) => self.pose.renew_next(),
             (false, ..) => self.pose.set(angles),
             // From a straight arm coordinate descent finds no way to a place straight ahead.
             (true, ArmAim::Ends, Bending::Ccd) => self.pose.rest(),
-            (true, ..) => self.start(ends, angles),
+            // A stroke goes on from where it can begin.
+            (true, ArmAim::Ends, _) => self.start(ends, STARTED_SHARE * self.length_m, angles),
+            (true, ..) => self.start(ends, REACHED_SHARE * self.length_m, angles),
         }
         match (aim, self.bending) {
-            (ArmAim::Ends, Bending::Ccd) => self.pose.sweep_groups(ends, REACHED_SHARE * self.length_m),
+            (ArmAim::Ends, Bending::Ccd) => self.pose.sweep_groups(ends, NEAR_SHARE * self.length_m),
             (ArmAim::Ends, Bending::Smooth) => {
                 for _ in 0..self.steps {
                     self.pose.step(ends, STROKE);
@@ -133,29 +143,43 @@ impl ArmSolver {
         }
     }
 
-    /// The least bent pose that reaches, from arcs to all sides and from the pose as it is; that which comes nearest
-    /// if none does.
-    fn start(&mut self, ends: &Ends, angles: &[f64]) {
-        let reached_m = REACHED_SHARE * self.length_m;
-        let mut least = (f64::INFINITY, f64::INFINITY);
-        for sides in 0..=SIDES {
-            if sides == SIDES {
-                self.pose.set(angles);
-            } else if sides >> ends.count == 0 {
-                self.pose.lay_arcs(ends, sides, &mut self.places);
-                self.pose.follow(&self.places);
-            } else {
-                continue;
+    /// A pose that reaches, from arcs, the least bent first, or from the pose as it is; that which comes nearest if none
+    /// does.
+    fn start(&mut self, ends: &Ends, reached_m: f64, angles: &[f64]) {
+        let mut nearest_m = f64::INFINITY;
+        let mut tried = [false; SIDES];
+        for _ in 0..=1 << ends.count {
+            match self.least_bent(ends, &tried) {
+                Some(sides) => {
+                    tried[sides] = true;
+                    self.pose.lay_arcs(ends, sides, &mut self.places);
+                    self.pose.follow(&self.places);
+                }
+                None => self.pose.set(angles),
             }
             self.settle(ends);
-            let miss_m = (ends.miss_m(&self.pose) - reached_m).max(0.0);
-            let found = (miss_m, self.pose.squared_bends());
-            if found < least {
-                least = found;
+            let miss_m = ends.miss_m(&self.pose);
+            if miss_m < nearest_m {
+                nearest_m = miss_m;
                 self.pose.copy_to(&mut self.best);
+            }
+            if miss_m <= reached_m {
+                return;
             }
         }
         self.pose.set(&self.best);
+    }
+
+    /// The sides to which arcs bend least, of those not tried.
+    fn least_bent(&mut self, ends: &Ends, tried: &[bool; SIDES]) -> Option<usize> {
+        let mut least = (f64::INFINITY, None);
+        for (sides, _) in tried.iter().enumerate().take(1 << ends.count).filter(|(_, tried)| !**tried) {
+            let cost = self.pose.lay_arcs(ends, sides, &mut self.places);
+            if cost < least.0 {
+                least = (cost, Some(sides));
+            }
+        }
+        least.1
     }
 
     /// Steps until nothing gets better, then brings the ends to their places.

@@ -58,6 +58,8 @@ pub(super) struct Pose {
     pub(super) hinges: Vec<Hinge>,
     pub(super) balls: Vec<Ball>,
     pub(super) tip: DVec3,
+    /// The hinge whose sine and cosine are made anew next.
+    next: usize,
 }
 
 impl Axis {
@@ -155,7 +157,8 @@ impl Pose {
             hinges.extend(joints[joint.hinges.clone()].iter().map(|joint| Hinge::new(joint, ball)));
         }
         let root_rotation = DMat3::from_quat(chain.root_rotation);
-        let mut pose = Pose { root_m: chain.root_m, root_rotation, hinges, balls, tip: chain.root_m };
+        let mut pose =
+            Pose { root_m: chain.root_m, root_rotation, hinges, balls, tip: chain.root_m, next: 0 };
         pose.place();
         pose
     }
@@ -183,6 +186,20 @@ impl Pose {
         }
         let from = self.root();
         self.tip = (0..self.balls.len()).fold(from, |from, ball| self.hold_ball(ball, from)).0;
+    }
+
+    /// Whether these are its angles.
+    #[inline]
+    pub(super) fn is_at(&self, angles: &[f64]) -> bool {
+        self.hinges.iter().zip(angles).all(|(hinge, angle)| hinge.angle.rad.to_bits() == angle.to_bits())
+    }
+
+    /// Makes the sine and cosine of the next hinge anew.
+    #[inline]
+    pub(super) fn renew_next(&mut self) {
+        self.next = (self.next + 1) % self.hinges.len();
+        let hinge = &mut self.hinges[self.next];
+        hinge.angle = Angle::of(hinge.angle.rad);
     }
 
     /// Sets the resting arm.
@@ -222,11 +239,6 @@ impl Pose {
             (place, rotation) = hinge.put(place, rotation);
         }
         self.tip = place;
-    }
-
-    /// Sum of the squared bends: how far the pose is from straight, rad^2.
-    pub(super) fn squared_bends(&self) -> f64 {
-        self.hinges.iter().map(|hinge| hinge.angle.rad * hinge.angle.rad).sum()
     }
 
     /// Holds joint `ball`, placed as `from` says, to the range its hinges share; returns where its link ends.

@@ -2,17 +2,15 @@
 
 use super::{Drive, HorsePlan};
 use crate::model::{Robot, StopAction};
-use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
+use crate::motion::curves::smooth_step;
 use crate::motion::ends::Ends;
-use crate::motion::{Activity, Command, Order, posture_pull};
+use crate::motion::{Activity, Command, Order, pose_change, posture_pull};
 use crate::signals::{Aim, Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
 /// Time to stand before walking, and after, s.
 const STAND_S: f64 = 0.3;
-/// Shortest time for a change of pose, s.
-const GATHER_MIN_S: f64 = 0.5;
 /// Where the robot is between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
@@ -139,12 +137,7 @@ impl HorseGenerator {
 
     /// Time for every joint to go from the start pose to the sitting pose at the slow rate, s.
     fn gather_duration_s(&self) -> f64 {
-        let turns = self
-            .start_pose_rad
-            .iter()
-            .zip(&self.drive.plan().sit_pose_rad)
-            .map(|(from, to)| (to - from).abs());
-        (SMOOTH_STEP_SLOPE_MAX * turns.fold(0.0, f64::max) / self.slow_rate_rad_s).max(GATHER_MIN_S)
+        pose_change::duration_s(&self.start_pose_rad, &self.drive.plan().sit_pose_rad, self.slow_rate_rad_s)
     }
 
     fn write_targets(&mut self, targets: &mut Targets) {
@@ -176,13 +169,7 @@ impl HorseGenerator {
 
     /// The pose `share` of the way from the start pose to the sitting pose.
     fn write_pose(&self, share: f64, targets: &mut Targets) {
-        targets.aim = Aim::Pose;
-        targets.feet.clear();
-        for ((angle, from), to) in
-            targets.pose_rad.iter_mut().zip(&self.start_pose_rad).zip(&self.drive.plan().sit_pose_rad)
-        {
-            *angle = from + share * (to - from);
-        }
+        pose_change::write(&self.start_pose_rad, &self.drive.plan().sit_pose_rad, share, targets);
     }
 
     fn write_tips(&self, height_m: f64, targets: &mut Targets) {
@@ -220,6 +207,8 @@ fn command(order: Order, since_s: f64, walk_for_s: f64, planned: &Command) -> Op
     match order {
         Order::Stop | Order::StopAtOnce => None,
         Order::Drive(command) => Some(command),
+        // A horse knows no strokes.
+        Order::Perform(_) => Some(Command::default()),
         Order::Go if since_s < STAND_S => Some(Command::default()),
         Order::Go if since_s < STAND_S + walk_for_s => Some(*planned),
         Order::Go => None,

@@ -2,23 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use serde::{Deserialize, Serialize};
-
+pub use crate::model::Between;
 use crate::model::GROUPS;
 
 /// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
 pub const KEYS: usize = 4;
-
-/// What lies between key poses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Between {
-    /// Straight lines, as in the thesis; the speed leaps at each key.
-    Linear,
-    /// The periodic cubic through the same poses, whose speed and acceleration are continuous.
-    #[default]
-    Smooth,
-}
 
 /// Turns of each pseudo-target in its parent's frame at the key poses, rad; up where the stroke is upright.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,41 @@
-//! Motions of octopus arms: where the ends of an arm's groups, its tip or all its joints are to be.
+//! Motions of octopus arms (Ishizuka 2008): where the ends of an arm's groups, its tip or all its links are to be.
 //!
-//! Everything here is a function of phase or time and settings; what an arm's joints do about it is inverse
-//! kinematics' matter. Frames: `in_arm` is the arm's own at its root, x along the straight arm, y left, z up.
+//! Key angles, pseudo-targets and what is made of them are functions of phase or time and settings; what an arm's joints
+//! do about it is inverse kinematics' matter. Frames: `in_arm` is the arm's own at its root, x along the straight arm,
+//! y left, z up.
 
+mod generator;
 pub mod key_angles;
 pub mod pseudo_targets;
+pub mod route;
+pub mod stroke;
+pub mod variation;
+pub mod winding;
+
+use crate::model::{Robot, TentacleMotion};
+use crate::motion::StrokeCommand;
+pub use generator::TentacleGenerator;
+
+/// What arms need to know of the robot, worked out when it loads, and what they are to do.
+#[derive(Debug, Clone)]
+pub struct TentaclePlan {
+    /// The robot's own settings.
+    pub settings: TentacleMotion,
+    /// Joint angles of the parked arms, all chains, rad.
+    pub park_pose_rad: Vec<f64>,
+    /// What to do when the operator says no more than to go.
+    pub command: StrokeCommand,
+}
+
+impl TentaclePlan {
+    /// A plan for the arms of `robot` to do as `command` says.
+    pub fn new(robot: &Robot, settings: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
+        let mut park_pose_rad = vec![0.0; robot.joints.len()];
+        for arm in &settings.arms {
+            let hinges = robot.chains[arm.chain].joints.clone();
+            // The first hinge of each joint lifts.
+            hinges.step_by(arm.hinges).for_each(|lift| park_pose_rad[lift] = arm.park_lift_rad);
+        }
+        TentaclePlan { settings: settings.clone(), park_pose_rad, command }
+    }
+}

@@ -19,13 +19,13 @@ pub struct Turn {
 }
 
 /// Width of the rounding of |F| in smooth strokes, rad. An arm that leaves the straight bends as the square root of
-/// what it is shortened by: with the kink of |F| at 0 it would have to leap. The spacing differs by less than 0.9 %.
-const ROUNDING_RAD: f64 = 0.2;
+/// what it is shortened by: with the kink of |F| at 0 it would have to leap. The spacing differs by less than 1.8 %.
+const ROUNDING_RAD: f64 = 0.4;
 
 impl Turn {
-    /// A turn by `angle` in the plane that lies `plane_rad` from upright: 0 is all lift, pi/2 all sweep.
+    /// A turn by `angle` in the plane that lies `plane_rad` about x from level: at 0 it is all sweep, at pi/2 all lift.
     pub fn in_plane(angle: f64, plane_rad: f64) -> Turn {
-        Turn { lift: angle * plane_rad.cos(), sweep: angle * plane_rad.sin(), twist: 0.0 }
+        Turn { lift: angle * plane_rad.sin(), sweep: angle * plane_rad.cos(), twist: 0.0 }
     }
 
     /// From this pseudo-target's frame to its parent's. Lift and sweep together are one turn about one axis across
@@ -119,8 +119,8 @@ mod tests {
     fn turns_in_one_plane_add_up() {
         for plane_rad in [0.0, 0.4, FRAC_PI_2, -2.0] {
             let turns = [0.4, -2.1, 0.5].map(|angle| Turn::in_plane(angle, plane_rad));
-            let upright = [0.4, -2.1, 0.5].map(|angle| Turn::in_plane(angle, 0.0));
-            let rolled = DQuat::from_rotation_x(-plane_rad);
+            let upright = [0.4, -2.1, 0.5].map(|angle| Turn::in_plane(angle, FRAC_PI_2));
+            let rolled = DQuat::from_rotation_x(plane_rad - FRAC_PI_2);
             let pairs = places(LENGTHS_M, turns, Between::Linear).into_iter().zip(places(
                 LENGTHS_M,
                 upright,
@@ -133,11 +133,11 @@ mod tests {
     }
 
     #[test]
-    fn rounding_differs_by_less_than_a_hundredth() {
+    fn rounding_differs_by_less_than_a_fiftieth() {
         for step in -3000..=3000 {
             let angle = f64::from(step) * 1e-3;
             let [linear, smooth] = [Between::Linear, Between::Smooth].map(|way| spacing_share(angle, way));
-            assert!((0.0..0.009).contains(&(smooth - linear)), "at {angle}");
+            assert!((0.0..0.018).contains(&(smooth - linear)), "at {angle}");
         }
         assert!((spacing_share(0.0, Between::Smooth) - 1.0).abs() < 1e-15);
     }

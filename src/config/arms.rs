@@ -1,0 +1,139 @@
+//! `[[arm]]`: a chain of equal joints of two or three hinges each, without writing every hinge.
+//!
+//! The arm `NAME` has the joints `NAME.lift_1`, `NAME.sweep_1`, (`NAME.twist_1`,) `NAME.lift_2` and so on from root to
+//! tip, and their servos have ids in that order.
+
+use glam::DVec3;
+
+use super::chains::{ChainEntry, Limb, Roots, read_range, rotation};
+use super::meters;
+use super::number::Limits;
+use super::reader::Section;
+use super::servos::{ServoPlaces, ServoRow};
+use super::unique::Unique;
+use crate::model::{ArmSettings, GROUPS, Joint, link_length};
+
+/// Most joints of an arm: more than any bus of ids carries.
+const JOINTS_MAX: u32 = 60;
+/// How much shorter each link is than the one before, a share of the first: w_i = w_0 (1 - 0.01 i) (3.1).
+const TAPER: f64 = 0.01;
+/// Links behind it have no length.
+const TAPER_MAX: f64 = 1.0 / JOINTS_MAX as f64;
+/// A joint's share of the turns CCD finds where the file says nothing (3.7).
+const STIFFNESS: f64 = 0.5;
+
+/// What the hinges of a joint are called, and their axes.
+const HINGES: [(&str, DVec3); 3] = [("lift", DVec3::NEG_Y), ("sweep", DVec3::Z), ("twist", DVec3::X)];
+
+/// Reads all arms, in file order.
+pub(super) fn read<'a>(
+    file: &Section<'a>,
+    names: &mut Unique<'a>,
+    roots: &mut Roots,
+    servos: &mut ServoPlaces<'_>,
+) -> Vec<ChainEntry<'a>> {
+    let mut place = 0;
+    let arms = file.list("arm", "the arms", |section| {
+        place += 1;
+        Some(read_arm(section, place - 1, names, roots, servos))
+    });
+    let faulty = || ChainEntry { key: "arm".to_owned(), name: None, limb: None, arm: None };
+    arms.into_iter().map(|arm| arm.unwrap_or_else(faulty)).collect()
+}
+
+fn read_arm<'a>(
+    section: &Section<'a>,
+    place: usize,
+    names: &mut Unique<'a>,
+    roots: &mut Roots,
+    servos: &mut ServoPlaces<'_>,
+) -> ChainEntry<'a> {
+    let name = names.name(section, "the arm's name");
+    let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
+    if let Some(root_mm) = root {
+        roots.refuse_twin(section, root_mm);
+    }
+    let meaning = "roll, pitch and yaw of the arm in the body, in degrees: at 0 it points forward";
+    let rpy = section.vector_or("root_rpy_deg", meaning, DVec3::ZERO);
+    let joints = read_joints(section);
+    let hinges = section.integer_or("hinges", "hinges a joint: lift, sweep and perhaps twist", 2..=3, 2);
+    let hinges = hinges.map(|hinges| if hinges == 3 { 3 } else { 2 });
+    let link = section.number("link_mm", "the length of the first link in mm", Limits::Positive);
+    let meaning = "how much shorter each link is than the one before, as a share of the first";
+    let taper = section.number_or("taper", meaning, Limits::FromToBelow(0.0, TAPER_MAX), TAPER);
+    let bend_range = read_range(section, "range_deg");
+    let twist_range = match (hinges, section.has("twist_range_deg")) {
+        (Some(3), _) => read_range(section, "twist_range_deg"),
+        (_, false) => Some((0.0, 0.0)),
+        (_, true) => {
+            section.fault("twist_range_deg", "no such key without hinges = 3: two hinges do not twist");
+            None
+        }
+    };
+    let meaning = "each joint's share of each turn";
+    let stiffness = section.number_or("stiffness", meaning, Limits::AboveToMost(0.0, 1.0), STIFFNESS);
+    let mass_kg =
+        section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
+    let settings = read_settings(section, hinges);
+
+    let rows: Option<Vec<ServoRow>> = servos.read_rows(section, joints, hinges, bend_range);
+    let limb = || {
+        let (name, hinges) = (name?, hinges?);
+        let ranges = [bend_range?, bend_range?, twist_range?];
+        let rows = rows?;
+        let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
+        let mut all = Vec::new();
+        for joint in 0..joints? {
+            let length_mm = link_length(2.0 * link?, taper?, joint);
+            for (hinge, (kind, axis)) in HINGES.iter().take(hinges).enumerate() {
+                // The link is behind the last hinge of the joint; the others share its place.
+                let is_last = hinge + 1 == hinges;
+                let link_m = meters(if is_last { DVec3::X * length_mm } else { DVec3::ZERO });
+                all.push(Joint {
+                    name: format!("{name}.{kind}_{}", joint + 1),
+                    axis: *axis,
+                    link_m,
+                    range_rad: ranges[hinge],
+                    stiffness: stiffness?,
+                    mass_kg: if is_last { mass_kg? } else { 0.0 },
+                    center_m: link_m / 2.0,
+                    ball: None,
+                    servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
+                });
+            }
+        }
+        Some(Limb::new(name, meters(root?), rotation(rpy?.map(f64::to_radians)), all))
+    };
+    ChainEntry { key: format!("arm[{place}]"), name, limb: limb(), arm: settings }
+}
+
+/// How many joints: a multiple of three.
+fn read_joints(section: &Section<'_>) -> Option<usize> {
+    let meaning = "how many joints, a multiple of 3";
+    let joints = section.integer("joints", meaning, 3..=JOINTS_MAX)?;
+    let joints = usize::try_from(joints).ok()?;
+    if joints.is_multiple_of(GROUPS) {
+        return Some(joints);
+    }
+    section.fault("joints", format!("{meaning}: an arm bends in three groups of as many joints each"));
+    None
+}
+
+/// The arm's settings beyond its joints; its chain is not known yet.
+fn read_settings(section: &Section<'_>, hinges: Option<usize>) -> Option<ArmSettings> {
+    let meaning = "the arm's place on its side of an octopus, from the front";
+    let role = section.integer_or("role", meaning, 1..=4, 1).and_then(|role| u8::try_from(role).ok());
+    let meaning = "the turn of the plane of walking strokes in degrees, 0 left-right, 90 up-down";
+    let plane = section.number_or("stroke_plane_deg", meaning, Limits::FromTo(-180.0, 180.0), 0.0);
+    let radius = section.number("radius_mm", "the arm's radius with its skin in mm", Limits::Positive);
+    let meaning = "the lift of every joint where the arm is parked, in degrees";
+    let park = section.number_or("park_lift_deg", meaning, Limits::FromTo(-90.0, 90.0), 0.0);
+    Some(ArmSettings {
+        chain: 0,
+        hinges: hinges?,
+        role: role?,
+        stroke_plane_rad: plane?.to_radians(),
+        radius_m: radius? / 1000.0,
+        park_lift_rad: park?.to_radians(),
+    })
+}

@@ -1,0 +1,160 @@
+//! Arms between limp and limp: woken where they hang, taken to their parked pose, moved by strokes, parked again.
+
+use super::TentaclePlan;
+use crate::model::{Robot, StopAction};
+use crate::motion::curves::smooth_step;
+use crate::motion::ends::Ends;
+use crate::motion::{Activity, Order, Stroke, StrokeCommand, pose_change, posture_pull};
+use crate::signals::{Aim, Permission, State, Targets};
+
+/// Where the arms are between limp and limp. `from` fields are motion time, s.
+///
+/// ```text
+/// Limp -> TorqueUp -> Gather -> Performing -> Fold -> LetGo -> Done
+///            |           |                     ^
+///            +-----------+---------------------+   any stop, or permission Stop
+/// ```
+/// `Gather` and `Fold` go to the parked pose joint by joint. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are
+/// those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Ends(Ends),
+    Gather { from: f64, duration: f64 },
+    Performing { from: f64 },
+    Fold { from: f64, duration: f64 },
+    Held,
+}
+
+/// Makes the targets of arms.
+#[derive(Debug, Clone)]
+pub struct TentacleGenerator {
+    plan: TentaclePlan,
+    phase: Phase,
+    /// Motion time, s: stands still while safety holds.
+    now_s: f64,
+    /// Pose a change of pose began at, rad.
+    start_pose_rad: Vec<f64>,
+    perform_for_s: f64,
+    torque_ramp_s: f64,
+    slow_rate_rad_s: f64,
+    stop_action: StopAction,
+}
+
+impl TentacleGenerator {
+    /// Limp arms that will move as `plan` says for `perform_for_s` once ordered to.
+    pub fn new(robot: &Robot, plan: TentaclePlan, perform_for_s: f64) -> TentacleGenerator {
+        TentacleGenerator {
+            plan,
+            phase: Phase::Ends(Ends::Limp),
+            now_s: 0.0,
+            start_pose_rad: vec![0.0; robot.joints.len()],
+            perform_for_s,
+            torque_ramp_s: robot.safety.torque_ramp_s,
+            slow_rate_rad_s: robot.safety.slow_rate_rad_s,
+            stop_action: robot.stop_action,
+        }
+    }
+
+    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
+        if state.permission == Permission::Hold {
+            return;
+        }
+        self.now_s += dt_s;
+        targets.posture_pull = posture_pull(dt_s);
+        self.change_phase(state, order);
+        self.write_targets(targets);
+    }
+
+    fn change_phase(&mut self, state: &State, order: Order) {
+        let now = self.now_s;
+        let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
+        let must_end = order.is_stop() || must_fold;
+        self.phase = match self.phase {
+            Phase::Ends(Ends::TorqueUp { .. }) if must_end => self.fold(state),
+            Phase::Ends(end) => {
+                match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
+                    Some(end) => Phase::Ends(end),
+                    None => Phase::Gather { from: now, duration: self.fold_duration_s() },
+                }
+            }
+            Phase::Gather { .. } if must_end => self.fold(state),
+            Phase::Gather { from, duration } if now >= from + duration => Phase::Performing { from: now },
+            Phase::Performing { .. } if must_fold => self.fold(state),
+            Phase::Performing { from }
+                if command(order, now - from, self.perform_for_s, self.plan.command).is_none() =>
+            {
+                self.fold(state)
+            }
+            Phase::Fold { from, duration } if now >= from + duration => {
+                Phase::Ends(Ends::let_go(now, 1.0, state, &mut self.start_pose_rad))
+            }
+            unchanged => unchanged,
+        };
+    }
+
+    /// The stop action from whatever pose the arms are in.
+    fn fold(&mut self, state: &State) -> Phase {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        match self.stop_action {
+            StopAction::Hold => Phase::Held,
+            StopAction::SitThenLimp => Phase::Fold { from: self.now_s, duration: self.fold_duration_s() },
+        }
+    }
+
+    /// Time for every joint to go from the start pose to the parked pose at the slow rate, s.
+    fn fold_duration_s(&self) -> f64 {
+        pose_change::duration_s(&self.start_pose_rad, &self.plan.park_pose_rad, self.slow_rate_rad_s)
+    }
+
+    fn write_targets(&self, targets: &mut Targets) {
+        targets.torque_share = match self.phase {
+            Phase::Ends(end) => end.torque_share(self.now_s, self.torque_ramp_s),
+            _ => 1.0,
+        };
+        match self.phase {
+            Phase::Ends(end) if end.is_limp() => {
+                targets.aim = Aim::Limp;
+                targets.feet.clear();
+            }
+            Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
+            Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
+                self.write_pose(smooth_step((self.now_s - from) / duration), targets);
+            }
+            Phase::Performing { .. } => self.write_pose(1.0, targets),
+        }
+    }
+
+    /// The pose `share` of the way from the start pose to the parked pose.
+    fn write_pose(&self, share: f64, targets: &mut Targets) {
+        pose_change::write(&self.start_pose_rad, &self.plan.park_pose_rad, share, targets);
+    }
+
+    /// The stroke the arms do; none at rest.
+    pub fn stroke(&self) -> Option<Stroke> {
+        None
+    }
+
+    /// What the arms are doing.
+    pub fn activity(&self) -> Activity {
+        match self.phase {
+            Phase::Ends(end) => end.activity(Activity::Rising),
+            Phase::Gather { .. } => Activity::Rising,
+            Phase::Performing { .. } => Activity::Standing,
+            Phase::Fold { .. } => Activity::Stopping,
+            Phase::Held => Activity::Done,
+        }
+    }
+}
+
+/// What arms that have been awake for `since_s` are to do; none to go to rest and stop.
+fn command(order: Order, since_s: f64, perform_for_s: f64, planned: StrokeCommand) -> Option<StrokeCommand> {
+    match order {
+        Order::Stop | Order::StopAtOnce => None,
+        Order::Perform(command) => Some(command),
+        // Arms do not walk away.
+        Order::Drive(_) => Some(StrokeCommand::of(Stroke::Rest)),
+        Order::Go if since_s < perform_for_s => Some(planned),
+        Order::Go => None,
+    }
+}

@@ -1,0 +1,63 @@
+//! Chance that makes arms differ: R(j, k), added to each key angle (Ishizuka 2008, 3.4). The same seed, the same arms.
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use super::key_angles::KeyAngles;
+
+/// A stream of uniform chance of its own for one arm.
+#[derive(Debug, Clone)]
+pub struct Variation {
+    source: Pcg64Mcg,
+    size_rad: f64,
+}
+
+impl Variation {
+    /// For arm number `arm` of a rig of this `seed`; key angles vary by at most `size_rad` either way.
+    pub fn new(seed: u64, arm: usize, size_rad: f64) -> Variation {
+        // Golden-ratio steps keep seeds of neighbouring arms and rigs apart.
+        let seed = seed ^ (arm as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        Variation { source: Pcg64Mcg::seed_from_u64(seed), size_rad }
+    }
+
+    /// The next number r of R(j, k): j <= r < k.
+    pub fn uniform(&mut self, j: f64, k: f64) -> f64 {
+        let share = (self.source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        j + (k - j) * share
+    }
+
+    /// `keys`, each angle varied.
+    pub fn varied(&mut self, keys: KeyAngles) -> KeyAngles {
+        KeyAngles(keys.0.map(|turns| turns.map(|turn| turn + self.uniform(-self.size_rad, self.size_rad))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::key_angles::WALK;
+    use super::*;
+
+    #[test]
+    fn arms_differ_within_the_size_and_repeat_with_the_seed() {
+        let arm = |seed, arm| Variation::new(seed, arm, 0.1).varied(WALK);
+        assert_eq!(arm(5, 0), arm(5, 0));
+        assert_ne!(arm(5, 0), arm(5, 1));
+        assert_ne!(arm(5, 0), arm(6, 0));
+        for (varied, keys) in arm(5, 3).0.iter().flatten().zip(WALK.0.iter().flatten()) {
+            assert!((varied - keys).abs() <= 0.1);
+        }
+    }
+
+    #[test]
+    fn chance_is_uniform() {
+        let mut variation = Variation::new(1, 2, 0.0);
+        let mut counts = [0; 10];
+        for _ in 0..100_000 {
+            let r = variation.uniform(-2.0, 3.0);
+            assert!((-2.0..3.0).contains(&r));
+            let bin = (0..10).rev().find(|bin| r >= -2.0 + 0.5 * f64::from(*bin)).unwrap();
+            counts[bin as usize] += 1;
+        }
+        assert!(counts.iter().all(|count| (9600..10_400).contains(count)), "{counts:?}");
+    }
+}

@@ -1,0 +1,248 @@
+//! Winding round a pole: where every link of an arm is to end.
+//!
+//! The arm lies as a taut rope would: straight from its root to where it touches the pole, and from there round it.
+//! Winding goes on from the root's side to the tip; what is not wound yet stands off straight, on the tangent, clear of
+//! the pole. Where the arm goes round more than once it climbs, so that it does not lie on itself.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::model::Pole;
+
+/// How far outside the grown pole the chords of the links pass, as a share of the arm's radius: rounding never puts one
+/// inside.
+const MARGIN_SHARE: f64 = 0.01;
+/// Climb in one turn, in diameters of the arm.
+const CLIMB_DIAMETERS: f64 = 1.1;
+/// An arm that winds by more of a turn than this climbs.
+const CLIMB_FROM_TURNS: f64 = 0.85;
+/// Newton steps to the end of a link.
+const NEWTON_STEPS: u32 = 5;
+
+/// What makes a pole impossible to wind round.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum WindingError {
+    /// The root is in the pole or touches it.
+    #[error(
+        "the arm's root is {off_m:.3} m from the pole's axis; its skin would be inside the pole below {least_m:.3} m"
+    )]
+    Inside {
+        /// Distance from the root to the axis, m.
+        off_m: f64,
+        /// Least it would have to be, m.
+        least_m: f64,
+    },
+    /// The pole is out of reach.
+    #[error("the arm is {length_m:.3} m long and would touch the pole only after {touches_m:.3} m")]
+    TooFar {
+        /// Length of the arm, m.
+        length_m: f64,
+        /// Length from the root to where it would touch, m.
+        touches_m: f64,
+    },
+    /// The pole is no cylinder.
+    #[error("a pole has a radius above 0 and an axis with a direction")]
+    NoPole,
+}
+
+/// An arm's way round a pole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winding {
+    root_m: DVec3,
+    center_m: DVec3,
+    /// From the axis to the root, along the axis' side in the sense of winding, and along the axis as it climbs.
+    out: DVec3,
+    round: DVec3,
+    up: DVec3,
+    /// Radius of the corners of the arm's polygon, m.
+    radius_m: f64,
+    /// Angle from the root to where it touches, rad, and length to there, seen along the axis, m.
+    touches_rad: f64,
+    straight_m: f64,
+    /// Rise along the axis a metre of way seen along it.
+    slope: f64,
+    length_m: f64,
+}
+
+impl Winding {
+    /// The way of an arm of these links round `pole`, on the side that turns its root less out of `ahead` (body frame).
+    /// Its skin is pressed in by `squeeze_m`, which is what a grip is.
+    pub fn new(
+        root_in_body: DVec3,
+        ahead: DVec3,
+        links_m: impl Iterator<Item = f64> + Clone,
+        arm_radius_m: f64,
+        pole: Pole,
+        squeeze_m: f64,
+    ) -> Result<Winding, WindingError> {
+        let axis = pole.axis.try_normalize().ok_or(WindingError::NoPole)?;
+        if !(pole.radius_m > 0.0 && pole.radius_m.is_finite() && pole.point_in_body.is_finite()) {
+            return Err(WindingError::NoPole);
+        }
+        let length_m: f64 = links_m.clone().sum();
+        let longest_m = links_m.fold(0.0, f64::max);
+        let from_point = root_in_body - pole.point_in_body;
+        let center_m = pole.point_in_body + axis * from_point.dot(axis);
+        let off = root_in_body - center_m;
+        let skin_m = pole.radius_m + arm_radius_m - squeeze_m + MARGIN_SHARE * arm_radius_m;
+        // Chords between corners on this circle touch the grown pole in their middle.
+        let radius_m = skin_m.hypot(0.5 * longest_m);
+        let off_m = off.length();
+        if off_m <= radius_m {
+            return Err(WindingError::Inside { off_m, least_m: radius_m });
+        }
+        let out = off / off_m;
+        let touches_rad = (radius_m / off_m).acos();
+        let straight_m = radius_m * touches_rad.tan();
+        if straight_m >= length_m {
+            return Err(WindingError::TooFar { length_m, touches_m: straight_m });
+        }
+        let left = axis.cross(out);
+        let toward = |round: DVec3| round * touches_rad.cos() - out * touches_rad.sin();
+        let round = if toward(left).dot(ahead) >= toward(-left).dot(ahead) { left } else { -left };
+        let up = if ahead.dot(axis) < 0.0 { -axis } else { axis };
+        let turns = (length_m - straight_m) / (TAU * radius_m);
+        let slope = if turns > CLIMB_FROM_TURNS {
+            CLIMB_DIAMETERS * 2.0 * arm_radius_m / (TAU * radius_m)
+        } else {
+            0.0
+        };
+        Ok(Winding {
+            root_m: root_in_body,
+            center_m,
+            out,
+            round,
+            up,
+            radius_m,
+            touches_rad,
+            straight_m,
+            slope,
+            length_m,
+        })
+    }
+
+    /// Length of arm that can be wound, m.
+    pub fn length_m(&self) -> f64 {
+        self.length_m - self.straight_m
+    }
+
+    /// Share of the arm that comes to lie on the pole, 0 to 1.
+    pub fn contact_share(&self) -> f64 {
+        self.length_m() / self.length_m
+    }
+
+    /// Writes where links of these lengths end, body frame, m, when `wound_m` of the arm is wound.
+    pub fn write(&self, wound_m: f64, links_m: impl Iterator<Item = f64>, places: &mut [DVec3]) {
+        let (mut way_m, mut place) = (0.0, self.root_m);
+        for (link_m, end) in links_m.zip(places) {
+            let mut next_m = way_m + link_m / 1.0_f64.hypot(self.slope);
+            for _ in 0..NEWTON_STEPS {
+                let (there, along) = self.at(next_m, wound_m);
+                let chord = there - place;
+                let distance_m = chord.length();
+                next_m += (link_m - distance_m) * distance_m / chord.dot(along);
+            }
+            place = self.at(next_m, wound_m).0;
+            way_m = next_m;
+            *end = place;
+        }
+    }
+
+    /// The place `way_m` from the root, as seen along the axis, and how it moves with the way.
+    fn at(&self, way_m: f64, wound_m: f64) -> (DVec3, DVec3) {
+        let on_pole_m = (way_m - self.straight_m).clamp(0.0, wound_m.max(0.0));
+        let straight_m = way_m - self.straight_m - on_pole_m;
+        let (sine, cosine) = (self.touches_rad + on_pole_m / self.radius_m).sin_cos();
+        let tangent = self.round * cosine - self.out * sine;
+        let touching = self.center_m + self.radius_m * (self.out * cosine + self.round * sine);
+        let rise = self.up * self.slope;
+        (touching + tangent * straight_m + rise * way_m, tangent + rise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::link_length;
+
+    /// Links of the thesis' arm, half as long as it is wide: their length is its radius.
+    fn links(count: usize) -> impl Iterator<Item = f64> + Clone {
+        (0..count).map(|index| link_length(1.0, 0.01, index))
+    }
+
+    /// A pole beside an arm that stands upright.
+    fn pole(radius_links: f64, off_m: f64) -> Pole {
+        Pole {
+            point_in_body: DVec3::new(0.3, off_m, 5.0),
+            axis: DVec3::new(1.5, 0.0, 0.1),
+            radius_m: 0.5 * radius_links,
+        }
+    }
+
+    /// Distance from the axis.
+    fn off_m(place: DVec3, pole: Pole) -> f64 {
+        (place - pole.point_in_body).cross(pole.axis.normalize()).length()
+    }
+
+    fn winding(pole: Pole, count: usize) -> Winding {
+        Winding::new(DVec3::ZERO, DVec3::Z, links(count), 0.5, pole, 0.0).unwrap()
+    }
+
+    #[test]
+    fn the_distal_groups_lie_on_the_pole_and_nothing_is_inside_on_the_way() {
+        for radius_links in [1.5, 2.5, 4.0] {
+            let pole = Pole {
+                point_in_body: DVec3::new(1.5 + 0.5 * radius_links, 0.0, 1.2),
+                axis: DVec3::Y,
+                ..pole(radius_links, 0.0)
+            };
+            let winding = winding(pole, 12);
+            let mut places = [DVec3::ZERO; 12];
+            for step in 0..=20 {
+                let wound_m = winding.length_m() * f64::from(step) / 20.0;
+                winding.write(wound_m, links(12), &mut places);
+                let mut from = DVec3::ZERO;
+                let (mut near, mut all) = (0, 0);
+                for (index, (place, link_m)) in places.iter().zip(links(12)).enumerate() {
+                    assert!((place.distance(from) - link_m).abs() < 1e-9, "links keep their length");
+                    for part in 0..=10 {
+                        let off_m = off_m(from.lerp(*place, f64::from(part) / 10.0), pole) - pole.radius_m;
+                        // The arm thins towards its tip: its own radius is that of its links.
+                        assert!(off_m >= 0.5, "{off_m} m off with {wound_m} m wound");
+                        if index >= 4 {
+                            all += 1;
+                            near += i32::from(off_m <= 0.5 + 0.1 * pole.radius_m);
+                        }
+                    }
+                    from = *place;
+                }
+                assert!(step < 20 || f64::from(near) >= 0.7 * f64::from(all), "{near} of {all}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_long_arm_climbs_past_itself() {
+        let pole = Pole { point_in_body: DVec3::new(1.8, 0.0, 1.2), axis: DVec3::Y, radius_m: 0.5 };
+        let winding = winding(pole, 36);
+        let mut places = [DVec3::ZERO; 36];
+        winding.write(winding.length_m(), links(36), &mut places);
+        for (index, place) in places.iter().enumerate() {
+            for later in &places[(index + 4).min(36)..] {
+                assert!(place.distance(*later) > 0.95, "{place} and {later}");
+            }
+        }
+    }
+
+    #[test]
+    fn poles_out_of_reach_or_round_the_root_are_refused() {
+        let new = |pole| Winding::new(DVec3::ZERO, DVec3::Z, links(12), 0.5, pole, 0.0);
+        assert!(matches!(new(pole(2.0, 20.0)), Err(WindingError::TooFar { .. })));
+        let near = Pole { point_in_body: DVec3::Z, axis: DVec3::X, radius_m: 0.5 };
+        assert!(matches!(new(near), Err(WindingError::Inside { .. })));
+        assert_eq!(new(Pole { axis: DVec3::ZERO, ..near }), Err(WindingError::NoPole));
+        assert_eq!(new(Pole { radius_m: f64::NAN, ..near }), Err(WindingError::NoPole));
+    }
+}

@@ -1,0 +1,48 @@
+//! What a run was to do while its operator said no more than to go.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::strokes::StrokeFields;
+use crate::motion::{Command, Plan};
+
+/// What a run was to do; fields of `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Task {
+    /// Of a horse.
+    Horse {
+        /// Name of the gait.
+        gait: String,
+        /// Gait, speed and posture.
+        command: Command,
+    },
+    /// Of a rig of arms.
+    Tentacle {
+        /// What to do.
+        strokes: StrokeFields,
+    },
+}
+
+impl Task {
+    /// That of a plan.
+    pub fn of(plan: &Plan) -> Task {
+        match plan {
+            Plan::Horse(plan) => {
+                Task::Horse { gait: plan.gait_name(plan.command.gait).to_owned(), command: plan.command }
+            }
+            Plan::Tentacle(plan) => Task::Tentacle { strokes: plan.command.into() },
+        }
+    }
+}
+
+/// As in "it was to do ...".
+impl fmt::Display for Task {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Task::Horse { gait, command } => write!(f, "{gait} at {:.3} m/s", command.speed_m_s),
+            Task::Tentacle { strokes } => strokes.fmt(f),
+        }
+    }
+}
