@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use hippocamp::config::{self, RobotFile};
-use hippocamp::model::servo_model::SERVO_MODELS;
 use hippocamp::model::{Gait, Protocol, Robot, StopAction};
 use proptest::prelude::*;
 
@@ -275,17 +274,6 @@ fn later_checks_find_line_and_value_of_any_key() {
     assert_eq!(said("safety.hold_s"), "good.toml:66: safety.hold_s is not set: expected something else");
     assert_eq!(said("chain[1].joint[0].colour").split(": ").next(), Some("good.toml:49"));
     assert_eq!(said("no.such[9].key"), "good.toml:1: no.such[9].key is not set: expected something else");
-}
-
-/// The loop reads one feedback block a bus, so a bus must not mix register sets. One protocol a bus, which
-/// the loader checks, is enough only as long as this holds.
-#[test]
-fn all_models_of_a_protocol_share_their_registers() {
-    for model in &SERVO_MODELS {
-        for other in SERVO_MODELS.iter().filter(|other| other.protocol == model.protocol) {
-            assert_eq!(model.registers, other.registers, "{} and {}", model.name, other.name);
-        }
-    }
 }
 
 /// One change to the bytes of a file.
