@@ -150,15 +150,9 @@ impl Servo {
     pub(crate) fn shaft(&self, config: &ServoConfig) -> ShaftState {
         ShaftState {
             position_rad: config.position_counts / self.model.counts_per_rad(),
-            speed_rad_s: 0.0,
-            motor_speed_rad_s: 0.0,
-            slack_rad: 0.0,
             backlash_rad: self.model.backlash_rad,
-            inertia_kg_m2: self.model.reflected_inertia_kg_m2,
-            friction_nm: self.model.friction_nm,
             holding_share: self.model.holding_share,
-            load_nm: 0.0,
-            is_stuck: false,
+            ..ShaftState::at_rest(self.model.reflected_inertia_kg_m2, self.model.friction_nm)
         }
     }
 

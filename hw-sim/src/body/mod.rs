@@ -1,10 +1,19 @@
 //! The seam where joint torque meets joint motion.
 //!
-//! In: the torque of every motor. Out: every shaft's new position and speed. A rigid body that couples the
-//! joints takes the place of [`FreeJoints`]; it gets the same friction, backlash and reflected inertia.
+//! In: the torque of every motor. Out: every shaft's new position and speed. [`FreeJoints`] turn each on its own;
+//! a [`RigidBody`] couples them by links, masses, gravity and the ground, with the same friction and reflected
+//! inertia, and knows the truth of the robot: a [`BodyState`].
 //!
 //! Between the motor with its gears and the output shaft is free play: the motor turns by the backlash before the
-//! shaft, and the encoder on it, follow.
+//! shaft, and the encoder on it, follow. In a rigid body they are one.
+
+mod config;
+mod rigid;
+mod state;
+
+pub use config::{BodyConfig, BodyError, Chain, Foot, Ground, Link, ShaftLink, Step, Trunk};
+pub use rigid::RigidBody;
+pub use state::{BodyState, FootState, Push, PushFrame};
 
 /// One output shaft and the motor and gears that turn it. All is as seen at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +45,22 @@ pub struct ShaftState {
 const RESTING_RAD_S: f64 = 0.055;
 
 impl ShaftState {
+    /// At 0, still, free of load, without backlash.
+    pub fn at_rest(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {
+        ShaftState {
+            position_rad: 0.0,
+            speed_rad_s: 0.0,
+            motor_speed_rad_s: 0.0,
+            slack_rad: 0.0,
+            backlash_rad: 0.0,
+            inertia_kg_m2,
+            friction_nm,
+            holding_share: 0.0,
+            load_nm: 0.0,
+            is_stuck: false,
+        }
+    }
+
     /// Friction under the present load, N m.
     pub fn present_friction_nm(&self) -> f64 {
         let is_at_rest = self.motor_speed_rad_s.abs() < RESTING_RAD_S;
@@ -47,6 +72,14 @@ impl ShaftState {
 pub trait Body {
     /// Moves all shafts by `dt_s` seconds under motor torques (N m, one a shaft, same order, every step).
     fn step(&mut self, dt_s: f64, shafts: &mut [ShaftState], torques: &[f64]);
+
+    /// A force from outside acts during the next step only. Joints that carry nothing do not feel it.
+    fn push(&mut self, _push: &Push) {}
+
+    /// What the robot truly does; none where joints carry nothing.
+    fn state(&self) -> Option<&BodyState> {
+        None
+    }
 }
 
 /// Every shaft turns on its own: reflected inertia, friction and load, nothing else attached. A shaft without load
