@@ -100,6 +100,7 @@ pub(crate) fn calibrated(robot: &Robot, file: &str, buses: Vec<UnitBus>) -> Unit
     let joint = |joint: &Joint| UnitJoint {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
+        reversed: None,
         direction_checked: true,
         firmware: None,
     };

@@ -6,7 +6,7 @@
 mod console;
 mod links;
 mod rig;
-mod typed;
+pub(super) mod typed;
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};

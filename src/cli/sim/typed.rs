@@ -16,7 +16,7 @@ const LINES_WAITING: usize = 64;
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// What is typed, line by line. At the end of standard input there is no more.
-pub(super) fn lines() -> io::Result<Receiver<String>> {
+pub(in crate::cli) fn lines() -> io::Result<Receiver<String>> {
     let (sender, receiver) = bounded(LINES_WAITING);
     std::thread::Builder::new().name("standard input".to_owned()).spawn(move || {
         let mut input = BufReader::new(io::stdin());
