@@ -4,6 +4,8 @@
 const STILL_COUNTS: f64 = 4.0;
 /// How long it must be still at its second end, s.
 const REST_S: f64 = 0.5;
+/// How long it must be still near its middle before it begins: the way there is no turn forward, s.
+const BEGIN_REST_S: f64 = 0.3;
 /// A turn shows its direction after this share of half the joint's range, but at most [`TURN_MOST`] counts.
 const TURN_SHARE: f64 = 0.4;
 /// 10 degrees of 4096 counts a turn.
@@ -73,7 +75,8 @@ impl Sweep {
             sign: 1.0,
             has_seam: false,
             rest_at: 0.0,
-            rest_s: 0.0,
+            // One that is still in the marked pose may begin at once.
+            rest_s: BEGIN_REST_S,
         }
     }
 
@@ -100,7 +103,7 @@ impl Sweep {
         }
         let enough = (TURN_SHARE * self.half).min(TURN_MOST);
         self.stage = match self.stage {
-            Stage::ToMiddle if self.at.abs() <= 0.5 * self.half => {
+            Stage::ToMiddle if self.at.abs() <= 0.5 * self.half && self.rest_s >= BEGIN_REST_S => {
                 (self.start, self.low, self.high) = (self.at, self.at, self.at);
                 Stage::Forward
             }
@@ -132,7 +135,7 @@ mod tests {
     fn stages(zero: f64, ways: &[f64]) -> Vec<Stage> {
         let mut sweep = Sweep::new(zero, 400.0, 4096.0);
         let mut at: f64 = 0.0;
-        let mut stages = Vec::new();
+        let mut stages = vec![sweep.see(zero.rem_euclid(4096.0).round(), 0.02)];
         for way in ways {
             while (way - at).abs() > 1e-9 {
                 at += (way - at).clamp(-20.0, 20.0);
@@ -163,10 +166,16 @@ mod tests {
     #[test]
     fn a_joint_at_its_end_goes_to_the_middle_first() {
         let mut sweep = Sweep::new(2048.0, 400.0, 4096.0);
-        assert_eq!(sweep.see(2438.0, 0.02), Stage::ToMiddle);
-        assert_eq!(sweep.see(2048.0, 0.02), Stage::Forward);
-        assert_eq!(sweep.see(1800.0, 0.02), Stage::Back, "what went before does not count");
-        assert_eq!(sweep.sign.to_bits(), (-1.0_f64).to_bits());
+        // From its high end past the middle, where it rests: the way there is no turn forward.
+        let mut count = 2448.0;
+        while count > 1950.0 {
+            assert_eq!(sweep.see(count, 0.02), Stage::ToMiddle, "{count}");
+            count -= 20.0;
+        }
+        let stages: Vec<Stage> = (0..20).map(|_| sweep.see(1950.0, 0.02)).collect();
+        assert_eq!((stages.first(), stages.last()), (Some(&Stage::ToMiddle), Some(&Stage::Forward)));
+        assert_eq!(sweep.see(2200.0, 0.02), Stage::Back);
+        assert_eq!(sweep.sign.to_bits(), 1.0_f64.to_bits());
     }
 
     #[test]
