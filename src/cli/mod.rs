@@ -24,6 +24,7 @@ mod servo;
 mod setup;
 mod sim;
 mod status;
+mod strokes;
 mod unit;
 
 use std::ffi::OsString;
@@ -275,7 +276,13 @@ struct RunArguments {
     /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
-    /// How long to walk, in seconds, before slowing down.
+    /// Of arms: one stroke (sway, walk, swim, reach, wind, rest), in the place of a show of all of them.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"])]
+    stroke: Option<String>,
+    /// Of arms: how many times as fast as the robot file says.
+    #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
+    tempo: Option<f64>,
+    /// How long to walk, or to go on with a stroke or show, in seconds, before slowing down.
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
     walk_for_s: f64,
     #[command(flatten)]
