@@ -46,7 +46,7 @@ pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
     Keys(Keys, Keyboard),
-    StrokeKeys(StrokeKeys, Keyboard),
+    StrokeKeys(Box<StrokeKeys>, Keyboard),
     Gamepad(Gamepad, Pad),
     /// Keys park and end it, where there is a terminal.
     Show(Show, String, Option<Keyboard>),
@@ -96,7 +96,7 @@ impl Driver {
             return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
         }
         if options.keys {
-            return Ok(Driver::StrokeKeys(StrokeKeys::new(tentacle), Keyboard::start()?));
+            return Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?));
         }
         let script = Show::of_all_strokes(tentacle, for_s);
         Ok(Driver::Show(Show::new(robot, script), "a show of all strokes".to_owned(), None))

@@ -122,9 +122,8 @@ impl Sway {
         for (index, (link_m, end)) in links_m.zip(places).enumerate() {
             let along = index as f64 / count;
             let share = (SWAY_ROOT_SHARE + (1.0 - SWAY_ROOT_SHARE) * along) / count;
-            let wave = |way: usize| {
-                (SWAY_RATES[way] * phase - SWAY_WAVE_RAD * along + self.begins[way]).sin()
-            };
+            let wave =
+                |way: usize| (SWAY_RATES[way] * phase - SWAY_WAVE_RAD * along + self.begins[way]).sin();
             let turn = Turn {
                 lift: share * (SWAY_LIFT_RAD + SWAY_RAD * wave(0)),
                 sweep: share * SWAY_RAD * wave(1),
@@ -140,8 +139,6 @@ impl Sway {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const LENGTHS_M: [f64; GROUPS] = [1.97, 1.89, 1.81];
 
     fn strokes(role: u8, is_right: bool, walk_plane_rad: f64) -> Strokes {
         Strokes::new(Part { role, is_right, walk_plane_rad }, Between::Smooth, Variation::new(1, 0, 0.0))
@@ -190,7 +187,9 @@ mod tests {
             let lengths = now.windows(2).map(|pair| pair[0].distance(pair[1]));
             assert!(lengths.into_iter().all(|length| (length - 0.034).abs() < 1e-12));
             // No joint bends by more than a tenth of a turn, and the tip goes less than half the arm a radian.
-            assert!(now.windows(3).all(|three| (three[1] - three[0]).angle_between(three[2] - three[1]) < 0.3));
+            assert!(
+                now.windows(3).all(|three| (three[1] - three[0]).angle_between(three[2] - three[1]) < 0.3)
+            );
             assert!(now[11].distance(next[11]) < 0.5 * 12.0 * 0.034 * 0.05);
             assert!(phase < 1.0 || now[11].distance(begin[11]) > 1e-5, "at {phase}");
         }
