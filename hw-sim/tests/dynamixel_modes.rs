@@ -38,15 +38,16 @@ fn in_current_mode_a_free_shaft_feels_the_same_torque_at_any_speed_the_supply_al
     let model = named("XM430-W350");
     let mut world = one_at(model.name, 0.0);
     mode(&mut world, CURRENT);
-    set(&mut world, 102, 2, 100);
+    // Half of the stall current: friction does not hold that, nor does the shaft soon turn too fast for the supply.
+    set(&mut world, 102, 2, 428);
     torque_on(&mut world);
-    let wanted = 100.0 * 0.002_69 * model.stall_torque_nm / model.stall_current_a;
+    let wanted = 428.0 * 0.002_69 * model.stall_torque_nm / model.stall_current_a;
     let mut last_speed = 0.0;
-    for _ in 0..15 {
+    for _ in 0..4 {
         wait(&mut world, 2);
         let now = shaft(&world);
         assert!((now.torque_nm - wanted).abs() < 1e-9, "{now:?}");
-        assert!(now.speed_rad_s > last_speed);
+        assert!(now.speed_rad_s > last_speed, "{now:?}");
         last_speed = now.speed_rad_s;
     }
 }
