@@ -61,7 +61,7 @@ use reader::{File, Section};
 pub use script::{load_script, parse_script};
 use source::Source;
 pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
-pub use unit_write::write_unit;
+pub use unit_write::{rewrite_unit, write_unit};
 
 /// Slower than this, no loop holds a robot.
 const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;

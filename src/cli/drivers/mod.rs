@@ -49,7 +49,7 @@ pub(super) enum Driver {
     StrokeKeys(Box<StrokeKeys>, Keyboard),
     Gamepad(Gamepad, Pad),
     /// Keys park and end it, where there is a terminal.
-    Show(Show, String, Option<Keyboard>),
+    Show(Box<Show>, String, Option<Keyboard>),
 }
 
 impl Driver {
@@ -99,7 +99,7 @@ impl Driver {
             return Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?));
         }
         let script = Show::of_all_strokes(tentacle, for_s);
-        Ok(Driver::Show(Show::new(robot, script), "a show of all strokes".to_owned(), None))
+        Ok(Driver::Show(Box::new(Show::new(robot, script)), "a show of all strokes".to_owned(), None))
     }
 
     /// What the person who drives should know beforehand: a line each.
