@@ -74,13 +74,14 @@ fn read_arm<'a>(
     let stiffness = section.number_or("stiffness", meaning, Limits::AboveToMost(0.0, 1.0), STIFFNESS);
     let mass_kg =
         section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
+    let ball = super::ball::read(section);
     let settings = read_settings(section, hinges);
 
     let rows: Option<Vec<ServoRow>> = servos.read_rows(section, joints, hinges, bend_range);
     let limb = || {
         let (name, hinges) = (name?, hinges?);
         let ranges = [bend_range?, bend_range?, twist_range?];
-        let rows = rows?;
+        let (rows, ball) = (rows?, ball?);
         let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
         let mut all = Vec::new();
         for joint in 0..joints? {
@@ -97,7 +98,7 @@ fn read_arm<'a>(
                     stiffness: stiffness?,
                     mass_kg: if is_last { mass_kg? } else { 0.0 },
                     center_m: link_m / 2.0,
-                    ball: None,
+                    ball: ball.clone().filter(|_| is_last),
                     servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
                 });
             }

@@ -26,6 +26,7 @@
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
+mod ball;
 mod buses;
 mod chains;
 mod fault;
