@@ -8,12 +8,11 @@
 use std::ops::RangeInclusive;
 
 use crate::bus::ServoGoal;
-use crate::capability::{HorseCapability, ReachError};
+use crate::capability::{HorseCapability, ReachError, TentacleCapability};
 use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
 use crate::motion::Plan;
-use crate::motion::tentacle::TentaclePlan;
 use crate::recording::{Ending, Recording, RunHeader, Sample, Task};
 use crate::telemetry::{FeetReport, JointsReport, Telemetry};
 
@@ -130,7 +129,7 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
         }
         (Motion::Tentacle(tentacle), Task::Tentacle { strokes }) => {
             let command = strokes.try_into().map_err(ReplayError::Strokes)?;
-            Ok(TentaclePlan::new(robot, tentacle, command).into())
+            Ok(TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command).into())
         }
         (Motion::Horse(_), Task::Tentacle { .. }) | (Motion::Tentacle(_), Task::Horse { .. }) => {
             Err(ReplayError::OtherKind)

@@ -38,10 +38,7 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
         return CycleCost::default();
     }
     let data = usize::from(registers.feedback_bytes);
-    let writes = [registers.torque_limit, registers.goal_position, registers.torque_enable];
-    let bytes_out =
-        writes.into_iter().map(|register| sync_write_bytes(bus.protocol, servos, register)).sum::<usize>()
-            + sync_read_bytes(bus.protocol, servos);
+    let bytes_out = write_bytes(bus.protocol, registers, servos) + sync_read_bytes(bus.protocol, servos);
     let (bytes_in, return_delays) = match (bus.protocol, read) {
         (Protocol::Feetech, _) => (servos * (feetech::FRAME_BYTES + data), servos),
         (Protocol::Dynamixel, GroupRead::Plain) => (servos * (dynamixel::STATUS_FRAME_BYTES + data), servos),
@@ -54,6 +51,16 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
         + Duration::from_micros(return_delay)
         + Duration::from_micros(u64::from(bus.adapter_latency_us));
     CycleCost { bytes_out, bytes_in, time }
+}
+
+/// Time the goals of one exchange with `servos` servos take on the wire, before the replies are asked for.
+pub fn write_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration {
+    wire_time(write_bytes(bus.protocol, registers, servos), bus.baud)
+}
+
+fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
+    let writes = [registers.torque_limit, registers.goal_position, registers.torque_enable];
+    writes.into_iter().map(|register| sync_write_bytes(protocol, servos, register)).sum()
 }
 
 fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {

@@ -7,11 +7,13 @@ mod follower;
 pub mod loads;
 mod postures;
 pub mod reach;
+mod tempo;
 pub mod top_speed;
 
 use crate::model::{HorseMotion, Motion, Robot, TentacleMotion};
-use crate::motion::Command;
 use crate::motion::horse::{HorsePlan, Pace, ReachTable};
+use crate::motion::tentacle::TentaclePlan;
+use crate::motion::{Command, StrokeCommand};
 pub use loads::Load;
 pub use reach::{Reach, ReachError};
 pub use top_speed::TopSpeed;
@@ -21,8 +23,8 @@ pub use top_speed::TopSpeed;
 pub enum Capability {
     /// A horse.
     Horse(HorseMotion, Box<HorseCapability>),
-    /// A rig of arms, and the load of each joint.
-    Tentacle(TentacleMotion, Vec<Load>),
+    /// A rig of arms.
+    Tentacle(TentacleMotion, TentacleCapability),
 }
 
 impl Capability {
@@ -36,9 +38,34 @@ impl Capability {
                 Capability::Horse(horse.clone(), Box::new(HorseCapability::of(robot, horse)?))
             }
             Motion::Tentacle(tentacle) => {
-                Capability::Tentacle(tentacle.clone(), loads::of_joints(robot, tentacle))
+                Capability::Tentacle(tentacle.clone(), TentacleCapability::of(robot, tentacle))
             }
         })
+    }
+}
+
+/// What arms can do.
+#[derive(Debug, Clone)]
+pub struct TentacleCapability {
+    /// What each joint holds up, in the robot's order.
+    pub loads: Vec<Load>,
+    /// Fastest swaying, walking and swimming, times the robot file's tempo.
+    pub tempo_max: [f64; 3],
+}
+
+impl TentacleCapability {
+    /// Works out loads and tempos of `robot`.
+    pub fn of(robot: &Robot, tentacle: &TentacleMotion) -> TentacleCapability {
+        let plan = TentaclePlan::new(robot, tentacle, StrokeCommand::default());
+        TentacleCapability {
+            loads: loads::of_joints(robot, tentacle),
+            tempo_max: tempo::of_strokes(robot, &plan),
+        }
+    }
+
+    /// A plan to do as `command` says.
+    pub fn plan(&self, robot: &Robot, tentacle: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
+        TentaclePlan { tempo_max: self.tempo_max, ..TentaclePlan::new(robot, tentacle, command) }
     }
 }
 

@@ -8,8 +8,9 @@ use super::load::load;
 use super::write_whole;
 use crate::capability::bus_costs;
 use crate::capability::loads::LASTING_SHARE;
-use crate::capability::{Capability, HorseCapability, Load};
+use crate::capability::{Capability, HorseCapability, Load, TentacleCapability};
 use crate::model::{Carrier, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
+use crate::motion::tentacle::KEYED;
 use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
@@ -30,9 +31,10 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
             print_legs(capability);
             print_gaits(robot, horse, capability);
         }
-        Capability::Tentacle(tentacle, loads) => {
+        Capability::Tentacle(tentacle, capability) => {
             print_arms(robot, tentacle);
-            print_loads(robot, tentacle, loads);
+            print_tempos(tentacle, capability);
+            print_loads(robot, tentacle, &capability.loads);
         }
     }
     print_buses(robot);
@@ -120,6 +122,13 @@ fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
             root.y,
             root.z
         );
+    }
+}
+
+fn print_tempos(tentacle: &TentacleMotion, capability: &TentacleCapability) {
+    say!("\n{:<24} {:>16}  {:>9}", "stroke", "at tempo 1, s", "tempo max");
+    for (stroke, tempo) in KEYED.iter().zip(capability.tempo_max) {
+        say!("{:<24} {:>16.2}  {tempo:>9.2}", stroke.name(), tentacle.stroke_time_s);
     }
 }
 

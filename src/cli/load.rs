@@ -44,8 +44,8 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
     }
     match Capability::of(&file.robot) {
         Ok(capability) => {
-            if let Capability::Tentacle(tentacle, loads) = &capability {
-                faults.extend(too_heavy(&file, tentacle, loads));
+            if let Capability::Tentacle(tentacle, capability) = &capability {
+                faults.extend(too_heavy(&file, tentacle, &capability.loads));
             }
             if faults.is_empty() {
                 return Ok(Loaded { file, capability });

@@ -17,14 +17,14 @@ use super::provoke;
 use super::record::RecordingFile;
 use super::replay::write_page;
 use super::status::StatusLine;
+use super::strokes;
 use super::unit;
 use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
-use crate::motion::tentacle::TentaclePlan;
-use crate::motion::{Command, GaitChoice, Plan, StrokeCommand};
+use crate::motion::{Command, GaitChoice, Plan};
 use crate::operator::Repertoire;
 use crate::recording::{Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
@@ -194,9 +194,11 @@ fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(Plan, f64, Driver)> 
                 _ => Ok((standing.into(), 0.0, driver)),
             }
         }
-        Capability::Tentacle(tentacle, _) => {
-            let plan = TentaclePlan::new(robot, tentacle, StrokeCommand::default());
-            Ok((plan.into(), options.walk_for_s, Driver::Plan))
+        Capability::Tentacle(tentacle, capability) => {
+            let driver = strokes::driver(options, robot, tentacle, capability)?;
+            let command = strokes::command(options, tentacle)?;
+            let plan = capability.plan(robot, tentacle, command.unwrap_or_default());
+            Ok((plan.into(), options.walk_for_s, driver))
         }
     }
 }

@@ -107,6 +107,9 @@ fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usi
     }
 }
 
+/// How hard arms hold a pole where the file says nothing.
+const GRIP_SHARE: f64 = 0.15;
+
 const CARRIERS: [(&str, Carrier); 3] =
     [("servos", Carrier::Servos), ("water", Carrier::Water), ("counterweight", Carrier::Counterweight)];
 const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
@@ -147,6 +150,8 @@ fn read_tentacle(
         true => section.vector("reach_mm", "where a tip reaches for, in the body, in mm").map(Some),
         false => Some(None),
     };
+    let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
+    let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {
         true => section.section("pole", "what to wind round", read_pole).map(Some),
         false => Some(None),
@@ -163,6 +168,7 @@ fn read_tentacle(
         variation_rad: variation?.to_radians(),
         seed: u64::from(seed?),
         reach_in_body: reach?.map(meters),
+        grip_share: grip?,
         pole: pole?,
     })
 }

@@ -67,7 +67,12 @@ fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
     if file.has("end_s") && end_s.is_some_and(|end_s| end_s <= last_s) {
         file.fault("end_s", format!("a time after the last entry's, {last_s} s"));
     }
-    Some(Script { before, entries: entries.into_iter().collect::<Option<_>>()?, end_s: end_s? })
+    Some(Script {
+        before,
+        entries: entries.into_iter().collect::<Option<_>>()?,
+        end_s: end_s?,
+        repeats_after_s: None,
+    })
 }
 
 /// All entries, what each orders by `read`; none if there are none.

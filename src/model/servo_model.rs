@@ -81,6 +81,9 @@ pub struct Registers {
     pub preparation: &'static [(Register, i64)],
     /// Torque on (1) or off (0).
     pub torque_enable: Register,
+    /// What is written, in this order, so that the servo takes where its shaft stands for its middle count, for good.
+    /// Nothing on servos that cannot.
+    pub set_middle: &'static [(Register, i64)],
     /// Stops the servo when its bus has been silent for this many units of 20 ms; 0 for never. None on
     /// servos that have no such watchdog.
     pub bus_watchdog: Option<Register>,
@@ -124,6 +127,8 @@ pub static DYNAMIXEL_X: Registers = Registers {
         (register(112, 4, Encoding::Unsigned), 0),
     ],
     torque_enable: register(64, 1, Encoding::Unsigned),
+    // Homing Offset is added to a count that has wrapped already: it does not move the seam.
+    set_middle: &[],
     bus_watchdog: Some(register(98, 1, Encoding::TwosComplement)),
     torque_limit: register(100, 2, Encoding::Unsigned),
     goal_position: register(116, 4, Encoding::TwosComplement),
@@ -159,6 +164,12 @@ pub static FEETECH_STS: Registers = Registers {
         (register(41, 1, Encoding::Unsigned), 0),
     ],
     torque_enable: register(40, 1, Encoding::Unsigned),
+    // Settings unlocked; torque switch, 128: present position becomes 2048; locked again.
+    set_middle: &[
+        (register(55, 1, Encoding::Unsigned), 0),
+        (register(40, 1, Encoding::Unsigned), 128),
+        (register(55, 1, Encoding::Unsigned), 1),
+    ],
     bus_watchdog: None,
     torque_limit: register(48, 2, Encoding::Unsigned),
     goal_position: register(42, 2, Encoding::SignMagnitude(15)),
@@ -201,6 +212,8 @@ pub struct ServoModel {
     pub model_number: u16,
     /// Stall torque at [`ServoModel::nominal_voltage_v`], N m.
     pub stall_torque_nm: f64,
+    /// Current at stall at that voltage, A.
+    pub stall_current_a: f64,
     /// No-load speed at [`ServoModel::nominal_voltage_v`], rad/s.
     pub no_load_speed_rad_s: f64,
     /// Supply voltage the two figures above hold at, V.
@@ -244,6 +257,7 @@ const fn dynamixel_x(name: &'static str, model_number: u16, source: &'static str
         protocol: Protocol::Dynamixel,
         model_number,
         stall_torque_nm: 0.0,
+        stall_current_a: 0.0,
         no_load_speed_rad_s: 0.0,
         nominal_voltage_v: 12.0,
         voltage_min_v: 10.0,
@@ -266,6 +280,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
         protocol: Protocol::Feetech,
         model_number,
         stall_torque_nm: 0.0,
+        stall_current_a: 0.0,
         no_load_speed_rad_s: 0.0,
         nominal_voltage_v: 12.0,
         voltage_min_v: 9.0,
@@ -286,6 +301,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
 pub static SERVO_MODELS: [ServoModel; 7] = [
     ServoModel {
         stall_torque_nm: 0.52,
+        stall_current_a: 1.47,
         no_load_speed_rad_s: rpm(103.0),
         nominal_voltage_v: 5.0,
         voltage_min_v: 3.7,
@@ -298,6 +314,7 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
     },
     ServoModel {
         stall_torque_nm: 1.4,
+        stall_current_a: 1.3,
         no_load_speed_rad_s: rpm(57.0),
         nominal_voltage_v: 11.1,
         voltage_min_v: 6.5,
@@ -308,6 +325,7 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
     },
     ServoModel {
         stall_torque_nm: 3.0,
+        stall_current_a: 2.3,
         no_load_speed_rad_s: rpm(77.0),
         // Present Current, 2.69 mA a unit; stall current 2.3 A at 12 V.
         load_unit_share: 0.002_69 / 2.3,
@@ -315,12 +333,14 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
     },
     ServoModel {
         stall_torque_nm: 4.1,
+        stall_current_a: 2.3,
         no_load_speed_rad_s: rpm(46.0),
         load_unit_share: 0.002_69 / 2.3,
         ..dynamixel_x("XM430-W350", 1020, "ROBOTIS e-manual, XM430-W350")
     },
     ServoModel {
         stall_torque_nm: 1.91,
+        stall_current_a: 2.0,
         no_load_speed_rad_s: rpm(42.0),
         nominal_voltage_v: 6.0,
         voltage_min_v: 4.5,
@@ -329,11 +349,14 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
     },
     ServoModel {
         stall_torque_nm: 2.94,
+        // Estimates, this and the next model's: the maker gives none.
+        stall_current_a: 2.7,
         no_load_speed_rad_s: rpm(45.0),
         ..feetech_sts("STS3215-12V", 777, "Feetech wiki, ST-3215-C018, at 12 V")
     },
     ServoModel {
         stall_torque_nm: 4.90,
+        stall_current_a: 4.0,
         no_load_speed_rad_s: rpm(75.0),
         ..feetech_sts("STS3250", 2825, "Feetech wiki, ST-3250-C001, at 12 V")
     },

@@ -28,6 +28,8 @@ pub struct TentacleMotion {
     pub seed: u64,
     /// Where a tip reaches for while the operator does not say, body frame, m.
     pub reach_in_body: Option<DVec3>,
+    /// Mean load of an arm's outer joints on a pole it holds, as a share of stall torque.
+    pub grip_share: f64,
     /// What to wind round while the operator does not say.
     pub pole: Option<Pole>,
 }
@@ -62,12 +64,12 @@ pub enum Carrier {
     Counterweight,
 }
 
-/// A cylinder to wind round.
+/// A cylinder without ends, to wind round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pole {
     /// A point on its axis, body frame, m.
     pub point_in_body: DVec3,
-    /// Direction of its axis, body frame.
+    /// Direction of its axis, body frame; any length but 0.
     pub axis: DVec3,
     /// Radius, m.
     pub radius_m: f64,

@@ -8,6 +8,8 @@ mod gamepad;
 mod key_codes;
 mod keys;
 mod script;
+mod show;
+mod stroke_keys;
 
 use crate::model::Gait;
 use crate::motion::horse::{HorsePlan, Pace};
@@ -16,6 +18,8 @@ pub use gamepad::{Axis, Button, Gamepad, PadEvent};
 pub use key_codes::{Decoder, Key};
 pub use keys::Keys;
 pub use script::{Entry, Playback, Script};
+pub use show::Show;
+pub use stroke_keys::StrokeKeys;
 
 /// An order, and what the run is said to have ended for if it ends by it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,6 +14,8 @@ pub struct Script {
     pub entries: Vec<Entry>,
     /// When the robot stops, s.
     pub end_s: f64,
+    /// After how long it begins again, s; none for a script that is played once.
+    pub repeats_after_s: Option<f64>,
 }
 
 /// From a time on, an order.
@@ -33,6 +35,7 @@ impl Script {
         if time_s >= self.end_s {
             return Order::Stop;
         }
+        let time_s = self.repeats_after_s.map_or(time_s, |period_s| time_s.rem_euclid(period_s));
         let begun = self.entries.partition_point(|entry| entry.time_s <= time_s);
         let now = begun.checked_sub(1).and_then(|index| self.entries.get(index));
         now.map_or(self.before, |entry| entry.order)
@@ -55,10 +58,17 @@ impl Playback {
 
     /// What the script says in this cycle.
     pub fn instruction(&mut self, status: &Status) -> Instruction {
+        self.instruction_unless(status, false)
+    }
+
+    /// The same, but its time stands still while it `waits`.
+    pub fn instruction_unless(&mut self, status: &Status, waits: bool) -> Instruction {
         self.at_s = match self.at_s {
             None if status.activity != Activity::Standing => return self.script.before.into(),
             None => Some((0.0, status.time_s)),
-            Some((script_s, _)) if status.permission == Permission::Hold => Some((script_s, status.time_s)),
+            Some((script_s, _)) if waits || status.permission == Permission::Hold => {
+                Some((script_s, status.time_s))
+            }
             Some((script_s, run_s)) => Some((script_s + status.time_s - run_s, status.time_s)),
         };
         let script_s = self.at_s.map_or(0.0, |(script_s, _)| script_s);
@@ -78,7 +88,7 @@ mod tests {
     fn script() -> Script {
         let entry = |time_s, speed_m_s| Entry { time_s, order: Order::Drive(walk(speed_m_s)), line: 1 };
         let before = Order::Drive(Command::default());
-        Script { before, entries: vec![entry(1.0, 0.1), entry(2.0, 0.2)], end_s: 3.0 }
+        Script { before, entries: vec![entry(1.0, 0.1), entry(2.0, 0.2)], end_s: 3.0, repeats_after_s: None }
     }
 
     fn status(time_s: f64, activity: Activity, permission: Permission) -> Status {

@@ -12,9 +12,9 @@ use anyhow::Result;
 
 use super::BadInput;
 use crate::config;
-use crate::model::Robot;
+use crate::model::{Robot, TentacleMotion};
 use crate::motion::{GaitChoice, Order};
-use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script};
+use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script, Show, StrokeKeys};
 use crate::platform::monotonic;
 use crate::run::Status;
 use keyboard::Keyboard;
@@ -46,7 +46,10 @@ pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
     Keys(Keys, Keyboard),
+    StrokeKeys(Box<StrokeKeys>, Keyboard),
     Gamepad(Gamepad, Pad),
+    /// Keys park and end it, where there is a terminal.
+    Show(Box<Show>, String, Option<Keyboard>),
 }
 
 impl Driver {
@@ -74,10 +77,37 @@ impl Driver {
         Ok(Driver::Plan)
     }
 
+    /// The same for arms, whose scripts `load` reads; without more, a show of all strokes for `for_s`.
+    ///
+    /// # Errors
+    /// Bad input: a bad script, no terminal.
+    pub(super) fn of_arms(
+        options: &DriverArguments,
+        robot: &Robot,
+        tentacle: &TentacleMotion,
+        for_s: f64,
+        load: impl Fn(&Path) -> Result<Script>,
+    ) -> Result<Driver> {
+        if options.gamepad.is_some() {
+            let said = "--gamepad: arms are driven by --keys or --script";
+            return Err(BadInput(said.to_owned()).into());
+        }
+        if let Some(path) = &options.script {
+            return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
+        }
+        if options.keys {
+            return Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?));
+        }
+        let script = Show::of_all_strokes(tentacle, for_s);
+        Ok(Driver::Show(Box::new(Show::new(robot, script)), "a show of all strokes".to_owned(), None))
+    }
+
     /// What the person who drives should know beforehand: a line each.
     pub(super) fn help(&self) -> Vec<String> {
         match self {
-            Driver::Plan | Driver::Script(..) => Vec::new(),
+            Driver::Plan | Driver::Script(..) | Driver::Show(_, _, None) => Vec::new(),
+            Driver::StrokeKeys(keys, _) => keys.help(),
+            Driver::Show(..) => Show::help().map(str::to_owned).into(),
             Driver::Keys(keys, _) => keys.help(),
             Driver::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
         }
@@ -95,6 +125,26 @@ impl Driver {
                     }
                 }
                 keys.instruction()
+            }
+            Driver::StrokeKeys(keys, keyboard) => {
+                while let Some(key) = keyboard.pressed() {
+                    if let Some(words) = keys.press(key) {
+                        note(words);
+                    }
+                }
+                keys.instruction()
+            }
+            Driver::Show(show, _, keyboard) => {
+                while let Some(key) = keyboard.as_ref().and_then(Keyboard::pressed) {
+                    if let Some(words) = show.press(key) {
+                        note(words);
+                    }
+                }
+                let (instruction, said) = show.instruction(status);
+                if let Some(words) = said {
+                    note(words);
+                }
+                instruction
             }
             Driver::Gamepad(gamepad, pad) => {
                 while let Some((event, at_s)) = pad.heard() {
@@ -118,7 +168,8 @@ impl fmt::Display for Driver {
         match self {
             Driver::Plan => f.write_str("its plan"),
             Driver::Script(_, path) => write!(f, "the script {}", path.display()),
-            Driver::Keys(..) => f.write_str("the keyboard"),
+            Driver::Keys(..) | Driver::StrokeKeys(..) => f.write_str("the keyboard"),
+            Driver::Show(_, name, _) => f.write_str(name),
             Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
         }
     }

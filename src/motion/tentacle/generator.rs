@@ -1,6 +1,7 @@
 //! Arms between limp and limp: woken where they hang, taken to their parked pose, moved by strokes, parked again.
 
 use super::TentaclePlan;
+use super::performer::Performer;
 use crate::model::{Robot, StopAction};
 use crate::motion::curves::smooth_step;
 use crate::motion::ends::Ends;
@@ -11,16 +12,17 @@ use crate::signals::{Aim, Permission, State, Targets};
 ///
 /// ```text
 /// Limp -> TorqueUp -> Gather -> Performing -> Fold -> LetGo -> Done
-///            |           |                     ^
-///            +-----------+---------------------+   any stop, or permission Stop
+///            |           |          |          ^
+///            +-----------+----------+----------+   permission Stop, or StopAtOnce; before Performing, any stop
 /// ```
-/// `Gather` and `Fold` go to the parked pose joint by joint. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are
+/// `Gather` and `Fold` go to the parked pose joint by joint. An arm that is wound round a pole is not folded, which would
+/// tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are
 /// those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),
     Gather { from: f64, duration: f64 },
-    Performing { from: f64 },
+    Performing { from: f64, is_ending: bool },
     Fold { from: f64, duration: f64 },
     Held,
 }
@@ -29,6 +31,7 @@ enum Phase {
 #[derive(Debug, Clone)]
 pub struct TentacleGenerator {
     plan: TentaclePlan,
+    performer: Performer,
     phase: Phase,
     /// Motion time, s: stands still while safety holds.
     now_s: f64,
@@ -44,6 +47,7 @@ impl TentacleGenerator {
     /// Limp arms that will move as `plan` says for `perform_for_s` once ordered to.
     pub fn new(robot: &Robot, plan: TentaclePlan, perform_for_s: f64) -> TentacleGenerator {
         TentacleGenerator {
+            performer: Performer::new(robot, &plan),
             plan,
             phase: Phase::Ends(Ends::Limp),
             now_s: 0.0,
@@ -63,6 +67,11 @@ impl TentacleGenerator {
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
         self.change_phase(state, order);
+        if let Phase::Performing { from, is_ending } = &mut self.phase {
+            let command = command(order, self.now_s - *from, self.perform_for_s, self.plan.command);
+            *is_ending = command.is_none();
+            self.performer.step(dt_s, state, command.unwrap_or_default());
+        }
         self.write_targets(targets);
     }
 
@@ -79,13 +88,11 @@ impl TentacleGenerator {
                 }
             }
             Phase::Gather { .. } if must_end => self.fold(state),
-            Phase::Gather { from, duration } if now >= from + duration => Phase::Performing { from: now },
-            Phase::Performing { .. } if must_fold => self.fold(state),
-            Phase::Performing { from }
-                if command(order, now - from, self.perform_for_s, self.plan.command).is_none() =>
-            {
-                self.fold(state)
+            Phase::Gather { from, duration } if now >= from + duration => {
+                Phase::Performing { from: now, is_ending: false }
             }
+            Phase::Performing { .. } if must_fold => self.fold(state),
+            Phase::Performing { is_ending: true, .. } if self.performer.is_still() => self.fold(state),
             Phase::Fold { from, duration } if now >= from + duration => {
                 Phase::Ends(Ends::let_go(now, 1.0, state, &mut self.start_pose_rad))
             }
@@ -98,6 +105,9 @@ impl TentacleGenerator {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
             StopAction::Hold => Phase::Held,
+            StopAction::SitThenLimp if self.performer.is_wound() => {
+                Phase::Ends(Ends::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
+            }
             StopAction::SitThenLimp => Phase::Fold { from: self.now_s, duration: self.fold_duration_s() },
         }
     }
@@ -121,7 +131,7 @@ impl TentacleGenerator {
             Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
                 self.write_pose(smooth_step((self.now_s - from) / duration), targets);
             }
-            Phase::Performing { .. } => self.write_pose(1.0, targets),
+            Phase::Performing { .. } => self.performer.write(targets),
         }
     }
 
@@ -132,7 +142,12 @@ impl TentacleGenerator {
 
     /// The stroke the arms do; none at rest.
     pub fn stroke(&self) -> Option<Stroke> {
-        None
+        match self.phase {
+            Phase::Performing { .. } => {
+                Some(self.performer.stroke()).filter(|stroke| *stroke != Stroke::Rest)
+            }
+            _ => None,
+        }
     }
 
     /// What the arms are doing.
@@ -140,7 +155,12 @@ impl TentacleGenerator {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } => Activity::Rising,
-            Phase::Performing { .. } => Activity::Standing,
+            Phase::Performing { is_ending: true, .. } => Activity::Stopping,
+            Phase::Performing { .. } if self.performer.is_still() => match self.performer.stroke() {
+                Stroke::Park => Activity::Parked,
+                _ => Activity::Standing,
+            },
+            Phase::Performing { .. } => Activity::Performing,
             Phase::Fold { .. } => Activity::Stopping,
             Phase::Held => Activity::Done,
         }

@@ -5,16 +5,25 @@
 //! y left, z up.
 
 mod generator;
+mod grip;
 pub mod key_angles;
+mod performer;
 pub mod pseudo_targets;
 pub mod route;
+mod settled;
 pub mod stroke;
 pub mod variation;
 pub mod winding;
+mod wound;
 
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::StrokeCommand;
+use crate::motion::{Stroke, StrokeCommand};
 pub use generator::TentacleGenerator;
+use grip::Grip;
+pub use performer::Performer;
+
+/// The strokes by key angles, in the order of [`TentaclePlan::tempo_max`].
+pub const KEYED: [Stroke; 3] = [Stroke::Sway, Stroke::Walk, Stroke::Swim];
 
 /// What arms need to know of the robot, worked out when it loads, and what they are to do.
 #[derive(Debug, Clone)]
@@ -23,12 +32,14 @@ pub struct TentaclePlan {
     pub settings: TentacleMotion,
     /// Joint angles of the parked arms, all chains, rad.
     pub park_pose_rad: Vec<f64>,
+    /// Fastest that swaying, walking and swimming go, times the robot file's tempo.
+    pub tempo_max: [f64; 3],
     /// What to do when the operator says no more than to go.
     pub command: StrokeCommand,
 }
 
 impl TentaclePlan {
-    /// A plan for the arms of `robot` to do as `command` says.
+    /// A plan for the arms of `robot` to do as `command` says, as fast as is asked.
     pub fn new(robot: &Robot, settings: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
         let mut park_pose_rad = vec![0.0; robot.joints.len()];
         for arm in &settings.arms {
@@ -36,6 +47,6 @@ impl TentaclePlan {
             // The first hinge of each joint lifts.
             hinges.step_by(arm.hinges).for_each(|lift| park_pose_rad[lift] = arm.park_lift_rad);
         }
-        TentaclePlan { settings: settings.clone(), park_pose_rad, command }
+        TentaclePlan { settings: settings.clone(), park_pose_rad, tempo_max: [f64::INFINITY; 3], command }
     }
 }

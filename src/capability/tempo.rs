@@ -1,0 +1,59 @@
+//! The fastest arms can sway, walk and swim: by the limits of their joints.
+
+use crate::ik::{Limbs, Method};
+use crate::model::{Joint, Robot};
+use crate::motion::tentacle::{KEYED, Performer, TentaclePlan};
+use crate::motion::{Stroke, StrokeCommand};
+use crate::signals::{JointTargets, State, Targets};
+
+/// Shares of the joints' speed and acceleration that a stroke may use: the rest is for going over to the next.
+const RATE_SHARE: f64 = 0.5;
+const ACCELERATION_SHARE: f64 = 0.4;
+/// Strokes looked at, after a first in which the arms get under way: a sway does not repeat.
+const STROKES: f64 = 3.0;
+/// Faster strokes are not worth the name, times the robot file's tempo.
+const TEMPO_MAX: f64 = 4.0;
+
+/// The fastest tempo of each stroke by key angles, in the order of [`KEYED`].
+pub(super) fn of_strokes(robot: &Robot, plan: &TentaclePlan) -> [f64; 3] {
+    KEYED.map(|stroke| of_stroke(robot, plan, stroke))
+}
+
+fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
+    let dt_s = robot.period_s();
+    let mut performer = Performer::new(robot, plan);
+    let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
+    let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
+    let state = State::new(robot);
+    let begin_s = plan.settings.stroke_time_s.max(2.0);
+    let end_s = begin_s + STROKES * plan.settings.stroke_time_s;
+    // Angles of the last two cycles, rad.
+    let mut last = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
+    let mut tempo = TEMPO_MAX;
+    let mut now_s = 0.0;
+    while now_s < end_s {
+        performer.step(dt_s, &state, StrokeCommand::of(stroke));
+        performer.write(&mut targets);
+        limbs.solve(&targets, &mut joints);
+        if now_s > begin_s {
+            for (index, joint) in robot.joints.iter().enumerate() {
+                let (now, before, earlier) = (joints.angles_rad[index], last[0][index], last[1][index]);
+                let speed = (now - before).abs() / dt_s;
+                let acceleration = (now - 2.0 * before + earlier).abs() / (dt_s * dt_s);
+                tempo = tempo.min(highest(robot, joint, speed, acceleration));
+            }
+        }
+        last.swap(0, 1);
+        last[0].copy_from_slice(&joints.angles_rad);
+        now_s += dt_s;
+    }
+    tempo
+}
+
+/// The highest tempo at which a joint that does so at tempo 1 keeps its limits: speed grows with it, acceleration with
+/// its square.
+fn highest(robot: &Robot, joint: &Joint, speed: f64, acceleration: f64) -> f64 {
+    let by_rate = RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s() / speed.max(1e-9);
+    let by_acceleration = ACCELERATION_SHARE * robot.safety.acceleration_rad_s2 / acceleration.max(1e-9);
+    by_rate.min(by_acceleration.sqrt())
+}

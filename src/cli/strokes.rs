@@ -1,0 +1,76 @@
+//! What arms are to do in a run, and who drives them.
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::drivers::Driver;
+use super::{BadInput, RunArguments};
+use crate::capability::TentacleCapability;
+use crate::config;
+use crate::model::{Robot, TentacleMotion};
+use crate::motion::tentacle::KEYED;
+use crate::motion::{Order, Stroke, StrokeCommand};
+use crate::operator::Script;
+
+/// The stroke that was asked for, if one was.
+///
+/// # Errors
+/// Bad input: a stroke there is not, a tempo that is none.
+pub(super) fn command(options: &RunArguments, tentacle: &TentacleMotion) -> Result<Option<StrokeCommand>> {
+    if options.gait.is_some() || options.speed.is_some() {
+        let said = "--gait, --speed: arms do not walk away; --stroke and --tempo say what they do";
+        return Err(BadInput(said.to_owned()).into());
+    }
+    let Some(name) = &options.stroke else { return Ok(None) };
+    let stroke = match name.as_str() {
+        "reach" => {
+            tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None })
+        }
+        "wind" => tentacle.pole.map(Stroke::Wind),
+        name => Stroke::PLACELESS.iter().find(|(known, _)| *known == name).map(|(_, stroke)| *stroke),
+    };
+    let Some(stroke) = stroke else {
+        let known: Vec<&str> = Stroke::PLACELESS.iter().map(|(name, _)| *name).collect();
+        return Err(BadInput(format!(
+            "--stroke {name}: expected one of {}; and reach or wind where the robot file names reach_mm or a pole",
+            known.join(", ")
+        ))
+        .into());
+    };
+    let tempo = options.tempo.unwrap_or(1.0);
+    if !(tempo.is_finite() && tempo >= 0.0) {
+        return Err(BadInput(format!("--tempo {tempo}: expected a number, 0 or more")).into());
+    }
+    Ok(Some(StrokeCommand { tempo, ..StrokeCommand::of(stroke) }))
+}
+
+/// Loads a script for arms that can do what their `capability` says.
+pub(super) fn load_script(path: &Path, robot: &Robot, capability: &TentacleCapability) -> Result<Script> {
+    let script = config::load_script(path, robot)?;
+    for entry in &script.entries {
+        let Order::Perform(command) = entry.order else { continue };
+        let tempos = KEYED.iter().zip(capability.tempo_max);
+        for (stroke, most) in tempos.filter(|(stroke, _)| **stroke == command.stroke) {
+            if command.tempo > most {
+                let place = format!("{}:{}", path.display(), entry.line);
+                say!("{place}: tempo {} is too fast for {}: held at {most:.2}", command.tempo, stroke.name());
+            }
+        }
+    }
+    Ok(script)
+}
+
+/// Who drives the arms: whoever `options` name; else a show of all strokes.
+pub(super) fn driver(
+    options: &RunArguments,
+    robot: &Robot,
+    tentacle: &TentacleMotion,
+    capability: &TentacleCapability,
+) -> Result<Driver> {
+    let load = |path: &Path| load_script(path, robot, capability);
+    match command(options, tentacle)? {
+        Some(_) => Ok(Driver::Plan),
+        None => Driver::of_arms(&options.driver, robot, tentacle, options.walk_for_s, load),
+    }
+}

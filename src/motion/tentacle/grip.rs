@@ -1,0 +1,80 @@
+//! How hard an arm holds the pole it is wound round: by the load its servos tell.
+//!
+//! The arm is led a little inside the pole's surface, deeper until its joints bear the load asked for.
+
+use crate::signals::JointState;
+
+/// Fastest change of the depth, m/s.
+const RATE_M_S: f64 = 0.005;
+/// Deepest, as a share of the arm's radius: as far as its skin gives.
+const DEEPEST_SHARE: f64 = 0.3;
+/// Loads this near to what is asked for, as a share of it, are right.
+const RIGHT_SHARE: f64 = 0.1;
+
+/// A grip.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grip {
+    /// Mean load asked for, a share of stall torque.
+    load_share: f64,
+    squeeze_m: f64,
+}
+
+impl Grip {
+    pub(super) fn new(load_share: f64) -> Grip {
+        Grip { load_share, squeeze_m: 0.0 }
+    }
+
+    /// How deep the arm is led, m.
+    pub(super) fn squeeze_m(&self) -> f64 {
+        self.squeeze_m
+    }
+
+    pub(super) fn let_go(&mut self) {
+        self.squeeze_m = 0.0;
+    }
+
+    /// Goes deeper or less deep, for `dt_s`, by the load of the hinges that lie on the pole.
+    pub(super) fn step(&mut self, dt_s: f64, arm_radius_m: f64, hinges: &[JointState]) {
+        let count = hinges.len().max(1) as f64;
+        let load = hinges.iter().map(|hinge| hinge.load_share.abs()).sum::<f64>() / count;
+        if (load - self.load_share).abs() <= RIGHT_SHARE * self.load_share {
+            return;
+        }
+        let step_m = if load < self.load_share { RATE_M_S * dt_s } else { -RATE_M_S * dt_s };
+        self.squeeze_m = (self.squeeze_m + step_m).clamp(0.0, DEEPEST_SHARE * arm_radius_m);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pole that presses back in proportion to the depth, and where the grip comes to rest.
+    fn gripped(stiffness_per_m: f64) -> (f64, f64) {
+        let mut grip = Grip::new(0.15);
+        let mut load_share = 0.0;
+        for _ in 0..1000 {
+            let hinge = JointState { load_share, ..JointState::default() };
+            grip.step(0.01, 0.02, &[hinge; 4]);
+            load_share = -stiffness_per_m * grip.squeeze_m();
+        }
+        (grip.squeeze_m(), load_share.abs())
+    }
+
+    #[test]
+    fn it_tightens_until_the_load_is_right_and_no_deeper_than_the_skin_gives() {
+        let (_, load_share) = gripped(50.0);
+        assert!((load_share - 0.15).abs() <= 0.1 * 0.15 + 50.0 * RATE_M_S * 0.01, "{load_share}");
+        // On a pole that gives way it stops.
+        assert!((gripped(1.0).0 - 0.006).abs() < 1e-12);
+    }
+
+    #[test]
+    fn it_gives_way_where_the_load_is_too_much() {
+        let mut grip = Grip::new(0.15);
+        grip.squeeze_m = 0.003;
+        let hinge = JointState { load_share: 0.4, ..JointState::default() };
+        (0..200).for_each(|_| grip.step(0.01, 0.02, &[hinge; 4]));
+        assert!(grip.squeeze_m() <= 0.0);
+    }
+}

@@ -1,0 +1,36 @@
+//! Whether arms have come to rest where they were told to go, as their goals show.
+
+/// Goals that move less than this, rad/s, stand.
+const STILL_RAD_S: f64 = 1e-4;
+/// For so long, s.
+const STILL_FOR_S: f64 = 0.1;
+
+/// Watches all goals.
+#[derive(Debug, Clone)]
+pub(super) struct Settled {
+    last_rad: Vec<f64>,
+    still_s: f64,
+}
+
+impl Settled {
+    pub(super) fn new(joints: usize) -> Settled {
+        Settled { last_rad: vec![0.0; joints], still_s: 0.0 }
+    }
+
+    /// Looks at the goals of the cycle before, `dt_s` after the last look.
+    pub(super) fn look(&mut self, dt_s: f64, goal_rad: &[f64]) {
+        let ways = self.last_rad.iter().zip(goal_rad).map(|(last, now)| (now - last).abs());
+        let is_moving = ways.fold(0.0, f64::max) > STILL_RAD_S * dt_s;
+        self.still_s = if is_moving { 0.0 } else { self.still_s + dt_s };
+        self.last_rad.copy_from_slice(goal_rad);
+    }
+
+    /// Something new begins.
+    pub(super) fn begin(&mut self) {
+        self.still_s = 0.0;
+    }
+
+    pub(super) fn is(&self) -> bool {
+        self.still_s >= STILL_FOR_S
+    }
+}

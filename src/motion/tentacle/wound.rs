@@ -1,0 +1,62 @@
+//! How much of an arm is wound round its pole, and how fast that changes: never by a leap of speed.
+
+/// Time in which winding comes to its speed, as a share of that of the whole.
+const RAMP_SHARE: f64 = 0.2;
+/// So near the end is there.
+const THERE: f64 = 1e-5;
+
+/// From 0, not wound, to 1, all that can be.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Wound {
+    pub(super) share: f64,
+    /// 1/s.
+    speed: f64,
+}
+
+impl Wound {
+    /// Goes on for `dt_s` towards `goal`, all the way in about `time_s`.
+    pub(super) fn step(&mut self, dt_s: f64, goal: f64, time_s: f64) {
+        let fastest = 1.0 / ((1.0 - RAMP_SHARE) * time_s);
+        let change = fastest / (RAMP_SHARE * time_s) * dt_s;
+        let left = goal - self.share;
+        // The speed from which whole steps of deceleration end on the spot.
+        let braking = (0.25 * change * change + 2.0 * change / dt_s * left.abs()).sqrt() - 0.5 * change;
+        let wanted = left.signum() * braking.min(fastest).min(left.abs() / dt_s);
+        self.speed += (wanted - self.speed).clamp(-change, change);
+        self.share = (self.share + self.speed * dt_s).clamp(0.0, 1.0);
+        if (goal - self.share).abs() < THERE && self.speed.abs() <= change {
+            *self = Wound { share: goal, speed: 0.0 };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_comes_to_rest_wherever_it_is_turned_round() {
+        let (dt_s, time_s) = (0.01, 4.0);
+        let most = 1.0 / ((1.0 - RAMP_SHARE) * time_s) / (RAMP_SHARE * time_s) * dt_s;
+        for turned_at in [10, 60, 150, 390] {
+            let mut wound = Wound::default();
+            for step in 0..1200 {
+                let before = wound;
+                wound.step(dt_s, if step < turned_at { 1.0 } else { 0.0 }, time_s);
+                let speed_before = before.speed;
+                let speed = (wound.share - before.share) / dt_s;
+                assert!(
+                    (speed - speed_before).abs() <= most + 2.0 * THERE / dt_s,
+                    "{turned_at}: step {step}"
+                );
+            }
+            assert_eq!(wound, Wound::default(), "turned at {turned_at}");
+        }
+        let mut wound = Wound::default();
+        let steps = (0..).find(|_| {
+            wound.step(dt_s, 1.0, time_s);
+            wound.share >= 1.0
+        });
+        assert!(steps.is_some_and(|steps| (370..=440).contains(&steps)), "{steps:?} steps");
+    }
+}

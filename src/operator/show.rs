@@ -1,0 +1,185 @@
+//! A show: a script of strokes on repeat, which parks the arms when they get hot or a person says so.
+
+use super::{Entry, Instruction, Key, Playback, Script};
+use crate::model::{Robot, TentacleMotion};
+use crate::motion::{Order, Stroke, StrokeCommand};
+use crate::run::Status;
+
+/// This far below the safety limit a servo is hot enough to park, and so much cooler it is cool again, K.
+const HOT_BELOW_C: f64 = 5.0;
+const COOLER_BY_C: f64 = 5.0;
+/// How long a reach is held, how long a pole is, and how long arms rest at the end, s.
+const REACH_S: f64 = 4.0;
+const HOLD_S: f64 = 5.0;
+const REST_S: f64 = 4.0;
+
+/// A show under way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Show {
+    playback: Playback,
+    hot_c: f64,
+    is_cooling: bool,
+    is_parked: bool,
+    ending: Option<Instruction>,
+}
+
+impl Show {
+    /// The show of `script` on `robot`.
+    pub fn new(robot: &Robot, script: Script) -> Show {
+        Show {
+            playback: Playback::new(script),
+            hot_c: robot.safety.temperature_c - HOT_BELOW_C,
+            is_cooling: false,
+            is_parked: false,
+            ending: None,
+        }
+    }
+
+    /// Every stroke these arms know, one after the other, on repeat, for `for_s`.
+    pub fn of_all_strokes(tentacle: &TentacleMotion, for_s: f64) -> Script {
+        let stroke_s = tentacle.stroke_time_s;
+        let reach =
+            tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None });
+        let wind = tentacle.pole.map(Stroke::Wind);
+        let parts = [
+            (Some(Stroke::Sway), 2.0 * stroke_s),
+            (Some(Stroke::Walk), 3.0 * stroke_s),
+            (Some(Stroke::Swim), 3.0 * stroke_s),
+            (reach, REACH_S),
+            // Arms rest, lie along the pole, wind round it and hold it.
+            (wind, 2.0 * stroke_s + HOLD_S),
+            (wind.map(|_| Stroke::LetGo), 2.0 * stroke_s),
+            (Some(Stroke::Park), REST_S),
+        ];
+        let mut entries = Vec::new();
+        let mut time_s = 0.0;
+        for (stroke, lasts_s) in parts {
+            let Some(stroke) = stroke else { continue };
+            entries.push(Entry { time_s, order: Order::Perform(StrokeCommand::of(stroke)), line: 0 });
+            time_s += lasts_s;
+        }
+        Script {
+            before: Order::Perform(StrokeCommand::default()),
+            entries,
+            end_s: for_s,
+            repeats_after_s: Some(time_s),
+        }
+    }
+
+    /// What the keys are, for people: a line each.
+    pub fn help() -> [&'static str; 3] {
+        [
+            "p         park, and go on",
+            "q         park, let go and end",
+            "x or Esc  EMERGENCY STOP: the stop action at once",
+        ]
+    }
+
+    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    pub fn press(&mut self, key: Key) -> Option<&'static str> {
+        match key {
+            Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
+            Key::Character('q' | '\x04') => {
+                self.ending.get_or_insert(Order::Stop.into());
+            }
+            Key::Gone => {
+                let reason = "the keyboard's terminal is gone";
+                self.ending.get_or_insert(Instruction { order: Order::Stop, reason });
+            }
+            Key::Character('p') => {
+                self.is_parked = !self.is_parked;
+                return Some(if self.is_parked { "parked: p goes on" } else { "the show goes on" });
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// What is to be done in this cycle; and what a person should know, if anything.
+    pub fn instruction(&mut self, status: &Status) -> (Instruction, Option<&'static str>) {
+        let was_cooling = self.is_cooling;
+        let limit_c = if was_cooling { self.hot_c - COOLER_BY_C } else { self.hot_c };
+        self.is_cooling = status.hottest_c > limit_c;
+        let note = match (was_cooling, self.is_cooling) {
+            (false, true) => Some("a servo is hot: parked until it is cool"),
+            (true, false) => Some("cool again: the show goes on"),
+            _ => None,
+        };
+        let waits = self.is_cooling || self.is_parked;
+        let said = self.playback.instruction_unless(status, waits);
+        let park = Order::Perform(StrokeCommand::of(Stroke::Park));
+        let instruction = if waits && !said.order.is_stop() { park.into() } else { said };
+        (self.ending.unwrap_or(instruction), note)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+    use crate::motion::Activity;
+    use crate::signals::Permission;
+
+    fn robot() -> Robot {
+        config::parse(include_str!("../../config/tentacle.toml"), "tentacle").unwrap().robot
+    }
+
+    fn status(time_s: f64, hottest_c: f64) -> Status {
+        Status {
+            time_s,
+            activity: Activity::Standing,
+            gait: None,
+            stroke: None,
+            speed_m_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+            permission: Permission::Move,
+            late_cycles: 0,
+            hottest_c,
+            lowest_v: 5.0,
+            is_recording_lost: false,
+        }
+    }
+
+    fn stroke(instruction: Instruction) -> Stroke {
+        match instruction.order {
+            Order::Perform(command) => command.stroke,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn it_goes_round_and_round_until_its_time_is_over() {
+        let robot = robot();
+        let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1000.0);
+        let period_s = script.repeats_after_s.unwrap();
+        let mut show = Show::new(&robot, script);
+        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::Sway);
+        for round in 0..5 {
+            let begin_s = f64::from(round) * period_s;
+            assert_eq!(stroke(show.instruction(&status(begin_s + 0.5, 30.0)).0), Stroke::Sway);
+            assert_eq!(stroke(show.instruction(&status(begin_s + period_s - 0.5, 30.0)).0), Stroke::Park);
+        }
+        assert_eq!(show.instruction(&status(1001.0, 30.0)).0.order, Order::Stop);
+    }
+
+    #[test]
+    fn it_parks_while_a_servo_is_hot_or_a_person_says_so_and_goes_on_where_it_was() {
+        let robot = robot();
+        let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1e6);
+        let mut show = Show::new(&robot, script);
+        let hot_c = robot.safety.temperature_c - 4.0;
+        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::Sway);
+        let (instruction, note) = show.instruction(&status(1.0, hot_c));
+        assert_eq!(stroke(instruction), Stroke::Park);
+        assert!(note.is_some_and(|note| note.contains("hot")));
+        // A little cooler is not cool.
+        assert_eq!(stroke(show.instruction(&status(100.0, hot_c - 3.0)).0), Stroke::Park);
+        assert_eq!(stroke(show.instruction(&status(200.0, 30.0)).0), Stroke::Sway, "its time stood still");
+        show.press(Key::Character('p'));
+        assert_eq!(stroke(show.instruction(&status(300.0, 30.0)).0), Stroke::Park);
+        show.press(Key::Character('p'));
+        assert_eq!(stroke(show.instruction(&status(400.0, 30.0)).0), Stroke::Sway);
+        show.press(Key::Character('q'));
+        assert_eq!(show.instruction(&status(401.0, 30.0)).0.order, Order::Stop);
+    }
+}

@@ -1,0 +1,156 @@
+//! Driving arms from the keyboard: each key asks for a stroke, or changes its tempo or turn by a step.
+
+use super::{Instruction, Key};
+use crate::model::TentacleMotion;
+use crate::motion::{Order, Stroke, StrokeCommand};
+
+/// Steps of tempo from nothing to the robot file's, and the most.
+const TEMPO_STEPS: i8 = 10;
+const TEMPO_STEPS_MAX: i8 = 20;
+/// One step of turn, and the most either way, in steps.
+const TURN_RAD: f64 = std::f64::consts::PI / 18.0;
+const TURN_STEPS_MAX: i8 = 9;
+
+/// What has been asked of arms by keys so far; at first, to rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StrokeKeys {
+    /// By the keys 1, 2 and so on; none where the robot file names no place for it.
+    strokes: [Option<Stroke>; 6],
+    stroke: Stroke,
+    tempo: i8,
+    turn: i8,
+    ending: Option<Instruction>,
+}
+
+impl StrokeKeys {
+    /// For arms with these settings.
+    pub fn new(tentacle: &TentacleMotion) -> StrokeKeys {
+        StrokeKeys {
+            strokes: [
+                Some(Stroke::Sway),
+                Some(Stroke::Walk),
+                Some(Stroke::Swim),
+                tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None }),
+                tentacle.pole.map(Stroke::Wind),
+                Some(Stroke::LetGo),
+            ],
+            stroke: Stroke::Rest,
+            tempo: TEMPO_STEPS,
+            turn: 0,
+            ending: None,
+        }
+    }
+
+    /// What the keys are, for people: a line each.
+    pub fn help(&self) -> Vec<String> {
+        let strokes = self.strokes.iter().zip(1..);
+        let strokes: Vec<String> =
+            strokes.filter_map(|(stroke, key)| Some(format!("{key} {}", stroke.as_ref()?.name()))).collect();
+        vec![
+            format!("strokes              {}", strokes.join(", ")),
+            "up, down or w, s     faster, slower".to_owned(),
+            "left, right or a, d  turn the strokes".to_owned(),
+            "space or 0           rest".to_owned(),
+            "p                    park".to_owned(),
+            "q                    rest, park, let go and end".to_owned(),
+            "x or Esc             EMERGENCY STOP: the stop action at once".to_owned(),
+        ]
+    }
+
+    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    pub fn press(&mut self, key: Key) -> Option<&'static str> {
+        match key {
+            Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
+            // Ctrl-D, the end of the input.
+            Key::Character('q' | '\x04') => self.end(Order::Stop.into()),
+            Key::Gone => {
+                self.end(Instruction { order: Order::Stop, reason: "the keyboard's terminal is gone" });
+            }
+            Key::Up | Key::Character('w') => self.tempo = (self.tempo + 1).min(TEMPO_STEPS_MAX),
+            Key::Down | Key::Character('s') => self.tempo = (self.tempo - 1).max(0),
+            Key::Left | Key::Character('a') => self.turn = (self.turn + 1).min(TURN_STEPS_MAX),
+            Key::Right | Key::Character('d') => self.turn = (self.turn - 1).max(-TURN_STEPS_MAX),
+            Key::Character(' ' | '0') => self.stroke = Stroke::Rest,
+            Key::Character('p') => self.stroke = Stroke::Park,
+            Key::Character(digit @ '1'..='6') => {
+                let place = digit.to_digit(10).and_then(|digit| usize::try_from(digit).ok()).unwrap_or(1) - 1;
+                match self.strokes[place] {
+                    Some(stroke) => self.stroke = stroke,
+                    None => return Some("the robot file names no place for that: see reach_mm and pole"),
+                }
+            }
+            Key::Character(_) => {}
+        }
+        None
+    }
+
+    /// What has been asked for.
+    pub fn instruction(&self) -> Instruction {
+        let command = StrokeCommand {
+            stroke: self.stroke,
+            tempo: f64::from(self.tempo) / f64::from(TEMPO_STEPS),
+            turn_rad: f64::from(self.turn) * TURN_RAD,
+        };
+        self.ending.unwrap_or(Order::Perform(command).into())
+    }
+
+    /// An end that was asked for stays; only an emergency stop can take its place.
+    fn end(&mut self, ending: Instruction) {
+        self.ending.get_or_insert(ending);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+
+    fn typed(text: &str) -> (Instruction, Option<&'static str>) {
+        let robot = config::parse(include_str!("../../config/tentacle.toml"), "tentacle").unwrap().robot;
+        let mut keys = StrokeKeys::new(robot.motion.tentacle().unwrap());
+        let mut note = None;
+        for character in text.chars() {
+            note = keys.press(match character {
+                '^' => Key::Up,
+                'v' => Key::Down,
+                '<' => Key::Left,
+                '>' => Key::Right,
+                other => Key::Character(other),
+            });
+        }
+        (keys.instruction(), note)
+    }
+
+    fn command(text: &str) -> StrokeCommand {
+        match typed(text).0.order {
+            Order::Perform(command) => command,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn arms_rest_until_a_key_is_pressed_and_go_from_stroke_to_stroke() {
+        assert_eq!(command(""), StrokeCommand::default());
+        let strokes = ["1", "2", "3", "12", "2 ", "3p"].map(|text| command(text).stroke);
+        let expected = [Stroke::Sway, Stroke::Walk, Stroke::Swim, Stroke::Walk, Stroke::Rest, Stroke::Park];
+        assert_eq!(strokes, expected);
+        assert!(matches!(command("4").stroke, Stroke::Reach { .. }));
+        assert!(matches!(command("5").stroke, Stroke::Wind(_)));
+    }
+
+    #[test]
+    fn tempo_and_turn_go_in_steps_and_wind_nothing_up() {
+        assert!((command("2vvv").tempo - 0.7).abs() < 1e-12);
+        assert!((command(&"^".repeat(100)).tempo - 2.0).abs() < 1e-12);
+        assert!(command(&"v".repeat(100)).tempo.abs() < 1e-12);
+        assert!((command("2<<").turn_rad - 20_f64.to_radians()).abs() < 1e-12, "left is positive");
+        assert!((command(&">".repeat(100)).turn_rad + 90_f64.to_radians()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_end_is_an_end_and_an_emergency_stop_comes_after_all() {
+        assert_eq!(typed("2q3").0.order, Order::Stop);
+        assert_eq!(typed("2qx").0.order, Order::StopAtOnce);
+        assert_eq!(typed("2xq ").0.order, Order::StopAtOnce);
+    }
+}
