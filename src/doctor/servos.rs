@@ -212,9 +212,12 @@ fn settings(
         Protocol::Dynamixel => 3,
         Protocol::Feetech => 0,
     };
-    let mode = of.read("operating_mode")?.raw;
-    if mode != position_mode {
-        lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
+    // SCS servos have no such register.
+    if of.register("operating_mode").is_ok() {
+        let mode = of.read("operating_mode")?.raw;
+        if mode != position_mode {
+            lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
+        }
     }
     // Feetech: reserved on STS (wiki), honoured by some.
     let delay_us = 2 * of.read("return_delay_time")?.raw;
@@ -258,14 +261,18 @@ fn settings(
         Protocol::Dynamixel => "pwm_limit",
         Protocol::Feetech => "max_torque",
     };
-    let limit = of.read(full)?.raw;
+    let full = of.register(full)?;
+    let limit = of.read_raw(&full)?;
     let permitted = robot.safety.torque_share * f64::from(servo.model.torque_limit_full);
     #[allow(clippy::cast_precision_loss, reason = "at most 1000")]
-    if (limit as f64) < permitted.floor() {
+    let is_too_little = (limit as f64) < permitted.floor();
+    // On SCS it is what every cycle writes, and no setting.
+    if is_too_little && full.register != servo.model.registers.torque_limit {
         lines.warning(
             who,
             format!(
-                "{full} is {limit}: it has less torque than the {permitted:.0} that torque_share permits"
+                "{} is {limit}: it has less torque than the {permitted:.0} that torque_share permits",
+                full.name
             ),
             "raise it, or lower torque_share",
         );

@@ -408,6 +408,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
     },
     ServoModel {
         stall_torque_nm: 0.226,
+        stall_current_a: 1.0,
         no_load_speed_rad_s: rpm(100.0),
         nominal_voltage_v: 6.0,
         voltage_min_v: 4.8,
