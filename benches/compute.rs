@@ -316,11 +316,12 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
         root_m: DVec3::ZERO,
         root_rotation: glam::DQuat::IDENTITY,
         joints: 0..joints.len(),
+        tendons: None,
     };
     let arm = ArmGeometry::of(&chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
     let stroke = Strokes::new(part, Between::Smooth, Variation::new(1, 0, 0.05)).swim;
-    let mut target = ArmTarget::new(&joints);
+    let mut target = ArmTarget::new(&chain, &joints);
     let targets = (0..500)
         .map(|cycle| {
             let phase = std::f64::consts::TAU * f64::from(cycle) / 500.0;

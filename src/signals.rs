@@ -7,7 +7,7 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{GROUPS, Joint, Robot};
+use crate::model::{Chain, GROUPS, Joint, Robot, TendonDrive};
 
 /// What the generator asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -220,15 +220,16 @@ impl Targets {
             trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
             posture_pull: 0.0,
-            arms: robot.chains.iter().map(|chain| ArmTarget::new(robot.joints_of(chain))).collect(),
+            arms: robot.chains.iter().map(|chain| ArmTarget::new(chain, robot.joints_of(chain))).collect(),
         }
     }
 }
 
 impl ArmTarget {
-    /// For a chain of these joints, a target at its root.
-    pub fn new(joints: &[Joint]) -> ArmTarget {
-        let links = joints.iter().filter(|joint| joint.link_m.length() > 0.0).count();
+    /// For `chain`, which has these joints, a target at the body frame's origin.
+    pub fn new(chain: &Chain, joints: &[Joint]) -> ArmTarget {
+        let hinged = || joints.iter().filter(|joint| joint.link_m.length() > 0.0).count();
+        let links = chain.tendons.as_ref().map_or_else(hinged, TendonDrive::links);
         ArmTarget {
             aim: ArmAim::Ends,
             ends_in_body: [DVec3::ZERO; GROUPS],

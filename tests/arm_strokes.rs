@@ -46,6 +46,7 @@ impl Rig {
             root_m: DVec3::ZERO,
             root_rotation: DQuat::IDENTITY,
             joints: 0..joints.len(),
+            tendons: None,
         };
         let arm = ArmGeometry::of(&chain, &joints).expect("an arm");
         Rig { chain, joints, arm }
@@ -56,7 +57,7 @@ impl Rig {
     }
 
     fn target(&self) -> ArmTarget {
-        ArmTarget::new(&self.joints)
+        ArmTarget::new(&self.chain, &self.joints)
     }
 
     /// The arm's links, m.

@@ -1,20 +1,12 @@
 //! Dynamixel packets through a world, byte for byte. Vectors: ROBOTIS e-manual, Protocol 2.0.
 
 mod common;
+use common::x_series::{ACCESS, DATA_LENGTH, DATA_LIMIT, DATA_RANGE, status};
 use common::*;
 use hw_sim::{BusConfig, World};
 
-const DATA_RANGE: u8 = 4;
-const DATA_LENGTH: u8 = 5;
-const DATA_LIMIT: u8 = 6;
-const ACCESS: u8 = 7;
-
 fn one(model: &str) -> World {
     world(dynamixel_bus(vec![servo(model, 1)]))
-}
-
-fn status(id: u8, error: u8, data: &[u8]) -> Vec<u8> {
-    dynamixel(id, &[&[0x55, error], data].concat())
 }
 
 fn goal(counts: i32) -> [u8; 4] {
@@ -136,6 +128,28 @@ fn every_register_is_what_the_manual_says_to_a_writer() {
         }
         assert_eq!(mode("XL430-W250", number), without, "XL430 {number}");
     }
+}
+
+#[test]
+fn as_times_the_profile_registers_take_a_little_less() {
+    for (drive_mode, highest) in [(0, 32_767u32), (4, 32_737)] {
+        let mut world = one("XM430-W210");
+        dynamixel_write(&mut world, 1, 10, &[drive_mode]);
+        for address in [108, 112] {
+            assert_eq!(dynamixel_write(&mut world, 1, address, &highest.to_le_bytes())[8], 0);
+            assert_eq!(dynamixel_write(&mut world, 1, address, &(highest + 1).to_le_bytes())[8], DATA_RANGE);
+        }
+    }
+}
+
+#[test]
+fn a_limit_written_is_the_new_value_of_its_goal_and_of_no_other() {
+    let mut world = one("XM430-W210");
+    dynamixel_write(&mut world, 1, 100, &200u16.to_le_bytes());
+    dynamixel_write(&mut world, 1, 38, &500u16.to_le_bytes());
+    assert_eq!(dynamixel_read(&mut world, 1, 100, 4)[9..13], [200, 0, 0xF4, 1]);
+    dynamixel_write(&mut world, 1, 36, &700u16.to_le_bytes());
+    assert_eq!(dynamixel_read(&mut world, 1, 100, 4)[9..13], [0xBC, 2, 0xF4, 1]);
 }
 
 #[test]

@@ -52,6 +52,184 @@ fn a_reply_takes_bytes_times_ten_over_baud_plus_the_return_delay() {
     }
 }
 
+/// An exchange, and the bytes it must be made of by the protocol's own formulas.
+struct Exchange {
+    name: String,
+    request: Vec<u8>,
+    request_bytes: usize,
+    reply_bytes: usize,
+    /// How many return delays there are in it.
+    delays: u64,
+}
+
+/// Every exchange takes its bytes times ten over the baud, and its return delays, within a hundredth.
+fn check_exchanges(bus: &BusConfig, exchanges: &[Exchange], bauds: &[u32]) {
+    for &baud in bauds {
+        for delay_us in [0, 100, 500] {
+            let servos = bus.servos.iter().map(|of| ServoConfig { return_delay_us: delay_us, ..of.clone() });
+            let mut world = world(BusConfig { baud, servos: servos.collect(), ..bus.clone() });
+            world.keep_requests();
+            for Exchange { name, request, request_bytes, reply_bytes, delays } in exchanges {
+                assert_eq!(request.len(), *request_bytes, "{name}");
+                let start_ns = world.now_ns();
+                world.host_send(0, request).unwrap();
+                let mut end_ns = start_ns;
+                if *reply_bytes > 0 {
+                    end_ns = arrival(&mut world, *reply_bytes).1;
+                }
+                // Whatever comes after the last byte that was due has been too much.
+                world.advance_to(world.now_ns() + 100 * MS);
+                assert_eq!(received(&mut world, 0), [], "{name}");
+                if *reply_bytes == 0 {
+                    end_ns = world.requests(0).last().unwrap().at_ns;
+                }
+                #[allow(clippy::cast_precision_loss, reason = "times of a test are short")]
+                let (took_s, expected_s) = (
+                    (end_ns - start_ns) as f64 * 1e-9,
+                    (request_bytes + reply_bytes) as f64 * 10.0 / f64::from(baud)
+                        + *delays as f64 * f64::from(delay_us) * 1e-6,
+                );
+                let off = took_s / expected_s - 1.0;
+                assert!(off.abs() < 0.01, "{name} at {baud} baud: {took_s} s and not {expected_s} s");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_exchange_of_dynamixel_servos_takes_its_bytes_and_return_delays() {
+    let goal = |bytes: u8| vec![0; usize::from(bytes)];
+    let exchange = |name: String, request, request_bytes, reply_bytes, delays| Exchange {
+        name,
+        request,
+        request_bytes,
+        reply_bytes,
+        delays,
+    };
+    for n in [1u8, 4, 16] {
+        let ids: Vec<u8> = (1..=n).collect();
+        let count = usize::from(n);
+        let bus = dynamixel_bus(ids.iter().map(|&id| servo("XM430-W210", id)).collect());
+        let mut exchanges = vec![
+            exchange("ping".into(), dynamixel(1, &[1]), 10, 14, 1),
+            exchange("ping of all".into(), dynamixel(0xFE, &[1]), 10, 14 * count, u64::from(n)),
+        ];
+        // Profile Acceleration and its neighbours may be written with any small number; Present Current and its
+        // neighbours read.
+        for l in [1u8, 4, 8] {
+            let bytes = usize::from(l);
+            let (address, data) = if l == 1 { (65, vec![1]) } else { (108, goal(l)) };
+            let rows = |head: &[u8]| -> Vec<u8> {
+                ids.iter().flat_map(|&id| [&[id], head, data.as_slice()].concat()).collect()
+            };
+            let asked =
+                |head: &[u8]| -> Vec<u8> { ids.iter().flat_map(|&id| [&[id], head].concat()).collect() };
+            let all = |instruction: u8, rest: &[u8]| dynamixel(0xFE, &[&[instruction], rest].concat());
+            let (to, from) = ([address, 0, l, 0], [126, 0, l, 0]);
+            let each = |frame: usize| count * (frame + bytes);
+            exchanges.extend([
+                exchange(format!("read of {l}"), dynamixel(1, &[2, 126, 0, l, 0]), 14, 11 + bytes, 1),
+                exchange(
+                    format!("write of {l}"),
+                    dynamixel(1, &[&[3, address, 0], data.as_slice()].concat()),
+                    12 + bytes,
+                    11,
+                    1,
+                ),
+                exchange(
+                    format!("sync write of {l}"),
+                    all(0x83, &[&to[..], &rows(&[])].concat()),
+                    14 + each(1),
+                    0,
+                    0,
+                ),
+                exchange(
+                    format!("sync read of {l}"),
+                    all(0x82, &[&from[..], &asked(&[])].concat()),
+                    14 + count,
+                    each(11),
+                    u64::from(n),
+                ),
+                exchange(
+                    format!("fast sync read of {l}"),
+                    all(0x8A, &[&from[..], &asked(&[])].concat()),
+                    14 + count,
+                    8 + each(4),
+                    1,
+                ),
+                exchange(
+                    format!("bulk read of {l}"),
+                    all(0x92, &asked(&from)),
+                    10 + 5 * count,
+                    each(11),
+                    u64::from(n),
+                ),
+                exchange(
+                    format!("fast bulk read of {l}"),
+                    all(0x9A, &asked(&from)),
+                    10 + 5 * count,
+                    8 + each(4),
+                    1,
+                ),
+                exchange(format!("bulk write of {l}"), all(0x93, &rows(&to)), 10 + each(5), 0, 0),
+                exchange(
+                    format!("registered write of {l}"),
+                    dynamixel(1, &[&[4, address, 0], data.as_slice()].concat()),
+                    12 + bytes,
+                    11,
+                    1,
+                ),
+                exchange("action".into(), dynamixel(0xFE, &[5]), 10, 0, 0),
+            ]);
+        }
+        check_exchanges(&bus, &exchanges, &[57_600, 1_000_000, 4_000_000]);
+    }
+}
+
+#[test]
+fn every_exchange_of_feetech_servos_takes_its_bytes_and_return_delays() {
+    let exchange = |name: String, request, request_bytes, reply_bytes, delays| Exchange {
+        name,
+        request,
+        request_bytes,
+        reply_bytes,
+        delays,
+    };
+    for n in [1u8, 4, 16] {
+        let ids: Vec<u8> = (1..=n).collect();
+        let count = usize::from(n);
+        let bus = feetech_bus(ids.iter().map(|&id| servo("STS3215-12V", id)).collect());
+        let mut exchanges = vec![exchange("ping".into(), feetech(1, 1, &[]), 6, 6, 1)];
+        for l in [2u8, 7] {
+            let bytes = usize::from(l);
+            // Goals from 42 or 41 on.
+            let address = if l == 2 { 42 } else { 41 };
+            let data = vec![0; bytes];
+            let rows: Vec<u8> = ids.iter().flat_map(|&id| [&[id], data.as_slice()].concat()).collect();
+            let (goal, all) = ([&[address], data.as_slice()].concat(), ids.as_slice());
+            exchanges.extend([
+                exchange(format!("read of {l}"), feetech(1, 2, &[56, l]), 8, 6 + bytes, 1),
+                exchange(format!("write of {l}"), feetech(1, 3, &goal), 7 + bytes, 6, 1),
+                exchange(
+                    format!("sync write of {l}"),
+                    feetech(0xFE, 0x83, &[&[address, l], rows.as_slice()].concat()),
+                    8 + count * (1 + bytes),
+                    0,
+                    0,
+                ),
+                exchange(
+                    format!("sync read of {l}"),
+                    feetech(0xFE, 0x82, &[&[56, l], all].concat()),
+                    8 + count,
+                    count * (6 + bytes),
+                    u64::from(n),
+                ),
+            ]);
+        }
+        check_exchanges(&bus, &exchanges, &[57_600, 1_000_000]);
+    }
+}
+
 #[test]
 fn adapter_latency_shifts_every_byte() {
     let bus = feetech_bus(vec![servo("STS3215-12V", 1)]);

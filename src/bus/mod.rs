@@ -13,6 +13,7 @@ pub(crate) mod frame;
 mod packet;
 pub mod port;
 mod register;
+mod replies;
 pub mod serial;
 mod sim;
 #[cfg(test)]
@@ -26,5 +27,6 @@ pub(crate) use error::refusal;
 pub use error::{Request, ServoPlace, TransactionError};
 pub use port::{PortError, Ports};
 pub(crate) use register::{decode, encode};
+pub use replies::{Reply, replies_in, replies_to_fast_read_in};
 pub use serial::SerialPorts;
 pub use sim::SimPorts;

@@ -200,7 +200,7 @@ pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
         let first = joints.len();
         joints.extend(limb.joints);
         let Limb { name, root_m, root_rotation, .. } = limb;
-        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len() });
+        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons: None });
     }
     (chains, joints)
 }

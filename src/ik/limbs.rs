@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ArmSolver, HandOver, Method, Solver};
+use super::{ArmSolution, ArmSolver, HandOver, Method, SectionSolver, Solver};
 use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
@@ -24,9 +24,16 @@ struct Limb {
 /// An arm's solver, which follows its own last solution, and what joins one motion to the next.
 #[derive(Debug, Clone)]
 struct Arm {
-    solver: ArmSolver,
+    solver: Bender,
     solved_rad: Vec<f64>,
     hand_over: HandOver,
+}
+
+/// What bends it.
+#[derive(Debug, Clone)]
+enum Bender {
+    Hinges(ArmSolver),
+    Tendons(SectionSolver),
 }
 
 impl Limbs {
@@ -106,21 +113,30 @@ impl Limbs {
 impl Arm {
     fn of(robot: &Robot, chain: &Chain, bending: Bending) -> Option<Arm> {
         let joints = robot.joints_of(chain);
-        let geometry = ArmGeometry::of(chain, joints).ok()?;
+        let solver = match &chain.tendons {
+            Some(drive) => Bender::Tendons(SectionSolver::new(drive, chain)),
+            None => {
+                let geometry = ArmGeometry::of(chain, joints).ok()?;
+                Bender::Hinges(ArmSolver::new(&geometry, chain, joints, bending, robot.period_s()))
+            }
+        };
         Some(Arm {
-            solver: ArmSolver::new(&geometry, chain, joints, bending, robot.period_s()),
+            solver,
             solved_rad: vec![0.0; joints.len()],
             hand_over: HandOver::new(joints, &robot.safety, robot.period_s()),
         })
     }
 
     /// Writes the angles that go out for `target`; those that come in went out in the cycle before.
-    fn solve(&mut self, target: &ArmTarget, angles: &mut [f64]) -> super::ArmSolution {
+    fn solve(&mut self, target: &ArmTarget, angles: &mut [f64]) -> ArmSolution {
         let is_new = self.hand_over.is_new(target.change);
         if is_new {
             self.solved_rad.copy_from_slice(angles);
         }
-        let solution = self.solver.solve(target, is_new, &mut self.solved_rad);
+        let solution = match &mut self.solver {
+            Bender::Hinges(solver) => solver.solve(target, is_new, &mut self.solved_rad),
+            Bender::Tendons(solver) => solver.solve(target, is_new, &mut self.solved_rad),
+        };
         if solution.residual_m.is_finite() {
             angles.copy_from_slice(&self.solved_rad);
             self.hand_over.fade(target.change, angles);

@@ -29,6 +29,7 @@ fn chain_of(joints: &[(DVec3, f64, (f64, f64), f64)]) -> (Chain, Vec<Joint>) {
         root_m: DVec3::ZERO,
         root_rotation: DQuat::IDENTITY,
         joints: 0..joints.len(),
+        tendons: None,
     };
     (chain, joints)
 }

@@ -42,7 +42,7 @@ pub struct ArmGeometry {
 /// A joint of an arm.
 #[derive(Debug, Clone)]
 pub struct ArmJoint {
-    /// Its hinges, counted from the chain's root.
+    /// Its hinges, or its section's winches, counted from the chain's root.
     pub hinges: Range<usize>,
     /// Length of the link behind it, m.
     pub link_m: f64,
@@ -86,6 +86,14 @@ impl ArmGeometry {
     /// The arm that `chain` with its `joints` is.
     pub fn of(chain: &Chain, joints: &[Joint]) -> Result<ArmGeometry, ArmError> {
         let mut arm = ArmGeometry { joints: Vec::new() };
+        if let Some(drive) = &chain.tendons {
+            for (index, section) in drive.sections().iter().enumerate() {
+                let joint =
+                    ArmJoint { hinges: 2 * index..2 * index + 2, link_m: section.link_m, range: None };
+                arm.joints.extend(std::iter::repeat_n(joint, section.joints));
+            }
+            return Ok(arm);
+        }
         let mut first = 0;
         for (index, joint) in joints.iter().enumerate() {
             let length_m = joint.link_m.length();

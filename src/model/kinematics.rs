@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Chain, Joint, Robot, Servo};
+use super::tendon::SectionBend;
+use super::{Chain, GROUPS, Joint, Robot, Servo, TendonDrive};
 
 impl Robot {
     /// The joints of `chain`, root first.
@@ -16,6 +17,9 @@ impl Robot {
     /// down, a bone at the cumulative angle PHI points to (-sin PHI, 0, -cos PHI), as the horse thesis
     /// draws it (Takizawa 2005, 3.2).
     pub fn tip_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> DVec3 {
+        if let Some(drive) = &chain.tendons {
+            return drive.walk(chain.root_m, chain.root_rotation, &bends_at(drive, angles), |_| {});
+        }
         let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
         for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
             rotation *= DQuat::from_axis_angle(joint.axis, angle);
@@ -28,6 +32,10 @@ impl Robot {
     pub fn places_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> Vec<DVec3> {
         let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
         let mut places = vec![position];
+        if let Some(drive) = &chain.tendons {
+            drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
+            return places;
+        }
         for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
             rotation *= DQuat::from_axis_angle(joint.axis, angle);
             position += rotation * joint.link_m;
@@ -50,9 +58,22 @@ impl Robot {
     }
 }
 
+/// The bends that these turns of its winches make of an arm on tendons.
+fn bends_at(drive: &TendonDrive, angles: impl IntoIterator<Item = f64>) -> [SectionBend; GROUPS] {
+    let (mut winches, mut bends) = ([0.0; 2 * GROUPS], [SectionBend::default(); GROUPS]);
+    for (winch, angle) in winches.iter_mut().zip(angles) {
+        *winch = angle;
+    }
+    drive.bends(&winches, &mut bends);
+    bends
+}
+
 impl Chain {
     /// Length of the stretched chain, m.
     pub fn length_m(&self, joints: &[Joint]) -> f64 {
+        if let Some(drive) = &self.tendons {
+            return drive.length_m();
+        }
         joints.iter().map(|joint| joint.link_m.length()).sum()
     }
 }

@@ -9,6 +9,7 @@ mod firmware;
 mod gait;
 mod kinematics;
 pub mod servo_model;
+pub mod tendon;
 mod tentacle;
 
 use std::ops::Range;
@@ -20,6 +21,7 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
 
 /// A whole robot.
@@ -56,8 +58,11 @@ pub struct Chain {
     pub root_m: DVec3,
     /// Rotation from the chain's own frame to the body frame.
     pub root_rotation: DQuat,
-    /// Its joints, as indices into [`Robot::joints`].
+    /// Its joints, as indices into [`Robot::joints`]; where tendons bend it, their winches, lift and sweep of each
+    /// section, whose angles are the winches' turns.
     pub joints: Range<usize>,
+    /// What bends it, where that is not a servo in every joint.
+    pub tendons: Option<TendonDrive>,
 }
 
 /// A hinge and the link behind it.

@@ -6,7 +6,14 @@ Arguments: the port of a bus with the servos 1 to 4 (STS3215, 1 Mbaud), of which
 import sys
 import time
 
-from scservo_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead, PortHandler, sms_sts
+from scservo_sdk import (
+    COMM_RX_TIMEOUT,
+    COMM_SUCCESS,
+    GroupSyncRead,
+    PortHandler,
+    port_handler,
+    sms_sts,
+)
 
 IDS = [1, 2, 3, 4]
 MODEL = 777
@@ -14,6 +21,8 @@ MODEL = 777
 RETURN_DELAY, MIN_ANGLE, TORQUE, GOAL_POSITION, TORQUE_LIMIT, ASYNC_FLAG = 7, 9, 40, 42, 48, 64
 PRESENT_POSITION, PRESENT_SPEED, PRESENT_VOLTAGE = 56, 58, 62
 
+# Patience, ms: a machine that is busy with other things answers late. The package has 50 or less.
+port_handler.LATENCY_TIMER = 500
 port = PortHandler(sys.argv[1])
 servos = sms_sts(port)
 assert port.openPort() and port.setBaudRate(1_000_000)
@@ -132,8 +141,6 @@ for step in (
     sync_read,
     move_one,
     move_all_at_once,
-    register_and_act,
-    turn_like_a_wheel,
 ):
     step()
     print(step.__name__)

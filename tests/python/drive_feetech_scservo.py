@@ -12,6 +12,7 @@ from scservo_sdk import (
     GroupSyncWrite,
     PacketHandler,
     PortHandler,
+    port_handler,
 )
 
 IDS = [1, 2, 3, 4]
@@ -19,6 +20,8 @@ MODEL = 777
 # Addresses of the STS memory table (Feetech wiki).
 TORQUE, GOAL_POSITION, TORQUE_LIMIT, PRESENT_POSITION, PRESENT_TEMPERATURE = 40, 42, 48, 56, 63
 
+# Patience, ms: a machine that is busy with other things answers late. The package has 50 or less.
+port_handler.LATENCY_TIMER = 500
 port = PortHandler(sys.argv[1])
 # 0: little endian, as the STS series is.
 packets = PacketHandler(0)

@@ -6,3 +6,4 @@
 mod console;
 mod python_clients;
 mod running;
+mod rust_clients;

@@ -4,7 +4,8 @@
 //! The manual gives the scale of each gain and not the units they work in. Here controllers run at 1 kHz, as Realtime
 //! Tick counts; position is in counts, its rates are a millisecond's change, velocity is in the register's unit, and
 //! what comes out is in units of Goal PWM. Current-based position mode has the controller and gains of position mode
-//! here, its current held within Goal Current, since its own gains are not published.
+//! here, its current held within Goal Current, since its own gains are not published. The XL330 measures what it takes
+//! from the supply; here its current is the motor's, as that of the others.
 
 use super::profile::{self, Point, Profile, Settings};
 use super::protection;

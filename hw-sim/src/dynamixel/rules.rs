@@ -11,6 +11,8 @@ use crate::servo::Servo;
 const TORQUE_ON_BY_GOAL: i64 = 8;
 /// Bits of Drive Mode these models have: reverse, time-based profile, torque on by goal update.
 const DRIVE_MODE_BITS: i64 = 1 | control::TIME_BASED | TORQUE_ON_BY_GOAL;
+/// Highest value of the profile registers where they are times.
+const TIME_MAX: i64 = 32_737;
 /// Protocol Type: Dynamixel 2.0. All other types are for remote controls, but for 1, Protocol 1.0.
 const PROTOCOL_2: i64 = 2;
 
@@ -25,6 +27,9 @@ pub(super) fn check(servo: &Servo, register: &Register, value: i64) -> Result<()
         BUS_WATCHDOG if has_tripped => value == 0,
         DRIVE_MODE => value & !DRIVE_MODE_BITS == 0,
         OPERATING_MODE => control::has_mode(servo, value),
+        PROFILE_ACCELERATION | PROFILE_VELOCITY if servo.get(DRIVE_MODE) & control::TIME_BASED != 0 => {
+            (0..=TIME_MAX).contains(&value)
+        }
         PROTOCOL_TYPE if register.max > PROTOCOL_2 => matches!(value, PROTOCOL_2 | 20..=22),
         _ => (register.min..=register.max).contains(&value),
     };
@@ -84,7 +89,9 @@ fn changed(servo: &mut Servo, address: u16, now_ns: u64) {
             }
             servo.registers.set(PRESENT_POSITION, present_counts(servo));
         }
-        PWM_LIMIT | CURRENT_LIMIT | VELOCITY_LIMIT => reset_goals(servo),
+        PWM_LIMIT => reset_goal(servo, GOAL_PWM, PWM_LIMIT),
+        CURRENT_LIMIT => reset_goal(servo, GOAL_CURRENT, CURRENT_LIMIT),
+        VELOCITY_LIMIT => reset_goal(servo, GOAL_VELOCITY, VELOCITY_LIMIT),
         DRIVE_MODE => leave_turns_out(servo),
         HOMING_OFFSET => servo.registers.set(PRESENT_POSITION, present_counts(servo)),
         _ => {}
@@ -100,11 +107,18 @@ fn torque_on(servo: &mut Servo, now_ns: u64) {
     control::head_for_goal(servo, now_ns);
 }
 
-/// Goals at their limits, where they are limits; the goal of velocity mode is to stand (our reading: no motor starts
-/// because it has been given torque).
+/// All goals that have a limit register.
 pub(super) fn reset_goals(servo: &mut Servo) {
-    servo.registers.set(GOAL_PWM, servo.get(PWM_LIMIT));
-    servo.registers.set(GOAL_CURRENT, servo.get(CURRENT_LIMIT));
-    let is_goal = servo.get(OPERATING_MODE) == control::MODE_VELOCITY;
-    servo.registers.set(GOAL_VELOCITY, if is_goal { 0 } else { servo.get(VELOCITY_LIMIT) });
+    for (goal, limit) in
+        [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
+    {
+        reset_goal(servo, goal, limit);
+    }
+}
+
+/// A goal at its limit; but that of velocity mode is to stand (our reading: no motor sets off because it has got
+/// torque).
+fn reset_goal(servo: &mut Servo, goal: u16, limit: u16) {
+    let is_to_stand = goal == GOAL_VELOCITY && servo.get(OPERATING_MODE) == control::MODE_VELOCITY;
+    servo.registers.set(goal, if is_to_stand { 0 } else { servo.get(limit) });
 }

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
+pub(crate) mod x_series;
+
 use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
 
 pub(crate) const MS: u64 = 1_000_000;

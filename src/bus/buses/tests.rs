@@ -141,6 +141,7 @@ fn robot() -> Robot {
             root_m: DVec3::ZERO,
             root_rotation: DQuat::IDENTITY,
             joints: 0..5,
+            tendons: None,
         }],
         joints: (0..5).map(joint).collect(),
         buses: vec![bus("left"), bus("right")],

@@ -10,6 +10,7 @@ mod follow;
 mod groups;
 mod hand_over;
 mod pose;
+mod sections;
 mod smooth;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ use crate::signals::{ArmAim, ArmTarget};
 use arcs::SIDES;
 pub use hand_over::HandOver;
 use pose::Pose;
+pub use sections::SectionSolver;
 use smooth::{Ends, Pace};
 
 /// A step on the path of a stroke. The damping is what lets the arm pass through straight, where it cannot follow

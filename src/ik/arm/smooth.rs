@@ -15,7 +15,7 @@ use super::pose::{Ball, Pose};
 
 /// Most ends with a place of their own.
 pub(super) const ENDS_MAX: usize = 3;
-const ROWS: usize = 3 * ENDS_MAX;
+pub(super) const ROWS: usize = 3 * ENDS_MAX;
 
 /// Bend of each joint of the resting arm, rad.
 const REST_BEND_RAD: f64 = 0.03;
@@ -40,10 +40,10 @@ pub(super) struct Ends {
 }
 
 /// The lower half of a symmetric matrix, and a right-hand side.
-struct System {
-    matrix: [[f64; ROWS]; ROWS],
-    right: [f64; ROWS],
-    rows: usize,
+pub(super) struct System {
+    pub(super) matrix: [[f64; ROWS]; ROWS],
+    pub(super) right: [f64; ROWS],
+    pub(super) rows: usize,
 }
 
 /// Bends of joint `index` of the resting arm in its two directions, rad.
@@ -85,7 +85,7 @@ impl Pose {
     /// Chooses the turns of the free hinges: each turns by its pull, and by what the forces on the ends do at it.
     fn choose_step(&mut self, ends: &Ends, damping: f64) -> f64 {
         let count = ends.count;
-        let mut system = System { matrix: [[0.0; ROWS]; ROWS], right: [0.0; ROWS], rows: 3 * count };
+        let mut system = System::new(3 * count);
         let mut tips = [DVec3::ZERO; ENDS_MAX];
         for (end, tip) in tips.iter_mut().enumerate().take(count) {
             *tip = self.end(ends.links[end]);
@@ -107,6 +107,8 @@ impl Pose {
             }
         }
         let forces = system.solve(damping);
+        let forces: [DVec3; ENDS_MAX] =
+            std::array::from_fn(|end| DVec3::from_slice(&forces[3 * end..3 * end + 3]));
         let mut largest_rad: f64 = 0.0;
         first_end = 0;
         for (index, ball) in self.balls.iter().enumerate() {
@@ -170,9 +172,14 @@ impl Pose {
 }
 
 impl System {
+    /// Nothing yet, of so many rows.
+    pub(super) fn new(rows: usize) -> System {
+        System { matrix: [[0.0; ROWS]; ROWS], right: [0.0; ROWS], rows }
+    }
+
     /// Adds a hinge that moves the rows from `from` on so, and is known to turn by `known_rad` of its own.
     #[inline]
-    fn add(&mut self, column: &[f64; ROWS], from: usize, known_rad: f64, is_free: bool) {
+    pub(super) fn add(&mut self, column: &[f64; ROWS], from: usize, known_rad: f64, is_free: bool) {
         for row in from..self.rows {
             self.right[row] -= column[row] * known_rad;
             if is_free {
@@ -183,10 +190,10 @@ impl System {
         }
     }
 
-    /// The forces on the ends, by Cholesky's decomposition; none where no hinge is free.
+    /// The solution, by Cholesky's decomposition; zero where there is none.
     #[expect(clippy::needless_range_loop, reason = "rows and columns of one matrix")]
     #[inline]
-    fn solve(mut self, damping: f64) -> [DVec3; ENDS_MAX] {
+    pub(super) fn solve(mut self, damping: f64) -> [f64; ROWS] {
         let (matrix, x, rows) = (&mut self.matrix, &mut self.right, self.rows);
         let trace: f64 = (0..rows).map(|row| matrix[row][row]).sum();
         let damping = damping * trace / rows as f64 + f64::MIN_POSITIVE;
@@ -214,9 +221,6 @@ impl System {
             }
             x[row] = sum * matrix[row][row];
         }
-        std::array::from_fn(|end| {
-            let force = DVec3::from_slice(&x[3 * end..3 * end + 3]);
-            if force.is_finite() { force } else { DVec3::ZERO }
-        })
+        if x.iter().all(|value| value.is_finite()) { *x } else { [0.0; ROWS] }
     }
 }

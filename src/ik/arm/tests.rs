@@ -41,6 +41,7 @@ impl Rig {
             root_m: DVec3::new(0.3, -0.2, 1.1),
             root_rotation: DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, -0.5)),
             joints: 0..joints.len(),
+            tendons: None,
         };
         let arm = ArmGeometry::of(&chain, &joints).unwrap();
         Rig { chain, joints, arm }

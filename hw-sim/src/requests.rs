@@ -1,0 +1,28 @@
+//! What servos make of bytes, without a line or a clock.
+
+use crate::config::Protocol;
+use crate::dynamixel::packet::Heard;
+use crate::{dynamixel, feetech};
+
+/// A request as a servo takes it: id, instruction, and parameters without stuffing or checksum.
+pub type Request = (u8, u8, Vec<u8>);
+
+/// The requests that servos of `protocol` find in `bytes` which come without a pause. One that is not whole at the end
+/// may hold up others behind its header until more bytes, or a pause, have come.
+pub fn requests_in(protocol: Protocol, bytes: &[u8]) -> Vec<Request> {
+    match protocol {
+        Protocol::Dynamixel => {
+            let mut decoder = dynamixel::packet::Decoder::default();
+            let request = |heard| match heard {
+                Heard::Request(of) => Some((of.id, of.instruction, of.parameters)),
+                Heard::BadCrc { .. } => None,
+            };
+            bytes.iter().filter_map(|&byte| request(decoder.push(byte)?)).collect()
+        }
+        Protocol::Feetech => {
+            let mut decoder = feetech::packet::Decoder::default();
+            let found = bytes.iter().filter_map(|&byte| decoder.push(byte));
+            found.map(|of| (of.id, of.instruction, of.parameters)).collect()
+        }
+    }
+}
