@@ -1,5 +1,6 @@
 //! Why a world cannot be built, or a bus not used.
 
+use crate::body::BodyError;
 use crate::config::Protocol;
 use crate::faults::FaultError;
 
@@ -88,4 +89,7 @@ pub enum BuildError {
     /// Faults on buses or servos that do not exist.
     #[error(transparent)]
     Faults(#[from] FaultError),
+    /// A body that cannot be.
+    #[error(transparent)]
+    Body(#[from] BodyError),
 }

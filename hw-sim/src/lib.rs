@@ -9,7 +9,7 @@
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
 //! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft),
-//! [`body`] (where joint torque meets joint motion), [`faults`] (what goes wrong, and when).
+//! [`body`] (where joint torque meets joint motion: free shafts, or a robot on the ground), [`faults`] (what goes wrong, and when).
 //!
 //! ```
 //! use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};

@@ -178,3 +178,56 @@ fn with_ramps(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 
 fn float(value: i64) -> f64 {
     value as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::convert::nanoseconds;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        /// From any place and speed to any goal: without a leap in position, none in velocity where there are ramps,
+        /// within velocity and acceleration, and to the goal.
+        #[test]
+        fn every_profile_is_unbroken_and_ends_at_its_goal(
+            position in -5_000.0..5_000.0f64,
+            velocity in -3_000.0..3_000.0f64,
+            goal in -5_000i64..5_000,
+            fastest in 1i64..400,
+            steepest in 0i64..400,
+            is_time_based: bool,
+        ) {
+            let settings = Settings { velocity: fastest, acceleration: steepest, is_time_based };
+            let start = Point { position, velocity, acceleration: 0.0 };
+            let profile = Profile::to_position(start, goal, settings, 0);
+            let total: f64 = profile.durations.iter().sum();
+            prop_assert!(profile.durations.iter().all(|duration| *duration >= 0.0), "{:?}", profile);
+            if is_time_based {
+                prop_assert!((total - float(fastest) * TIME_UNIT).abs() < 1e-9);
+            }
+            let step_ns = 1 + nanoseconds(total / 500.0);
+            #[expect(clippy::cast_precision_loss, reason = "a step is short")]
+            let step_s = 1e-9 * step_ns as f64;
+            let mut last = profile.at(0);
+            prop_assert!((last.position - position).abs() < 1e-6);
+            for step in 1..=501 {
+                let now = profile.at(step * step_ns);
+                let has_ramps = steepest > 0;
+                if has_ramps && !is_time_based {
+                    let most = float(steepest) * ACCELERATION_UNIT * step_s;
+                    prop_assert!((now.velocity - last.velocity).abs() < most * 1.001 + 1e-6, "{:?}", profile);
+                    let limit = (float(fastest) * VELOCITY_UNIT).max(velocity.abs());
+                    prop_assert!(now.velocity.abs() < limit + 1e-6);
+                }
+                // The way is the area under the velocity; where that bends inside the step, not quite.
+                let faster = now.velocity.abs().max(last.velocity.abs()).max(profile.cruise.abs());
+                prop_assert!((now.position - last.position).abs() < faster * step_s + 1e-6, "{:?}", profile);
+                last = now;
+            }
+            prop_assert!(profile.is_over(501 * step_ns));
+            prop_assert_eq!(last, Point::rest(float(goal)));
+        }
+    }
+}

@@ -8,9 +8,10 @@ mod hands;
 
 use std::collections::BTreeSet;
 
-use crate::body::{Body, FreeJoints, ShaftState};
+use crate::body::{Body, BodyConfig, BodyState, FreeJoints, Push, RigidBody, ShaftState};
 use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
+use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{FaultScript, HostStalls};
 use crate::model::{COUNTS_PER_RAD, MODELS, Model};
@@ -50,6 +51,8 @@ pub struct World {
     torques: Vec<f64>,
     body: Box<dyn Body + Send>,
     stalls: HostStalls,
+    /// Pushes: from when, until when (exclusive), ns, and what.
+    pushes: Vec<(u64, u64, Push)>,
     /// Shafts a hand is turning, as an index into `shafts` and where to, rad.
     turning: Vec<(usize, f64)>,
 }
@@ -82,19 +85,44 @@ impl World {
             built.push(Bus::new(config, servos, faults, bus_seed));
         }
         let torques = vec![0.0; shafts.len()];
-        let body = Box::new(FreeJoints);
         let mut world = World {
             now_ns: 0,
             next_step_ns: STEP_NS,
             buses: built,
             shafts,
             torques,
-            body,
+            body: Box::new(FreeJoints),
             stalls,
+            pushes: Vec::new(),
             turning: Vec::new(),
         };
         world.observe(0, 0.0);
         Ok(world)
+    }
+
+    /// The same with the shafts in a body: links with masses, on the ground.
+    ///
+    /// # Errors
+    /// As [`World::new`], or the first number that no body can have.
+    pub fn with_body(
+        buses: &[BusConfig],
+        faults: FaultScript,
+        seed: u64,
+        body: &BodyConfig,
+    ) -> Result<World, BuildError> {
+        let mut world = World::new(buses, faults, seed)?;
+        world.body = Box::new(RigidBody::new(body, &world.shafts)?);
+        Ok(world)
+    }
+
+    /// What the robot truly does, after the last motor step; none where its joints carry nothing.
+    pub fn body(&self) -> Option<&BodyState> {
+        self.body.state()
+    }
+
+    /// Pushes the trunk for `for_s` seconds from now on. Does nothing where joints carry nothing.
+    pub fn push(&mut self, push: Push, for_s: f64) {
+        self.pushes.push((self.now_ns, self.now_ns.saturating_add(nanoseconds(for_s)), push));
     }
 
     /// Virtual time since power-up, ns.
@@ -240,6 +268,10 @@ impl World {
             }
         }
         self.grip();
+        self.pushes.retain(|(_, until_ns, _)| now_ns - STEP_NS < *until_ns);
+        // A step ends at its time: it feels what acts when it begins.
+        let begun = self.pushes.iter().filter(|(from_ns, ..)| *from_ns <= now_ns - STEP_NS);
+        begun.for_each(|(_, _, push)| self.body.push(push));
         self.body.step(STEP_S, &mut self.shafts, &self.torques);
         self.turn_by_hand();
         self.observe(now_ns, STEP_S);

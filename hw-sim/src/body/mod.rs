@@ -1,7 +1,16 @@
 //! The seam where joint torque meets joint motion.
 //!
-//! In: the torque of every motor. Out: every shaft's new position and speed. A rigid body that couples the
-//! joints takes the place of [`FreeJoints`]; it gets the same friction and reflected inertia.
+//! In: the torque of every motor. Out: every shaft's new position and speed. [`FreeJoints`] turn each on its own;
+//! a [`RigidBody`] couples them by links, masses, gravity and the ground, with the same friction and reflected
+//! inertia, and knows the truth of the robot: a [`BodyState`].
+
+mod config;
+mod rigid;
+mod state;
+
+pub use config::{BodyConfig, BodyError, Chain, Foot, Ground, Link, ShaftLink, Step, Trunk};
+pub use rigid::RigidBody;
+pub use state::{BodyState, FootState, Push, PushFrame};
 
 /// One output shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +31,14 @@ pub struct ShaftState {
 pub trait Body {
     /// Moves all shafts by `dt_s` seconds under motor torques (N m, one a shaft, same order, every step).
     fn step(&mut self, dt_s: f64, shafts: &mut [ShaftState], torques: &[f64]);
+
+    /// A force from outside acts during the next step only. Joints that carry nothing do not feel it.
+    fn push(&mut self, _push: &Push) {}
+
+    /// What the robot truly does; none where joints carry nothing.
+    fn state(&self) -> Option<&BodyState> {
+        None
+    }
 }
 
 /// Every shaft turns on its own: reflected inertia and friction, nothing attached.

@@ -1,0 +1,157 @@
+//! A robot's body as plain data: what carries its shafts, and what it stands on.
+
+/// A robot: a trunk, chains of links that hang on it, and the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyConfig {
+    /// What all chains hang on.
+    pub trunk: Trunk,
+    /// The chains, each from the trunk outwards.
+    pub chains: Vec<Chain>,
+    /// What it stands on.
+    pub ground: Ground,
+}
+
+/// The trunk. Its frame: x forward, y left, z up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trunk {
+    /// Bolted to the world, in the air: arms on a base.
+    pub is_fixed: bool,
+    /// Mass, kg, above 0.
+    pub mass_kg: f64,
+    /// Centre of its mass, m.
+    pub center_m: [f64; 3],
+    /// The box it is: middle, m.
+    pub box_middle_m: [f64; 3],
+    /// Edges of that box, m, above 0. Its inertia is that of a full box of this size.
+    pub box_size_m: [f64; 3],
+}
+
+/// A limb.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Place of the first joint, trunk's frame, m.
+    pub root_m: [f64; 3],
+    /// Turn from the chain's own frame to the trunk's: unit quaternion x, y, z, w.
+    pub root_rotation: [f64; 4],
+    /// Share of its weight that something outside carries, 0 to 1: water, a counterweight.
+    pub carried_share: f64,
+    /// Its links.
+    pub links: Vec<Link>,
+    /// The foot at its tip.
+    pub foot: Option<Foot>,
+}
+
+/// A hinge and the link behind it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Turning axis in the frame of the link before it, unit length; positive turns are right-handed.
+    pub axis: [f64; 3],
+    /// To the next hinge or the tip at angle 0, in its own frame, m; may be 0 but for the last.
+    pub end_m: [f64; 3],
+    /// Mass, kg, not negative.
+    pub mass_kg: f64,
+    /// Centre of its mass in its own frame, m.
+    pub center_m: [f64; 3],
+    /// Radius of the round rod it is, for its inertia and for lying on the ground, m, above 0.
+    pub radius_m: f64,
+    /// Lowest and highest angle, rad, between mechanical stops.
+    pub stops_rad: (f64, f64),
+    /// The servo that turns it.
+    pub servo: ShaftLink,
+}
+
+/// Which shaft turns a hinge, and how.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShaftLink {
+    /// Its place among all servos, bus by bus in the order of configuration.
+    pub shaft: usize,
+    /// Encoder count, with its fraction, at the hinge's angle 0.
+    pub zero_counts: f64,
+    /// A positive turn of the hinge is a falling count.
+    pub is_reversed: bool,
+}
+
+/// A round sole across the leg: a capsule along the trunk's y axis, in the last link, round its tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// Radius, m, above 0.
+    pub radius_m: f64,
+    /// Between the middles of its round ends, m, not negative.
+    pub width_m: f64,
+}
+
+/// The ground: a plane, and blocks on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ground {
+    /// Coulomb friction between ground and robot, not negative.
+    pub friction: f64,
+    /// How steep it is, rad: uphill where `uphill_rad` points.
+    pub slope_rad: f64,
+    /// Direction uphill, rad from x to the left.
+    pub uphill_rad: f64,
+    /// Steps across the way.
+    pub steps: Vec<Step>,
+}
+
+impl Default for Ground {
+    /// Level, friction 0.8: rubber on a dry floor.
+    fn default() -> Ground {
+        Ground { friction: 0.8, slope_rad: 0.0, uphill_rad: 0.0, steps: Vec::new() }
+    }
+}
+
+/// A block across the whole way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Where it begins, m along x from the start.
+    pub at_m: f64,
+    /// How long it is along x, m, above 0.
+    pub length_m: f64,
+    /// How high, m, above 0.
+    pub height_m: f64,
+}
+
+/// What a body cannot be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("body: {what}: expected {expected}")]
+pub struct BodyError {
+    /// Which part, and its value.
+    pub what: String,
+    /// What was expected there.
+    pub expected: &'static str,
+}
+
+impl BodyConfig {
+    /// Whether all of it can be.
+    pub(super) fn check(&self) -> Result<(), BodyError> {
+        let positive = |what: &str, value: f64| {
+            let is_good = value.is_finite() && value > 0.0;
+            let error = || BodyError { what: format!("{what} {value}"), expected: "a number above 0" };
+            is_good.then_some(()).ok_or_else(error)
+        };
+        positive("mass of the trunk", self.trunk.mass_kg)?;
+        self.trunk.box_size_m.iter().try_for_each(|size| positive("edge of the trunk", *size))?;
+        for (place, chain) in self.chains.iter().enumerate() {
+            for (joint, link) in chain.links.iter().enumerate() {
+                positive(&format!("radius of link {joint} of chain {place}"), link.radius_m)?;
+                let numbers = link.axis.iter().chain(&link.end_m).chain(&link.center_m);
+                if !numbers.chain([&link.mass_kg]).all(|number| number.is_finite()) || link.mass_kg < 0.0 {
+                    let what = format!("link {joint} of chain {place}");
+                    return Err(BodyError { what, expected: "finite numbers, and no mass below 0" });
+                }
+            }
+            if let Some(foot) = &chain.foot {
+                positive(&format!("radius of the foot of chain {place}"), foot.radius_m)?;
+            }
+        }
+        for step in &self.ground.steps {
+            positive("length of a step", step.length_m)?;
+            positive("height of a step", step.height_m)?;
+        }
+        if !(self.ground.friction.is_finite() && self.ground.friction >= 0.0) {
+            let what = format!("friction {}", self.ground.friction);
+            return Err(BodyError { what, expected: "a number, 0 or more" });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,252 @@
+//! From a description to bodies, joints and colliders.
+
+use rapier3d_f64::prelude::*;
+
+use super::super::{BodyConfig, BodyError, BodyState, Chain, FootState, Ground, Link, ShaftState, Trunk};
+use super::{GRAVITY, Hinge, RigidBody};
+use crate::model::COUNTS_PER_RAD;
+
+/// Lightest link and least inertia the engine computes with, kg and kg m^2: hinges in one place have none.
+const LEAST: (f64, f64) = (1e-4, 1e-8);
+/// Contacts as springs: natural frequency, Hz, and damping ratio. Stiff enough to sink in by less than half a
+/// millimetre, soft enough for steps of a millisecond.
+const CONTACT: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 60.0, damping_ratio: 1.0 };
+/// Half the width of a step, m: nobody walks round it.
+const STEP_HALF_WIDTH_M: f64 = 20.0;
+
+const GROUND: InteractionGroups =
+    InteractionGroups::new(Group::GROUP_1, Group::GROUP_2, InteractionTestMode::And);
+const ROBOT: InteractionGroups =
+    InteractionGroups::new(Group::GROUP_2, Group::GROUP_1, InteractionTestMode::And);
+
+/// What of a robot a collider is.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Part {
+    Trunk,
+    Link,
+    /// Place in [`BodyState::feet`].
+    Foot(usize),
+}
+
+impl Part {
+    fn mark(self) -> u128 {
+        match self {
+            Part::Trunk => 0,
+            Part::Link => 1,
+            Part::Foot(place) => 2 + place as u128,
+        }
+    }
+
+    pub(super) fn of(collider: &Collider) -> Part {
+        match collider.user_data {
+            0 => Part::Trunk,
+            1 => Part::Link,
+            foot => Part::Foot(usize::try_from(foot - 2).unwrap_or_default()),
+        }
+    }
+}
+
+pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidBody, BodyError> {
+    let mut world = PhysicsWorld { gravity: -Vector::Z * GRAVITY, ..PhysicsWorld::default() };
+    let parameters = &mut world.integration_parameters;
+    parameters.num_solver_iterations = 1;
+    parameters.static_contact_softness = CONTACT;
+    parameters.contact_softness = CONTACT;
+    // Lengths the engine tolerates are shares of this: a tenth of a metre, not a metre.
+    parameters.length_unit = 0.1;
+    let ground_turn = ground_turn(&config.ground);
+    let grounds = insert_ground(&mut world, &config.ground, ground_turn);
+    let trunk =
+        Pose::from_parts(Vector::ZERO, if config.trunk.is_fixed { Rotation::IDENTITY } else { ground_turn });
+    let mut body = RigidBody {
+        trunk: insert_trunk(&mut world, &config.trunk, config.ground.friction, trunk),
+        world,
+        hinges: Vec::new(),
+        grounds,
+        soles: Vec::new(),
+        pushes: Vec::new(),
+        state: BodyState::unseen(Vec::new()),
+    };
+    for (place, chain) in config.chains.iter().enumerate() {
+        insert_chain(&mut body, config, (place, chain), shafts)?;
+    }
+    bend(&mut body, shafts);
+    if !config.trunk.is_fixed {
+        stand_up(&mut body, ground_turn * Vector::Z);
+    }
+    Ok(body)
+}
+
+/// From the frame of a level ground to that of this one.
+fn ground_turn(ground: &Ground) -> Rotation {
+    // Uphill along x, the plane is turned about -y.
+    let axis = Rotation::from_rotation_z(ground.uphill_rad) * -Vector::Y;
+    Rotation::from_axis_angle(axis, ground.slope_rad)
+}
+
+fn insert_ground(world: &mut PhysicsWorld, ground: &Ground, turn: Rotation) -> Vec<ColliderHandle> {
+    let finish = |collider: ColliderBuilder, middle: Vector| {
+        let pose = Pose::from_parts(turn * middle, turn);
+        collider.position(pose).friction(ground.friction).collision_groups(GROUND).build()
+    };
+    let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Z));
+    let mut colliders = vec![finish(plane, Vector::ZERO)];
+    for step in &ground.steps {
+        // The lower half is in the ground.
+        let cuboid = ColliderBuilder::cuboid(0.5 * step.length_m, STEP_HALF_WIDTH_M, step.height_m);
+        colliders.push(finish(cuboid, Vector::new(step.at_m + 0.5 * step.length_m, 0.0, 0.0)));
+    }
+    colliders.into_iter().map(|collider| world.colliders.insert(collider)).collect()
+}
+
+fn insert_trunk(world: &mut PhysicsWorld, trunk: &Trunk, friction: f64, pose: Pose) -> RigidBodyHandle {
+    if trunk.is_fixed {
+        return world.insert_body(RigidBodyBuilder::fixed());
+    }
+    let [x, y, z] = trunk.box_size_m;
+    let inertia = Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (trunk.mass_kg / 12.0);
+    let mass = MassProperties::new(Vector::from_array(trunk.center_m), trunk.mass_kg, inertia);
+    let body = RigidBodyBuilder::dynamic().pose(pose).additional_mass_properties(mass).can_sleep(false);
+    let collider = ColliderBuilder::cuboid(0.5 * x, 0.5 * y, 0.5 * z)
+        .translation(Vector::from_array(trunk.box_middle_m))
+        .user_data(Part::Trunk.mark());
+    world.insert(body, of_robot(collider, friction)).0
+}
+
+fn of_robot(collider: ColliderBuilder, friction: f64) -> ColliderBuilder {
+    collider.density(0.0).friction(friction).collision_groups(ROBOT)
+}
+
+fn insert_chain(
+    body: &mut RigidBody,
+    config: &BodyConfig,
+    (place, chain): (usize, &Chain),
+    shafts: &[ShaftState],
+) -> Result<(), BodyError> {
+    let root_turn = Rotation::from_array(chain.root_rotation).normalize();
+    // A multibody a chain where they share nothing that moves: cheaper.
+    let is_fixed = config.trunk.is_fixed;
+    let mut parent = if is_fixed { body.world.insert_body(RigidBodyBuilder::fixed()) } else { body.trunk };
+    let mut anchor = Pose::from_parts(Vector::from_array(chain.root_m), root_turn);
+    for (number, link) in chain.links.iter().enumerate() {
+        let Some(shaft) = shafts.get(link.servo.shaft) else {
+            let what = format!("servo {} of link {number} of chain {place}", link.servo.shaft);
+            return Err(BodyError { what, expected: "one of the buses' servos" });
+        };
+        let made = RigidBodyBuilder::dynamic()
+            .additional_mass_properties(rod(link))
+            .gravity_scale(1.0 - chain.carried_share)
+            .can_sleep(false);
+        let child = body.world.insert_body(made);
+        let axis = Vector::from_array(link.axis).normalize();
+        let turn = Rotation::from_rotation_arc(Vector::X, axis);
+        let mut joint = GenericJoint::new(JointAxesMask::LOCKED_REVOLUTE_AXES);
+        joint.set_local_frame1(anchor * Pose::from_parts(Vector::ZERO, turn));
+        joint.set_local_frame2(Pose::from_parts(Vector::ZERO, turn));
+        let Some(joint) = body.world.insert_multibody_joint(parent, child, joint) else {
+            let what = format!("link {number} of chain {place}");
+            return Err(BodyError { what, expected: "a link that closes no loop" });
+        };
+        let zero_rad = link.servo.zero_counts / COUNTS_PER_RAD;
+        let sign = if link.servo.is_reversed { -1.0 } else { 1.0 };
+        set_joint(body, joint, shaft);
+        body.hinges.push(Hinge {
+            joint,
+            parent,
+            child,
+            axis,
+            stops_rad: link.stops_rad,
+            shaft: link.servo.shaft,
+            zero_rad,
+            sign,
+            known_rad: zero_rad,
+            friction_nm: shaft.friction_nm,
+        });
+        let end = Vector::from_array(link.end_m);
+        if !is_fixed && end.length() > 0.0 {
+            let rod = ColliderBuilder::capsule_from_endpoints(Vector::ZERO, end, link.radius_m);
+            let rod = of_robot(rod.user_data(Part::Link.mark()), config.ground.friction);
+            body.world.insert_collider(rod, Some(child));
+        }
+        (parent, anchor) = (child, Pose::from_translation(end));
+    }
+    if let Some(foot) = chain.foot.filter(|_| !is_fixed) {
+        let across = root_turn.inverse() * Vector::Y * (0.5 * foot.width_m);
+        let tip = anchor.translation;
+        let number = body.soles.len();
+        let sole = ColliderBuilder::capsule_from_endpoints(tip - across, tip + across, foot.radius_m);
+        let sole = of_robot(sole.user_data(Part::Foot(number).mark()), config.ground.friction);
+        body.world.insert_collider(sole, Some(parent));
+        body.soles.push((parent, tip));
+        body.state.feet.push(FootState { chain: place, ..FootState::default() });
+    }
+    Ok(())
+}
+
+/// Mass and inertia of a round rod along its link.
+fn rod(link: &Link) -> MassProperties {
+    let mass = link.mass_kg.max(LEAST.0);
+    let (end, radius) = (Vector::from_array(link.end_m), link.radius_m);
+    let length = end.length();
+    if link.mass_kg <= 0.0 || length <= 0.0 {
+        let inertia = Vector::splat((0.4 * link.mass_kg * radius * radius).max(LEAST.1));
+        return MassProperties::new(Vector::from_array(link.center_m), mass, inertia);
+    }
+    let across = mass * (length * length / 12.0 + radius * radius / 4.0);
+    let along = mass * radius * radius / 2.0;
+    let inertia = Vector::new(along, across, across).max(Vector::splat(LEAST.1));
+    let frame = Rotation::from_rotation_arc(Vector::X, end / length);
+    MassProperties::with_principal_inertia_frame(Vector::from_array(link.center_m), mass, inertia, frame)
+}
+
+/// Rotor, friction, and no damping: the engine's default would brake the trunk too.
+fn set_joint(body: &mut RigidBody, joint: MultibodyJointHandle, shaft: &ShaftState) {
+    if let Some((multibody, link)) = body.world.multibody_joints.get_mut(joint) {
+        let place = multibody.link(link).map_or(0, |link| link.assembly_id());
+        multibody.armature_mut()[place] = shaft.inertia_kg_m2;
+        multibody.frictions_mut()[place] = shaft.friction_nm;
+    }
+}
+
+/// Turns every hinge to where its shaft is, and takes all damping off.
+fn bend(body: &mut RigidBody, shafts: &[ShaftState]) {
+    let RigidBody { world, hinges, .. } = body;
+    for hinge in hinges.iter_mut() {
+        let shaft = &shafts[hinge.shaft];
+        let Some((multibody, link)) = world.multibody_joints.get_mut(hinge.joint) else { continue };
+        let place = multibody.link(link).map_or(0, |link| link.assembly_id());
+        let mut displacements = vec![0.0; multibody.ndofs()];
+        displacements[place] = hinge.sign * (shaft.position_rad - hinge.zero_rad);
+        multibody.damping_mut().fill(0.0);
+        multibody.apply_displacements(&displacements);
+        hinge.known_rad = shaft.position_rad;
+    }
+    place_links(body);
+}
+
+fn place_links(body: &mut RigidBody) {
+    let RigidBody { world, hinges, .. } = body;
+    for hinge in hinges.iter() {
+        if let Some((multibody, _)) = world.multibody_joints.get_mut(hinge.joint) {
+            multibody.forward_kinematics(&world.bodies, true);
+            multibody.update_rigid_bodies(&mut world.bodies, true);
+        }
+    }
+}
+
+/// Lifts a body that reaches into the ground, or hangs in the air, until its lowest point just touches the plane.
+fn stand_up(body: &mut RigidBody, up: Vector) {
+    let lowest = body.world.colliders.iter().filter_map(|(_, collider)| {
+        let parent = body.world.bodies.get(collider.parent()?)?;
+        let pose = *parent.position() * *collider.position_wrt_parent()?;
+        let shape = collider.shape().as_support_map()?;
+        Some(shape.support_point(&pose, -up).dot(up))
+    });
+    let lowest = lowest.fold(f64::INFINITY, f64::min);
+    if lowest.is_finite() {
+        let trunk = &mut body.world.bodies[body.trunk];
+        let pose = *trunk.position();
+        trunk.set_position(Pose::from_parts(pose.translation - up * lowest, pose.rotation), true);
+        place_links(body);
+    }
+}

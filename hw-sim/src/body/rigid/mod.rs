@@ -1,0 +1,250 @@
+//! The whole robot as links and joints under gravity, on the ground.
+//!
+//! Joint coordinates after Featherstone (Rapier's multibody joints), so that no joint ever comes apart. Motor torque
+//! comes in whole: the fall of torque with speed is the motor's, and the engine's own damping is off, else it would
+//! count twice. The rotor's inertia is the joint's armature.
+
+mod build;
+
+use rapier3d_f64::prelude::*;
+
+use super::{Body, BodyConfig, BodyError, BodyState, FootState, Push, PushFrame, ShaftState};
+use build::Part;
+
+/// Gravity, m/s^2.
+const GRAVITY: f64 = 9.81;
+/// Stiffness and damping of a mechanical stop, N m/rad and N m s/rad: a stalled servo gives it a few degrees.
+const STOP: (f64, f64) = (60.0, 0.3);
+/// Friction that holds a shaft that is stuck, whatever the load, N m.
+const STUCK_NM: f64 = 1e3;
+
+/// One hinge between two bodies.
+#[derive(Debug)]
+struct Hinge {
+    joint: MultibodyJointHandle,
+    parent: RigidBodyHandle,
+    child: RigidBodyHandle,
+    /// Turning axis in the frame of the child, which a turn about it does not change.
+    axis: Vector,
+    stops_rad: (f64, f64),
+    shaft: usize,
+    /// Angle of the shaft at the hinge's angle 0, rad.
+    zero_rad: f64,
+    /// 1, or -1 where the shaft turns the other way.
+    sign: f64,
+    /// Shaft's angle and friction as the engine has them, rad and N m.
+    known_rad: f64,
+    friction_nm: f64,
+}
+
+/// The body of a robot.
+pub struct RigidBody {
+    world: PhysicsWorld,
+    trunk: RigidBodyHandle,
+    hinges: Vec<Hinge>,
+    /// Plane and steps.
+    grounds: Vec<ColliderHandle>,
+    /// Body and place in it of each foot's middle, as in [`BodyState::feet`].
+    soles: Vec<(RigidBodyHandle, Vector)>,
+    pushes: Vec<Push>,
+    state: BodyState,
+}
+
+impl std::fmt::Debug for RigidBody {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RigidBody").field("state", &self.state).finish_non_exhaustive()
+    }
+}
+
+impl RigidBody {
+    /// A body at rest with its `shafts` where they are: the trunk level with the ground, and as low as it goes.
+    ///
+    /// # Errors
+    /// [`BodyError`] names the first number that cannot be.
+    pub fn new(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidBody, BodyError> {
+        config.check()?;
+        let mut body = build::build(config, shafts)?;
+        body.observe(None);
+        Ok(body)
+    }
+
+    /// Kinetic energy of bodies and rotors, and potential energy above height 0, J.
+    pub fn energy_j(&self) -> f64 {
+        let bodies = self.world.bodies.iter().map(|(_, body)| {
+            let height = body.center_of_mass().z;
+            body.kinetic_energy() + body.mass() * body.gravity_scale() * GRAVITY * height
+        });
+        let rotors = self.hinges.iter().filter_map(|hinge| {
+            let (multibody, link) = self.world.multibody_joints.get(hinge.joint)?;
+            let link = multibody.link(link)?;
+            let speed = multibody.joint_velocity(link)[0];
+            Some(0.5 * multibody.armature()[link.assembly_id()] * speed * speed)
+        });
+        bodies.sum::<f64>() + rotors.sum::<f64>()
+    }
+
+    /// Gives the trunk a velocity (world frame, m/s) and, with it, all that hangs on it.
+    pub fn set_trunk_velocity(&mut self, velocity_m_s: [f64; 3]) {
+        let multibody = self.hinges.first().map(|hinge| hinge.joint);
+        match multibody.and_then(|joint| self.world.multibody_joints.get_mut(joint)) {
+            Some((multibody, _)) => {
+                let mut velocities = multibody.generalized_velocity_mut();
+                (0..3).for_each(|axis| velocities[axis] = velocity_m_s[axis]);
+            }
+            None => self.world.bodies[self.trunk].set_linvel(Vector::from_array(velocity_m_s), true),
+        }
+    }
+
+    /// Brings joints to where their shafts were turned by hand, and their friction up to date.
+    fn follow_shafts(&mut self, shafts: &[ShaftState]) {
+        for hinge in &mut self.hinges {
+            let shaft = &shafts[hinge.shaft];
+            let friction = if shaft.is_stuck { STUCK_NM } else { shaft.friction_nm };
+            let turned = hinge.sign * (shaft.position_rad - hinge.known_rad);
+            let is_same = (friction - hinge.friction_nm).abs() <= 0.0;
+            if is_same && turned.abs() <= 0.0 {
+                continue;
+            }
+            let Some((multibody, link)) = self.world.multibody_joints.get_mut(hinge.joint) else { continue };
+            let place = multibody.link(link).map_or(0, |link| link.assembly_id());
+            multibody.frictions_mut()[place] = friction;
+            hinge.friction_nm = friction;
+            if turned.abs() > 0.0 {
+                let mut displacements = vec![0.0; multibody.ndofs()];
+                displacements[place] = turned;
+                multibody.apply_displacements(&displacements);
+                multibody.forward_kinematics(&self.world.bodies, false);
+                multibody.update_rigid_bodies(&mut self.world.bodies, true);
+            }
+        }
+    }
+
+    fn drive(&mut self, shafts: &[ShaftState], torques: &[f64]) {
+        let bodies = &mut self.world.bodies;
+        bodies.iter_mut().for_each(|(_, body)| {
+            body.reset_forces(true);
+            body.reset_torques(true);
+        });
+        for hinge in &self.hinges {
+            let shaft = &shafts[hinge.shaft];
+            let angle = hinge.sign * (shaft.position_rad - hinge.zero_rad);
+            let speed = hinge.sign * shaft.speed_rad_s;
+            let (low, high) = hinge.stops_rad;
+            let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
+            let mut torque = hinge.sign * torques[hinge.shaft];
+            if beyond.abs() > 0.0 {
+                // A stop pushes back but never holds fast.
+                let stop = -STOP.0 * beyond - STOP.1 * speed;
+                torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
+            }
+            let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
+            bodies[hinge.child].add_torque(in_world, true);
+            bodies[hinge.parent].add_torque(-in_world, true);
+        }
+        let trunk = &mut bodies[self.trunk];
+        for push in self.pushes.drain(..) {
+            let force = Vector::from_array(push.force_n);
+            let force = if push.frame == PushFrame::Trunk { trunk.rotation() * force } else { force };
+            let place = trunk.position() * Vector::from_array(push.place_m);
+            trunk.add_force_at_point(force, place, true);
+        }
+    }
+
+    /// Reads what came out of a step of `dt_s`; of none, before the first.
+    fn observe(&mut self, dt_s: Option<f64>) {
+        let trunk = &self.world.bodies[self.trunk];
+        let (position, rotation) = (trunk.translation(), *trunk.rotation());
+        let velocity = trunk.velocity_at_point(position);
+        self.state.is_finite = position.is_finite() && rotation.is_finite() && velocity.is_finite();
+        if !self.state.is_finite {
+            return;
+        }
+        let acceleration =
+            dt_s.map_or(Vector::ZERO, |dt_s| (velocity - Vector::from_array(self.state.velocity_m_s)) / dt_s);
+        let specific = rotation.inverse() * (acceleration + Vector::Z * GRAVITY);
+        self.state.position_m = position.to_array();
+        self.state.rotation = rotation.to_array();
+        self.state.velocity_m_s = velocity.to_array();
+        self.state.rate_rad_s = (rotation.inverse() * trunk.angvel()).to_array();
+        self.state.specific_force_m_s2 = specific.to_array();
+        self.observe_contacts(dt_s);
+    }
+
+    fn observe_contacts(&mut self, dt_s: Option<f64>) {
+        let state = &mut self.state;
+        for (foot, (body, middle)) in state.feet.iter_mut().zip(&self.soles) {
+            foot.position_m = (self.world.bodies[*body].position() * *middle).to_array();
+            foot.force_n = 0.0;
+        }
+        (state.trunk_contact_n, state.links_contact_n) = (0.0, 0.0);
+        let Some(dt_s) = dt_s else { return };
+        for ground in &self.grounds {
+            for pair in self.world.contact_pairs_with(*ground) {
+                let other = if pair.collider1 == *ground { pair.collider2 } else { pair.collider1 };
+                let Some(collider) = self.world.colliders.get(other) else { continue };
+                let force_n = pair.total_impulse_magnitude() / dt_s;
+                match Part::of(collider) {
+                    Part::Trunk => state.trunk_contact_n += force_n,
+                    Part::Link => state.links_contact_n += force_n,
+                    Part::Foot(place) => state.feet[place].force_n += force_n,
+                }
+            }
+        }
+    }
+}
+
+impl Body for RigidBody {
+    fn step(&mut self, dt_s: f64, shafts: &mut [ShaftState], torques: &[f64]) {
+        if !self.state.is_finite {
+            return;
+        }
+        let forces = self.pushes.iter().flat_map(|push| push.force_n.iter().chain(&push.place_m));
+        if !torques.iter().chain(forces).all(|number| number.is_finite()) {
+            self.state.is_finite = false;
+            return;
+        }
+        self.follow_shafts(shafts);
+        self.drive(shafts, torques);
+        self.world.integration_parameters.dt = dt_s;
+        self.world.step();
+        for hinge in &mut self.hinges {
+            let Some((multibody, link)) = self.world.multibody_joints.get(hinge.joint) else { continue };
+            let Some(link) = multibody.link(link) else { continue };
+            let (angle, speed) = (link.joint().coords()[3], multibody.joint_velocity(link)[0]);
+            if !(angle.is_finite() && speed.is_finite()) {
+                self.state.is_finite = false;
+                return;
+            }
+            let shaft = &mut shafts[hinge.shaft];
+            shaft.position_rad = hinge.zero_rad + hinge.sign * angle;
+            shaft.speed_rad_s = hinge.sign * speed;
+            hinge.known_rad = shaft.position_rad;
+        }
+        self.observe(Some(dt_s));
+    }
+
+    fn push(&mut self, push: &Push) {
+        self.pushes.push(*push);
+    }
+
+    fn state(&self) -> Option<&BodyState> {
+        Some(&self.state)
+    }
+}
+
+impl BodyState {
+    /// Of a trunk nobody has looked at yet, with these feet.
+    fn unseen(feet: Vec<FootState>) -> BodyState {
+        BodyState {
+            position_m: [0.0; 3],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            velocity_m_s: [0.0; 3],
+            rate_rad_s: [0.0; 3],
+            specific_force_m_s2: [0.0, 0.0, GRAVITY],
+            feet,
+            trunk_contact_n: 0.0,
+            links_contact_n: 0.0,
+            is_finite: true,
+        }
+    }
+}
