@@ -104,7 +104,7 @@ enum Command {
     /// the robot file says `tripped_servo = "freeze"`, and is restarted while the arms are parked; servos that get hot
     /// park the arms until they are cool. In a terminal p parks and goes on, q ends, x is the emergency stop.
     #[command(after_help = "Examples:\n  hippocamp show config/tentacle.toml\n  \
-                            hippocamp show config/tentacle.toml --script config/scripts/strokes.toml --for 3600 --virtual")]
+                            hippocamp show config/tentacle.toml --script docs/strokes.toml --for 3600 --virtual")]
     Show(Box<RunArguments>),
     /// Turns one joint to an angle, slowly, and lets it go again.
     ///

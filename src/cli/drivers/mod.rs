@@ -63,7 +63,7 @@ pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
     Keys(Keys, Keyboard),
-    StrokeKeys(StrokeKeys, Keyboard),
+    StrokeKeys(Box<StrokeKeys>, Keyboard),
     Gamepad(Gamepad, Pad),
     /// Keys park and end it, where there is a terminal.
     Show(Box<Show>, String, Option<Keyboard>),
@@ -119,7 +119,7 @@ impl Driver {
         if let Some(path) = &options.script {
             return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
         }
-        Ok(Driver::StrokeKeys(StrokeKeys::new(tentacle), Keyboard::start()?))
+        Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?))
     }
 
     /// What the person who drives should know beforehand: a line each.
