@@ -226,6 +226,11 @@ impl<'r, P: Ports> Cycle<'r, P> {
         &self.buses
     }
 
+    /// Gives the buses back.
+    pub fn into_buses(self) -> Buses<P> {
+        self.buses
+    }
+
     /// The buses, to wait on their clock and to end the run.
     pub fn buses_mut(&mut self) -> &mut Buses<P> {
         &mut self.buses

@@ -3,13 +3,16 @@
 //! Comes in: a robot, one of its joints, an angle. Goes out: where the joint went. Whatever ends it, all joints
 //! are limp afterwards.
 
-use crate::bus::{Ports, StartError};
+use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::Robot;
 use crate::motion::{Generator, Jog};
 use crate::run::{End, Operator, find_servos, perform};
 use crate::telemetry::Outcome;
+
+/// How long a joint is held at its goal, s.
+const HOLD_S: f64 = 1.0;
 
 /// How a jog went.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,16 +44,28 @@ pub fn jog<P: Ports>(
     mut operator: impl Operator,
 ) -> Result<JogReport, StartError> {
     let buses = find_servos(robot, ports, &mut operator)?;
-    let jog = Jog::new(robot, joint, goal_rad);
+    Ok(turn(robot, joint, goal_rad, HOLD_S, buses, &mut operator).0)
+}
+
+/// The same on `buses` whose servos are found, limp and watching, the joint held for `hold_s`; gives them back.
+pub(crate) fn turn<P: Ports>(
+    robot: &Robot,
+    joint: usize,
+    goal_rad: f64,
+    hold_s: f64,
+    buses: Buses<P>,
+    operator: &mut impl Operator,
+) -> (JogReport, Buses<P>) {
+    let jog = Jog::new(robot, joint, goal_rad, hold_s);
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
     let start = cycle.buses_mut().ports_mut().now();
     let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "turned and let go", &mut None, &mut operator);
+        perform(robot, &mut cycle, start, "turned and let go", &mut None, operator);
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),
         Generator::Horse(_) | Generator::Tentacle(_) => None,
     };
-    Ok(JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard })
+    (JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard }, cycle.into_buses())
 }

@@ -16,11 +16,13 @@
 //! Inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
 
 pub mod bus;
+pub mod calibration;
 pub mod capability;
 pub mod cli;
 pub mod config;
 pub mod counts;
 pub mod cycle;
+pub mod doctor;
 pub mod estimate;
 pub mod html;
 pub mod ik;

@@ -303,6 +303,7 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
     let entry = |joint: &hippocamp::model::Joint| config::UnitJoint {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
+        reversed: None,
         direction_checked: true,
         firmware: None,
     };

@@ -57,6 +57,14 @@ impl Codec {
         }
     }
 
+    /// Appends a read of a block of registers.
+    pub(super) fn read_block(&self, out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
+        match self {
+            Codec::Feetech(_) => feetech::read(out, id, low_byte(address), low_byte(bytes)),
+            Codec::Dynamixel(_) => dynamixel::read(out, id, address, bytes),
+        }
+    }
+
     pub(super) fn write(&self, out: &mut Vec<u8>, id: ServoId, register: Register, raw: u64) {
         let Register { address, bytes, .. } = register;
         match self {

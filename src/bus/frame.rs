@@ -64,6 +64,11 @@ impl Listener {
         Listener(Codec::with_room(protocol, data_max, 1))
     }
 
+    /// With a decoder that expects more than that.
+    pub(super) fn over(codec: Codec) -> Listener {
+        Listener(codec)
+    }
+
     /// Hands every packet that `bytes` complete to `take`.
     pub(crate) fn hear(&mut self, mut bytes: &[u8], mut take: impl FnMut(Heard)) {
         loop {

@@ -42,6 +42,11 @@ impl SimPorts {
         &self.world
     }
 
+    /// The same, to have a hand in it.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
     /// Brings the world up to the present.
     fn catch_up(&mut self) {
         let now = self.now();

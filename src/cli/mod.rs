@@ -2,8 +2,10 @@
 
 #[macro_use]
 mod say;
+mod calibrate;
 mod check;
 mod confirm;
+mod doctor;
 mod drivers;
 mod guard;
 mod interrupt;
@@ -112,6 +114,24 @@ enum Command {
     /// held to it. The joint is held at its goal for a second; what it measures then is printed.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
+    /// Looks for everything that makes real robots fail; changes nothing.
+    ///
+    /// Each line is ok, a warning or a fault, with what to do: the unit file, real-time permission, devices and their
+    /// latency, echoes, every servo's model, firmware, id, rate, settings, limits, supply, temperature and alarms, the
+    /// time of an exchange, current against plugs. Servos are only read. Exit codes: 0 no fault, 1 a fault, 2 bad input.
+    #[command(after_help = "Examples:\n  hippocamp doctor config/horse.toml\n  \
+                            hippocamp doctor config/horse.toml --port main=/dev/ttyACM0 --json")]
+    Doctor(DoctorArguments),
+    /// Measures where the joints of a built robot are and which way they turn, and keeps it in its unit file.
+    ///
+    /// All servos go limp. You bring the robot into the pose that is drawn, then turn each joint by hand from end to end;
+    /// then each joint turns a few degrees by itself, at a fifth of its torque, and you say whether it went the right
+    /// way. An encoder whose seam is in a joint's way is told, and cured where its servo can be. Every step is kept at
+    /// once: ended at any moment, the same command goes on from there. See docs/calibration.md. Exit codes: 0 calibrated, 1 not complete, 2 bad input,
+    /// 3 stopped by safety.
+    #[command(after_help = "Examples:\n  hippocamp calibrate config/horse.toml\n  \
+                            hippocamp calibrate config/horse.toml --again left_hind.hip")]
+    Calibrate(CalibrateArguments),
     /// Shows what every servo reports, live; writes nothing to any.
     ///
     /// A table of every joint, redrawn in place on a terminal: goal, angle, speed, load (of stall torque), supply,
@@ -201,6 +221,42 @@ struct JogArguments {
     angle_deg: f64,
     #[command(flatten)]
     unit: UnitArguments,
+}
+
+/// Options of `doctor`.
+#[derive(Debug, clap::Args)]
+struct DoctorArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The unit file [default: the robot file's name with .unit.toml for .toml, if there is one].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Serial device of a bus, in the place of the unit file's.
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<ports::PortOption>,
+    /// Print all of it as JSON.
+    #[arg(long = "json")]
+    is_json: bool,
+}
+
+/// Options of `calibrate`.
+#[derive(Debug, clap::Args)]
+struct CalibrateArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The unit file to write [default: the robot file's name with .unit.toml for .toml].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Serial device of a bus, in the place of the unit file's; kept there if it has none.
+    #[arg(long = "port", value_name = "BUS=PATH")]
+    ports: Vec<ports::PortOption>,
+    /// Forget what is known of these joints, or of all if none is named, and calibrate them again.
+    #[arg(long, value_name = "JOINT", num_args = 0..)]
+    again: Option<Vec<String>>,
+    /// Ask nothing: the pose is measured once the robot is still, cures are written into the servos, and a joint's
+    /// direction is that of its sweep. For scripts.
+    #[arg(long = "yes")]
+    is_unattended: bool,
 }
 
 /// Options of `monitor`.
@@ -378,6 +434,11 @@ fn refuse_inputs(path: &Path) -> Result<(), BadInput> {
 #[error("{0}")]
 struct BadInput(String);
 
+#[allow(clippy::print_stderr, reason = "the error message of the command")]
+fn complain(error: &anyhow::Error) {
+    eprintln!("hippocamp: {error:#}");
+}
+
 /// Parses the command line, does what it says, and returns the exit code.
 pub fn main() -> ExitCode {
     // clap itself exits with 2 on a wrong command line, and 0 on --help and --version.
@@ -388,6 +449,8 @@ pub fn main() -> ExitCode {
         Command::Run(options) => run::run(options, run::Kind::Run),
         Command::Show(options) => run::run(options, run::Kind::Show),
         Command::Jog(options) => jog::jog(options),
+        Command::Doctor(options) => doctor::doctor(options),
+        Command::Calibrate(options) => calibrate::calibrate(options),
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
         Command::Scan(options) => scan::scan(options),
@@ -405,10 +468,7 @@ pub fn main() -> ExitCode {
                 || error.is::<crate::service::BackupError>()
                 || error.is::<crate::service::registers::BadValue>()
                 || error.is::<crate::replay::ReplayError>();
-            #[allow(clippy::print_stderr, reason = "the error message of the command")]
-            {
-                eprintln!("hippocamp: {error:#}");
-            }
+            complain(&error);
             ExitCode::from(if is_input { BAD_INPUT } else { FAILED })
         }
     }

@@ -105,9 +105,11 @@ fn read_hinges(
     };
     let meaning = "each joint's share of each turn";
     let stiffness = section.number_or("stiffness", meaning, Limits::AboveToMost(0.0, 1.0), STIFFNESS);
+    let ball = super::ball::read(section);
     let joints = links_m.map(<[f64]>::len);
     let rows: Vec<ServoRow> = servos.read_rows(section, joints, hinges, bend_range)?;
     let (name, hinges, stiffness, mass_kg) = (name?, hinges?, stiffness?, mass_kg?);
+    let ball = ball?;
     let ranges = [bend_range?, bend_range?, twist_range?];
     let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
     let mut all = Vec::new();
@@ -124,7 +126,7 @@ fn read_hinges(
                 stiffness,
                 mass_kg: if is_last { mass_kg } else { 0.0 },
                 center_m: link_m / 2.0,
-                ball: None,
+                ball: ball.clone().filter(|_| is_last),
                 servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
             });
         }

@@ -14,7 +14,7 @@
 //! |---|---|
 //! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"`, `"sit-then-limp"`, or (the same, of arms) `"park-then-limp"` |
 //! | `[trunk]` | `mass_kg`, `center_mm` |
-//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0); no bus at all: a robot on paper |
+//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
@@ -27,6 +27,7 @@
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
+mod ball;
 mod buses;
 mod chains;
 mod fault;
@@ -62,7 +63,7 @@ use reader::{File, Section};
 pub use script::{load_script, parse_script};
 use source::Source;
 pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
-pub use unit_write::write_unit;
+pub use unit_write::{rewrite_unit, write_unit};
 
 /// Slower than this, no loop holds a robot.
 const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;

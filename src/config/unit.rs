@@ -53,7 +53,11 @@ pub struct UnitJoint {
     pub name: String,
     /// Count at joint angle zero; may lie outside the servo's own range.
     pub zero_count: f64,
-    /// True once a person has seen that the joint turns the way the robot file says.
+    /// True where its servo is mounted so that a positive joint turn is a falling count, as it was measured; none where
+    /// that is left to the robot file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reversed: Option<bool>,
+    /// True once a person has seen that the joint turns the way the robot file says: that the two above are right.
     pub direction_checked: bool,
     /// Firmware version of the servo at calibration, where it is known. A start warns of another one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -68,7 +72,7 @@ pub struct UnitJoint {
 /// |---|---|
 /// | top | `version` = 1, `robot_file`, (`calibrated_on`, a date), (`calibration_hash`) |
 /// | `[[bus]]` | `name`, `device` |
-/// | `[[joint]]` | `name`, `zero_count`, (`direction_checked` false), (`firmware`) |
+/// | `[[joint]]` | `name`, `zero_count`, (`reversed` as in the robot file), (`direction_checked` false), (`firmware`) |
 ///
 /// The servos have no serial number that could be read; that of an adapter is in its path in `/dev/serial/by-id`.
 /// It is found by [`default_unit_path`] unless the user names another.
@@ -148,12 +152,18 @@ fn read_buses(file: &Section<'_>) -> Option<Vec<UnitBus>> {
 fn read_joint<'a>(joint: &Section<'a>, names: &mut Names<'a>) -> Option<UnitJoint> {
     let name = names.read(joint, "name", "the full name of a joint, such as \"left_hind.hip\"");
     let zero_count = joint.number("zero_count", "the servo's count at joint angle zero", Limits::Any);
+    let meaning = "whether its servo is mounted so that a positive joint turn is a falling count";
+    let reversed = match joint.has("reversed") {
+        true => joint.flag_or("reversed", meaning, false).map(Some),
+        false => Some(None),
+    };
     let meaning = "whether the joint was seen to turn the right way";
     let direction_checked = joint.flag_or("direction_checked", meaning, false);
     let firmware = read_firmware(joint);
     Some(UnitJoint {
         name: name?.to_owned(),
         zero_count: zero_count?,
+        reversed: reversed?,
         direction_checked: direction_checked?,
         firmware: firmware?,
     })

@@ -32,7 +32,7 @@ impl Unit {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{:?} {date:?}", self.robot_file);
         for joint in joints {
-            let UnitJoint { name, zero_count, direction_checked, firmware } = joint;
+            let UnitJoint { name, zero_count, reversed, direction_checked, firmware } = joint;
             let bits = zero_count.to_bits();
             let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {firmware:?}");
             let described = robot.joints.iter().find(|of| of.name == *name);
@@ -41,7 +41,8 @@ impl Unit {
             let _ = write!(text, " {axis:?}");
             if let Some(servo) = described.and_then(|of| of.servo) {
                 let (model, bus) = (servo.model.name, robot.buses.get(servo.bus).map(|bus| &bus.name));
-                let _ = write!(text, " {model:?} {bus:?} {} {}", servo.id, servo.reversed);
+                let reversed = reversed.unwrap_or(servo.reversed);
+                let _ = write!(text, " {model:?} {bus:?} {} {reversed}", servo.id);
             }
             text.push('\n');
         }
@@ -57,8 +58,21 @@ impl Unit {
     }
 }
 
+impl UnitJoint {
+    /// The `servo` of the robot file as it was built in.
+    pub(crate) fn of(&self, servo: &Servo) -> Servo {
+        Servo {
+            zero_count: self.zero_count,
+            reversed: self.reversed.unwrap_or(servo.reversed),
+            firmware: self.firmware,
+            ..*servo
+        }
+    }
+}
+
 impl UnitFile {
-    /// Gives each servo of `robot` its zero count and the firmware it was calibrated with.
+    /// Gives each servo of `robot` its zero count, the way it is mounted where that was measured, and the firmware it
+    /// was calibrated with.
     ///
     /// # Errors
     /// Every bus and joint the robot does not have, and every joint whose range would cross the seam of its
@@ -70,9 +84,9 @@ impl UnitFile {
             let found = robot.joints.iter().position(|joint| joint.name == entry.name);
             match found.map(|index| (index, &robot.joints[index])) {
                 Some((index, joint @ Joint { servo: Some(servo), .. })) => {
-                    let servo = Servo { zero_count: entry.zero_count, ..*servo };
+                    let servo = entry.of(servo);
                     match travel_fault(joint, &servo) {
-                        None => calibrations.push((index, entry)),
+                        None => calibrations.push((index, servo)),
                         Some(expected) => {
                             faults.push(self.fault(&format!("joint[{place}].zero_count"), expected));
                         }
@@ -89,10 +103,8 @@ impl UnitFile {
             faults.sort_by_key(|fault| fault.line);
             return Err(ConfigError { faults });
         }
-        for (index, entry) in calibrations {
-            if let Some(servo) = &mut robot.joints[index].servo {
-                (servo.zero_count, servo.firmware) = (entry.zero_count, entry.firmware);
-            }
+        for (index, servo) in calibrations {
+            robot.joints[index].servo = Some(servo);
         }
         Ok(())
     }
@@ -194,7 +206,7 @@ fn travel_fault(joint: &Joint, servo: &Servo) -> Option<String> {
         a.min(b),
         a.max(b),
         servo.model.name,
-        f64::from(servo.model.counts_per_turn) / 2.0
+        servo.model.middle_count()
     ))
 }
 

@@ -19,17 +19,38 @@ const BACKUPS_MAX: u32 = 100_000;
 /// # Errors
 /// Why it could not be written; the file at `path` is as it was then.
 pub fn write_unit(path: &Path, unit: &Unit) -> io::Result<Option<PathBuf>> {
-    let text = toml::to_string(unit).map_err(io::Error::other)?;
-    let text = format!("version = {VERSION}\n{text}");
-    // A link goes on pointing to the file it points to.
-    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    replace(&path, |file| file.write_all(text.as_bytes()))
+    let text = text_of(unit)?;
+    replace(&real(path), |file| file.write_all(text.as_bytes()), keep_old)
 }
 
-/// Replaces the file at `path` by what `fill` writes.
-fn replace(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<Option<PathBuf>> {
+/// The same, and the file that is there is given up: for the next step of a work whose first step was kept with
+/// [`write_unit`].
+///
+/// # Errors
+/// As [`write_unit`].
+pub fn rewrite_unit(path: &Path, unit: &Unit) -> io::Result<()> {
+    let text = text_of(unit)?;
+    replace(&real(path), |file| file.write_all(text.as_bytes()), |_| Ok(None)).map(|_| ())
+}
+
+fn text_of(unit: &Unit) -> io::Result<String> {
+    let text = toml::to_string(unit).map_err(io::Error::other)?;
+    Ok(format!("version = {VERSION}\n{text}"))
+}
+
+/// A link goes on pointing to the file it points to.
+fn real(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// Replaces the file at `path` by what `fill` writes, once `keep` has kept it.
+fn replace(
+    path: &Path,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+    keep: impl FnOnce(&Path) -> io::Result<Option<PathBuf>>,
+) -> io::Result<Option<PathBuf>> {
     let part = with_end(path, &format!(".{}.part", std::process::id()));
-    let replaced = write_synced(&part, fill).and_then(|()| keep_old(path)).and_then(|old| {
+    let replaced = write_synced(&part, fill).and_then(|()| keep(path)).and_then(|old| {
         fs::rename(&part, path)?;
         Ok(old)
     });
@@ -105,7 +126,7 @@ mod tests {
     }
 
     fn put(path: &Path, text: &str) -> io::Result<Option<PathBuf>> {
-        replace(path, |file| file.write_all(text.as_bytes()))
+        replace(path, |file| file.write_all(text.as_bytes()), keep_old)
     }
 
     #[test]
@@ -129,10 +150,11 @@ mod tests {
         let folder = folder("fails");
         let path = folder.join("a.unit.toml");
         put(&path, "whole").unwrap();
-        let result = replace(&path, |file| {
+        let fill = |file: &mut File| {
             file.write_all(b"hal")?;
             Err(io::Error::from(io::ErrorKind::StorageFull))
-        });
+        };
+        let result = replace(&path, fill, keep_old);
         assert_eq!(result.unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(names(&folder), ["a.unit.toml"]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");

@@ -126,7 +126,7 @@ impl Joint {
 impl Servo {
     /// Counts one radian is worth, negative where the servo is mounted reversed.
     fn counts_per_rad(&self) -> f64 {
-        let magnitude = f64::from(self.model.counts_per_turn) / std::f64::consts::TAU;
+        let magnitude = self.model.counts_per_turn / std::f64::consts::TAU;
         if self.reversed { -magnitude } else { magnitude }
     }
 

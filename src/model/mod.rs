@@ -120,6 +120,8 @@ pub struct Bus {
     pub adapter_latency_us: u32,
     /// How long a servo waits before it answers, microseconds.
     pub return_delay_us: u32,
+    /// Resistance of the simulated supply with its wires and plugs, ohm.
+    pub supply_ohm: f64,
 }
 
 /// What the robot does; one variant a kind of rig.

@@ -6,8 +6,6 @@ use super::{Activity, Order};
 use crate::model::Robot;
 use crate::signals::{Aim, Permission, State, Targets};
 
-/// How long the joint is held at its goal, s: what it measures then is where it came to rest.
-const HOLD_S: f64 = 1.0;
 /// Shortest time for the turn, s.
 const TURN_MIN_S: f64 = 0.5;
 
@@ -32,6 +30,8 @@ pub struct Jog {
     joint: usize,
     goal_rad: f64,
     phase: Phase,
+    /// How long the joint is held at its goal, s: what it measures then is where it came to rest.
+    hold_s: f64,
     /// Motion time, s: stands still while safety holds.
     now_s: f64,
     /// Every joint where the turn, or the letting go, began, rad.
@@ -42,15 +42,16 @@ pub struct Jog {
 }
 
 impl Jog {
-    /// A limp robot whose joint number `joint` will turn to `goal_rad`, held to the range goals are held to. An
-    /// angle that is not finite is the middle of that range.
-    pub fn new(robot: &Robot, joint: usize, goal_rad: f64) -> Jog {
+    /// A limp robot whose joint number `joint` will turn to `goal_rad`, held to the range goals are held to, and stay
+    /// there for `hold_s`. An angle that is not finite is the middle of that range.
+    pub fn new(robot: &Robot, joint: usize, goal_rad: f64, hold_s: f64) -> Jog {
         let of = &robot.joints[joint];
         let (low, high) = of.goal_range_rad();
         Jog {
             joint,
             goal_rad: if goal_rad.is_finite() { goal_rad.clamp(low, high) } else { of.middle_rad() },
             phase: Phase::Ends(Ends::Limp),
+            hold_s,
             now_s: 0.0,
             start_pose_rad: vec![0.0; robot.joints.len()],
             measured_rad: None,
@@ -94,7 +95,7 @@ impl Jog {
             }
             Phase::Turn { .. } if must_end => self.let_go(1.0, state),
             Phase::Turn { from, duration } if now >= from + duration => Phase::Hold { from: now },
-            Phase::Hold { from } if must_end || now >= from + HOLD_S => self.let_go(1.0, state),
+            Phase::Hold { from } if must_end || now >= from + self.hold_s => self.let_go(1.0, state),
             unchanged => unchanged,
         };
     }

@@ -128,6 +128,7 @@ fn unit(file: &str, robot: &Robot, server: &PtyServer) -> Unit {
             .map(|joint| UnitJoint {
                 name: joint.name.clone(),
                 zero_count: joint.servo.unwrap().zero_count,
+                reversed: None,
                 direction_checked: true,
                 firmware: None,
             })

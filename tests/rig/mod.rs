@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use hippocamp::config::{self, Unit, UnitBus, UnitJoint, write_unit};
-use hippocamp::model::Robot;
+use hippocamp::model::{Joint, Robot};
 use hippocamp::platform::{monotonic, sleep_until};
 use hippocamp::simulation;
 use hw_sim::FaultScript;
@@ -49,24 +49,10 @@ impl Rig {
         let world = simulation::world(&without_adapters, 1, &faults).unwrap();
         let server = PtyServer::start(world, folder.path()).unwrap();
         let buses = robot.buses.iter().zip(server.paths());
-        let mut unit = Unit {
-            robot_file: file.to_owned(),
-            buses: buses
-                .map(|(bus, path)| UnitBus { name: bus.name.clone(), device: path.display().to_string() })
-                .collect(),
-            joints: robot
-                .joints
-                .iter()
-                .map(|joint| UnitJoint {
-                    name: joint.name.clone(),
-                    zero_count: joint.servo.unwrap().zero_count,
-                    direction_checked: true,
-                    firmware: None,
-                })
-                .collect(),
-            ..Unit::default()
-        };
-        unit.seal(&robot, Date { year: 2026, month: 11, day: 22 });
+        let buses = buses
+            .map(|(bus, path)| UnitBus { name: bus.name.clone(), device: path.display().to_string() })
+            .collect();
+        let unit = calibrated(&robot, file, buses);
         let unit_file = folder.path().join("built.unit.toml");
         write_unit(&unit_file, &unit).unwrap();
         Rig { robot, robot_file, unit_file, server: Some(server), folder }
@@ -107,6 +93,21 @@ impl Rig {
         }
         monotonic() - start
     }
+}
+
+/// A unit of the robot of this file, put together as the file says.
+pub(crate) fn calibrated(robot: &Robot, file: &str, buses: Vec<UnitBus>) -> Unit {
+    let joint = |joint: &Joint| UnitJoint {
+        name: joint.name.clone(),
+        zero_count: joint.servo.unwrap().zero_count,
+        reversed: None,
+        direction_checked: true,
+        firmware: None,
+    };
+    let joints = robot.joints.iter().map(joint).collect();
+    let mut unit = Unit { robot_file: file.to_owned(), buses, joints, ..Unit::default() };
+    unit.seal(robot, Date { year: 2026, month: 11, day: 22 });
+    unit
 }
 
 /// Sends a signal to a process.

@@ -101,6 +101,12 @@ fn what_is_not_understood_is_said_and_changes_nothing() {
     assert!(sim.asked("plugin left_hind.hip").contains("expected one of these"));
     while !sim.said().starts_with("SERVO is") {}
     assert_eq!(exchange(&mut opened(&sim), &packet(2, 1, &[]), 6), packet(2, 0, &[]));
+    // A file of somebody else's in the way of a link stays as it is.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("main"), "mine").unwrap();
+    let output = command("horse.toml", &["--link", folder.path().to_str().unwrap()]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(folder.path().join("main")).unwrap(), "mine");
     for wrong in [&["--reversed", "left_hind.hips"][..], &["--faults", "config/horse.toml"]] {
         let output = command("horse.toml", wrong).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{wrong:?}");

@@ -4,6 +4,9 @@
 #![allow(clippy::print_stdout, reason = "a test that is left out says so")]
 
 mod console;
+mod foreign_servos;
 mod python_clients;
+#[path = "../rig/mod.rs"]
+mod rig;
 mod running;
 mod rust_clients;

@@ -9,7 +9,7 @@ use std::process::Command;
 use crate::running::Sim;
 
 /// A Python with the packages, if one is named.
-fn python() -> Option<PathBuf> {
+pub(crate) fn python() -> Option<PathBuf> {
     let python = std::env::var_os("HIPPOCAMP_PYTHON").filter(|python| !python.is_empty());
     if python.is_none() {
         println!("left out: HIPPOCAMP_PYTHON is not set");

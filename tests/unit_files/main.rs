@@ -30,6 +30,7 @@ fn calibrated(robot: &Robot) -> Unit {
     let entry = |(index, joint): (u8, &Joint)| UnitJoint {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count + f64::from(index) - 7.25,
+        reversed: None,
         direction_checked: true,
         firmware: Some("46".parse().unwrap()),
     };

@@ -132,6 +132,33 @@ fn a_whole_calibration_is_one_and_applies() {
 }
 
 #[test]
+fn a_servo_mounted_the_other_way_round_is_as_it_was_measured() {
+    let robot = robot();
+    let mut unit = calibrated(&robot);
+    let servo = robot.joints[1].servo.unwrap();
+    unit.joints[1].reversed = Some(!servo.reversed);
+    assert!(said(&unit, "reversed").contains("calibration_hash"), "an edit is noticed");
+    // Where the middle of its range is, stays.
+    unit.joints[1].zero_count = 4096.0 - unit.joints[1].zero_count;
+    unit.seal(&robot, DAY);
+    let mut applied = robot.clone();
+    let file = parsed(&text_of(&unit, "reversed"));
+    file.apply(&mut applied).unwrap();
+    file.check_calibrated(&applied, Path::new(ROBOT_FILE)).unwrap();
+    let built = applied.joints[1].servo.unwrap();
+    assert_eq!(built.reversed, !servo.reversed);
+    assert!((built.count_of(-1.5) - servo.count_of(-1.5)).abs() > 10.0, "counts run the other way");
+    assert!(
+        applied
+            .joints
+            .iter()
+            .zip(&robot.joints)
+            .enumerate()
+            .all(|(index, (a, b))| { index == 1 || a.servo.unwrap().reversed == b.servo.unwrap().reversed })
+    );
+}
+
+#[test]
 fn what_is_not_calibrated_is_told_in_full() {
     let error = parsed(GOOD).check_calibrated(&robot(), Path::new("elsewhere/pony.toml")).unwrap_err();
     let said = error.to_string();

@@ -17,6 +17,7 @@ fn the_file_is_as_a_person_would_write_it() {
         joints: vec![UnitJoint {
             name: "left_hind.hip".into(),
             zero_count: -12.5,
+            reversed: None,
             direction_checked: true,
             firmware: Some("3.10".parse().unwrap()),
         }],
@@ -67,6 +68,7 @@ proptest! {
         date in proptest::option::of((1u16..9999, 1u8..13, 1u8..29)),
         device in any_text(),
         zero_count in -1e9..1e9f64,
+        reversed in any::<Option<bool>>(),
         direction_checked in any::<bool>(),
         hash in proptest::option::of(any_text()),
         firmware in proptest::option::of((any::<u8>(), proptest::option::of(any::<u8>()))),
@@ -77,7 +79,7 @@ proptest! {
             calibrated_on: date.map(|(year, month, day)| Date { year, month, day }),
             calibration_hash: hash,
             buses: vec![UnitBus { name: "a".into(), device }],
-            joints: vec![UnitJoint { name: "b".into(), zero_count, direction_checked, firmware }],
+            joints: vec![UnitJoint { name: "b".into(), zero_count, reversed, direction_checked, firmware }],
         };
         prop_assert_eq!(parsed(&text_of(&unit, "any")).unit, unit);
     }

@@ -31,9 +31,9 @@ enum Found {
     Elsewhere(usize),
 }
 
-const SET_MODE: &str = "set it to position control with the maker's tool";
+const SET_MODE: &str = "set it to position control with 'hippocamp setup'";
 const SET_DELAY: &str =
-    "it counts 2 microseconds; set it with the maker's tool, or return_delay_us in the robot file";
+    "it counts 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
 /// Limp goals are sent this often, in case one is lost.
 const LIMP_TRIES: u32 = 4;
 
@@ -117,11 +117,7 @@ impl<P: Ports> Buses<P> {
         let celsius = self.read(joint, registers.present_temperature)?;
         let decivolts = self.read(joint, registers.present_voltage)?;
         if let Some(expected) = servo.firmware {
-            let (major, minor) = registers.firmware;
-            // One byte each.
-            let mut byte =
-                |register| self.read(joint, register).map(|value| u8::try_from(value).unwrap_or(u8::MAX));
-            let found = Firmware { major: byte(major)?, minor: minor.map(byte).transpose()? };
+            let found = self.firmware(joint, servo)?;
             if found != expected {
                 let place = &self.place(joint)?.servo;
                 self.notes.push(format!(
@@ -140,6 +136,35 @@ impl<P: Ports> Buses<P> {
         } else {
             Found::AsExpected
         })
+    }
+
+    /// The firmware of `servo`, which is the joint's.
+    ///
+    /// # Errors
+    /// When no good answer came.
+    pub(crate) fn firmware(&mut self, joint: usize, servo: &Servo) -> Result<Firmware, TransactionError> {
+        let (major, minor) = servo.model.registers.firmware;
+        // One byte each.
+        let mut byte =
+            |register| self.read(joint, register).map(|value| u8::try_from(value).unwrap_or(u8::MAX));
+        Ok(Firmware { major: byte(major)?, minor: minor.map(byte).transpose()? })
+    }
+
+    /// Has the joint's servo take where its shaft stands for its middle count, for good. To be called while it is
+    /// limp; it may be asked again and again.
+    ///
+    /// # Errors
+    /// When the servo does not take it.
+    pub(crate) fn set_middle(&mut self, joint: usize, servo: &Servo) -> Result<(), TransactionError> {
+        let registers = servo.model.registers;
+        for &(register, value) in registers.set_middle {
+            match self.write(joint, register, value) {
+                // It answers when it has stored it, or not at all; where the shaft stands then tells.
+                Err(TransactionError::NoAnswer { .. }) if register == registers.torque_enable => {}
+                result => result?,
+            }
+        }
+        Ok(())
     }
 
     /// What was noticed at the start that is no reason not to: a sentence each, for a person to read.

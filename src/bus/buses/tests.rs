@@ -112,6 +112,7 @@ fn robot() -> Robot {
         baud: 1_000_000,
         adapter_latency_us: 1000,
         return_delay_us: 0,
+        supply_ohm: 0.0,
     };
     let joint = |index: u8| Joint {
         name: format!("leg.{index}"),

@@ -10,8 +10,8 @@ mod read_mode;
 use std::time::Duration;
 
 use super::codec::{Codec, ping_bytes, read_bytes};
-use super::register::encode;
-use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, wire_time};
+use super::register::{encode, ordered};
+use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, single_read_time, wire_time};
 use super::{ServoGoal, Slot};
 use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
@@ -58,6 +58,8 @@ pub(super) struct BusClient {
     watchdog_renewal: Option<u8>,
     /// The servo that the next cycle's request restarts.
     restart: Option<ServoId>,
+    /// Where servos are asked one by one: the place of the one whose turn it is.
+    turn: usize,
 }
 
 impl BusClient {
@@ -86,6 +88,7 @@ impl BusClient {
             counters: Counters::default(),
             watchdog_renewal: None,
             restart: None,
+            turn: 0,
         }
     }
 
@@ -121,8 +124,9 @@ impl BusClient {
                 ServoGoal::Limp => None,
             })
         };
-        let limit = |(id, _, limit)| (id, encode(registers.torque_limit, i64::from(limit)));
-        let position = |(id, position, _)| (id, encode(registers.goal_position, i64::from(position)));
+        let raw = |register, value| ordered(encode(register, value), register, registers.is_big_endian);
+        let limit = |(id, _, limit)| (id, raw(registers.torque_limit, i64::from(limit)));
+        let position = |(id, position, _)| (id, raw(registers.goal_position, i64::from(position)));
         let enable = |(id, goal): (&ServoId, _)| (*id, u64::from(goal != ServoGoal::Limp));
         let renewal = registers.bus_watchdog.zip(self.watchdog_renewal.take());
         if let Some((register, units)) = renewal {
@@ -156,13 +160,50 @@ impl BusClient {
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
         let (address, bytes) = (registers.feedback_address, registers.feedback_bytes);
+        self.turn = 0;
         match self.read_mode.group_read() {
+            _ if !registers.has_sync_read => {
+                ids.iter().take(1).for_each(|id| codec.read_block(request, *id, address, bytes));
+            }
             GroupRead::Plain => codec.sync_read(request, address, bytes, ids),
             GroupRead::Fast => codec.fast_sync_read(request, address, bytes, ids),
         }
         self.reply_deadline = reply_deadline(self.cycle_time() + wire_time(extra_bytes, self.bus.baud));
         self.counters.bytes_out += length(&self.request);
         &self.request
+    }
+
+    /// Whether the servo whose turn it is has answered, where they are asked one by one.
+    pub(super) fn is_turn_over(&self) -> bool {
+        !self.inbox.registers.has_sync_read
+            && matches!(self.inbox.awaited, Awaited::Feedback)
+            && matches!(self.inbox.slots.get(self.turn), Some(Slot::Fresh(_)))
+    }
+
+    /// How long after its request to wait for the servo whose turn it is; where all are asked at once, for all of them.
+    pub(super) fn turn_deadline(&self) -> Duration {
+        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+            return self.reply_deadline;
+        }
+        reply_deadline(single_read_time(&self.bus, self.inbox.registers, self.request.len()))
+    }
+
+    /// Begins the next servo's turn, where they are asked one by one, and returns what to send; none when all have had
+    /// theirs.
+    pub(super) fn begin_turn(&mut self) -> Option<&[u8]> {
+        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+            return None;
+        }
+        self.end_input();
+        self.turn += 1;
+        let id = *self.inbox.ids.get(self.turn)?;
+        self.codec.clear();
+        self.echo.restart();
+        self.request.clear();
+        let Registers { feedback_address, feedback_bytes, .. } = *self.inbox.registers;
+        self.codec.read_block(&mut self.request, id, feedback_address, feedback_bytes);
+        self.counters.bytes_out += length(&self.request);
+        Some(&self.request)
     }
 
     /// Has the next cycle's request clear every servo's bus watchdog and set it to `units`, before its goals:
@@ -214,7 +255,8 @@ impl BusClient {
     /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Question::Write, answer: Answer::Missing });
-        self.codec.write(&mut self.request, id, register, encode(register, value));
+        let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
+        self.codec.write(&mut self.request, id, register, raw);
         self.end_transaction_request(0)
     }
 

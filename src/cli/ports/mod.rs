@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::Device;
-use crate::config::{UnitFile, default_unit_path, nearest};
+use crate::config::{UnitBus, UnitFile, default_unit_path, nearest};
 use crate::model::{Bus, Robot};
 
 /// `--port BUS=PATH`.
@@ -24,9 +24,11 @@ pub(super) struct PortOption {
 }
 
 impl PortOption {
-    /// Name of the bus.
-    pub(super) fn bus(&self) -> &str {
-        &self.bus
+    /// As it stands in a unit file.
+    pub(super) fn to_unit_bus(&self) -> UnitBus {
+        // A link in /dev/serial/by-id stays one.
+        let path = std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone());
+        UnitBus { name: self.bus.clone(), device: path.display().to_string() }
     }
 
     /// The device.

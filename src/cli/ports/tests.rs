@@ -16,6 +16,7 @@ fn unit(robot: &Robot, buses: &[&str]) -> Unit {
     let joint = |joint: &crate::model::Joint| UnitJoint {
         name: joint.name.clone(),
         zero_count: joint.servo.unwrap().zero_count,
+        reversed: None,
         direction_checked: true,
         firmware: None,
     };

@@ -48,14 +48,7 @@ impl UnitNotes {
 
     /// Notes the device of every bus.
     pub(super) fn set_devices(&mut self, devices: &[PortOption]) -> Result<()> {
-        let device = |port: &PortOption| UnitBus {
-            name: port.bus().to_owned(),
-            device: std::path::absolute(port.path())
-                .unwrap_or_else(|_| port.path().to_owned())
-                .display()
-                .to_string(),
-        };
-        let buses: Vec<UnitBus> = devices.iter().map(device).collect();
+        let buses: Vec<UnitBus> = devices.iter().map(PortOption::to_unit_bus).collect();
         if buses == self.unit.buses {
             return Ok(());
         }

@@ -20,11 +20,16 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// Takes `folder`, or else one that is named after the robot file in the user's folder for running programs.
+    /// Takes `folder`, or else one that is named after the robot file in the user's folder for running programs, for
+    /// links of these `names`.
     ///
     /// # Errors
-    /// Bad input if it cannot be made or is in use.
-    pub(super) fn take(folder: Option<&Path>, robot_file: &Path) -> Result<Links> {
+    /// Bad input if it cannot be made, is in use, or has something else of such a name in it.
+    pub(super) fn take<'n>(
+        folder: Option<&Path>,
+        robot_file: &Path,
+        names: impl Iterator<Item = &'n str>,
+    ) -> Result<Links> {
         let folder = folder.map_or_else(|| default_folder(robot_file), Path::to_owned);
         let is_own = !folder.exists();
         let bad =
@@ -38,6 +43,14 @@ impl Links {
                 folder.display()
             ))
         })?;
+        let is_in_the_way = |path: &PathBuf| path.symlink_metadata().is_ok_and(|of| !of.is_symlink());
+        if let Some(taken) = names.map(|name| folder.join(name)).find(is_in_the_way) {
+            return Err(BadInput(format!(
+                "{} is there already, and no link of hippocamp sim's: move it away, or give another folder with --link",
+                taken.display()
+            ))
+            .into());
+        }
         let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
         Ok(Links { folder, _lock: lock, is_own })
     }

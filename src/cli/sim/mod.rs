@@ -6,8 +6,7 @@
 mod console;
 mod links;
 mod rig;
-
-use std::io::BufRead;
+pub(super) mod typed;
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
@@ -21,9 +20,6 @@ use self::rig::Rig;
 use super::run::fault_script;
 use super::{BadInput, SimArguments, unit};
 use crate::config;
-
-/// Lines that may wait while one is carried out.
-const LINES_WAITING: usize = 64;
 
 /// Serves the robot's buses until a signal, or `quit`.
 pub(super) fn sim(options: &SimArguments) -> Result<()> {
@@ -46,11 +42,11 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
 
     // Before there are links that a signal would leave behind.
     let stop = stop_signals()?;
-    let links = Links::take(options.link.as_deref(), &options.robot)?;
+    let links = Links::take(options.link.as_deref(), &options.robot, world.lines().map(|(name, _)| name))?;
     let server = PtyServer::start(world, links.folder())
         .with_context(|| format!("the buses could not be served in {}", links.folder().display()))?;
     rig.announce(&server);
-    Console { rig: &rig, server: &server, lines: typed_lines()?, stop }.run();
+    Console { rig: &rig, server: &server, lines: typed::lines()?, stop }.run();
     Ok(())
 }
 
@@ -64,19 +60,5 @@ fn stop_signals() -> Result<Receiver<()>> {
             let _ = sender.try_send(());
         }
     });
-    Ok(receiver)
-}
-
-/// What is typed, line by line. At the end of standard input there is no more, and the servos go on.
-fn typed_lines() -> Result<Receiver<String>> {
-    let (sender, receiver) = bounded(LINES_WAITING);
-    std::thread::Builder::new().name("standard input".to_owned()).spawn(move || {
-        for line in std::io::stdin().lock().lines() {
-            let Ok(line) = line else { return };
-            if sender.send(line).is_err() {
-                return;
-            }
-        }
-    })?;
     Ok(receiver)
 }

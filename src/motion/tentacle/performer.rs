@@ -20,7 +20,7 @@ use super::wound::Wound;
 use super::{Grip, TentaclePlan};
 use crate::model::{ArmGeometry, GROUPS, Pole, Robot};
 use crate::motion::{Stroke, StrokeCommand};
-use crate::signals::{Aim, ArmAim, State, Targets};
+use crate::signals::{Aim, ArmAim, ArmTarget, State, Targets};
 
 /// Time in which strokes come to their tempo from rest, s.
 const RAMP_S: f64 = 1.0;
@@ -261,9 +261,7 @@ impl Performer {
             target.ends_in_body = arm.parked_in_body;
             let tip = &mut targets.tips_in_body[arm.chain];
             match self.stage {
-                Stage::Keyed(keyed) => {
-                    target.ends_in_body = arm.keyed_in_body(keyed, self.phase, self.turn_rad)
-                }
+                Stage::Keyed(keyed) => arm.write_keyed(keyed, self.phase, self.turn_rad, target),
                 Stage::Reach { point_in_body, direction } if takes_part => {
                     target.aim = if direction.is_some() { ArmAim::TipAlong } else { ArmAim::Tip };
                     target.ends_in_body[GROUPS - 1] = point_in_body;
@@ -315,15 +313,20 @@ impl ArmPlan {
         self.root_m + self.root_rotation * in_arm
     }
 
-    /// Ends of its groups at a phase of a stroke, body frame, m.
-    fn keyed_in_body(&self, keyed: Keyed, phase: f64, turn_rad: f64) -> [DVec3; GROUPS] {
-        let lengths = self.group_lengths_m;
-        let in_arm = match keyed {
-            Keyed::Sway => self.strokes.sway.ends_in_arm(lengths, phase),
-            Keyed::Walk => self.strokes.walk.ends_in_arm(lengths, phase, turn_rad),
-            Keyed::Swim => self.strokes.swim.ends_in_arm(lengths, phase, turn_rad),
+    /// Moves it by a stroke at a phase of it.
+    fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
+        let stroke = match keyed {
+            Keyed::Walk => &self.strokes.walk,
+            Keyed::Swim => &self.strokes.swim,
+            Keyed::Sway => {
+                target.aim = ArmAim::Places;
+                self.strokes.sway.write(phase, self.links_m.iter().copied(), &mut target.places_in_body);
+                target.places_in_body.iter_mut().for_each(|place| *place = self.to_body(*place));
+                return;
+            }
         };
-        in_arm.map(|place| self.to_body(place))
+        let in_arm = stroke.ends_in_arm(self.group_lengths_m, phase, turn_rad);
+        target.ends_in_body = in_arm.map(|place| self.to_body(place));
     }
 
     fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
@@ -332,7 +335,7 @@ impl ArmPlan {
     }
 
     /// Lays its links along and round the pole, `wound` of what can be (0 to 1).
-    fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut crate::signals::ArmTarget) {
+    fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
         let Some(winding) = self.winding(pole, squeeze_m) else { return };
         target.aim = ArmAim::Places;
         winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);

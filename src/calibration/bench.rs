@@ -1,0 +1,118 @@
+//! A limp robot that is watched while a person has their hands on it.
+
+use std::time::Duration;
+
+use super::{CalibrateError, Person};
+use crate::bus::{Buses, Ports, Slot};
+use crate::model::{Robot, Servo};
+use crate::units::Time;
+
+/// Time between two looks.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// A servo unheard for longer than this is gone, s.
+const LOST_AFTER_S: f64 = 1.0;
+
+/// The robot, its buses, and the person.
+pub(super) struct Bench<'b, P, H> {
+    pub(super) robot: &'b Robot,
+    pub(super) buses: Buses<P>,
+    pub(super) person: &'b mut H,
+    slots: Vec<Slot>,
+    /// Where each servo was last heard to stand, counts.
+    counts: Vec<Option<f64>>,
+    unheard_s: Vec<f64>,
+    looked: Time,
+}
+
+impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
+    pub(super) fn new(robot: &'b Robot, mut buses: Buses<P>, person: &'b mut H) -> Bench<'b, P, H> {
+        let joints = robot.joints.len();
+        let looked = buses.ports_mut().now();
+        Bench {
+            robot,
+            buses,
+            person,
+            slots: vec![Slot::Missing; joints],
+            counts: vec![None; joints],
+            unheard_s: vec![0.0; joints],
+            looked,
+        }
+    }
+
+    /// Waits for the time of the next look, and looks; how long after the last one, s.
+    ///
+    /// # Errors
+    /// When the person wants to stop, or a servo is not heard any more.
+    pub(super) fn look(&mut self) -> Result<f64, CalibrateError> {
+        let before = self.looked;
+        self.buses.ports_mut().wait_until(before + LOOK_EVERY);
+        self.looked = self.buses.ports_mut().now();
+        let dt_s = self.looked.since(before).as_secs_f64();
+        if self.person.wants_to_stop() {
+            return Err(CalibrateError::Left);
+        }
+        self.buses.look(&mut self.slots);
+        for (index, joint) in self.robot.joints.iter().enumerate() {
+            match self.slots[index] {
+                Slot::Fresh(feedback) => {
+                    self.counts[index] = Some(f64::from(feedback.position));
+                    self.unheard_s[index] = 0.0;
+                }
+                Slot::Corrupt | Slot::Missing => self.unheard_s[index] += dt_s,
+            }
+            if joint.servo.is_some() && self.unheard_s[index] > LOST_AFTER_S {
+                return Err(CalibrateError::lost(self.robot, index));
+            }
+        }
+        Ok(dt_s)
+    }
+
+    /// Where the joint's servo stands, counts; looks until it is heard.
+    pub(super) fn count(&mut self, joint: usize) -> Result<f64, CalibrateError> {
+        loop {
+            self.look()?;
+            if let (Some(count), Slot::Fresh(_)) = (self.counts[joint], self.slots[joint]) {
+                return Ok(count);
+            }
+        }
+    }
+
+    /// Where the joint's servo was last heard to stand, counts.
+    pub(super) fn last_count(&self, joint: usize) -> Option<f64> {
+        self.counts[joint]
+    }
+
+    /// Lets the robot be for `time`.
+    pub(super) fn pause(&mut self, time: Duration) {
+        let until = self.buses.ports_mut().now() + time;
+        self.buses.ports_mut().wait_until(until);
+        self.looked = self.buses.ports_mut().now();
+    }
+
+    /// What the person answers to `words`, trimmed, in small letters.
+    pub(super) fn ask(&mut self, words: &str) -> Result<String, CalibrateError> {
+        self.person.hear(words);
+        loop {
+            self.look()?;
+            if let Some(answer) = self.person.answer() {
+                return Ok(answer.trim().to_lowercase());
+            }
+        }
+    }
+
+    /// Whether the person says yes to `words`.
+    pub(super) fn ask_whether(&mut self, words: &str) -> Result<bool, CalibrateError> {
+        loop {
+            match self.ask(&format!("{words} [y/n]"))?.as_str() {
+                "y" | "yes" => return Ok(true),
+                "n" | "no" => return Ok(false),
+                _ => {}
+            }
+        }
+    }
+
+    /// The servo of a joint as the robot file has it.
+    pub(super) fn servo(&self, joint: usize) -> Result<Servo, CalibrateError> {
+        self.robot.joints[joint].servo.ok_or_else(|| CalibrateError::lost(self.robot, joint))
+    }
+}

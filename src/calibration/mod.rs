@@ -1,0 +1,185 @@
+//! From servos that answer to a robot that knows where its joints are and which way they turn.
+//!
+//! Comes in: a robot file, what is known of the built one, a person with their hands on it. Goes out: its [`Unit`],
+//! kept after every step, so that whoever is interrupted goes on from there. Three steps, all but the last limp: every
+//! joint in the marked pose; each joint by hand from end to end; each joint a little by its own motor.
+
+mod bench;
+mod by_hand;
+mod figure;
+mod pose;
+mod powered;
+mod sweep;
+mod zero;
+
+use std::io;
+use std::time::Duration;
+
+use toml::value::Date;
+
+use crate::bus::{Buses, Ports, StartError, TransactionError};
+use crate::config::Unit;
+use crate::model::Robot;
+use crate::run::Operator;
+use bench::Bench;
+pub use figure::figure;
+pub use pose::{marked_pose_rad, ways};
+
+/// How often a person is listened to while nothing is watched.
+const LISTEN_EVERY: Duration = Duration::from_millis(20);
+
+/// Who has their hands on the robot.
+pub trait Person {
+    /// Hears, or reads, a line of words.
+    fn hear(&mut self, words: &str);
+
+    /// A line they have said since last asked, if any. Must not block.
+    fn answer(&mut self) -> Option<String>;
+
+    /// Whether they want to stop.
+    fn wants_to_stop(&mut self) -> bool;
+
+    /// Keeps what is known so far, whole or not at all.
+    ///
+    /// # Errors
+    /// Why it could not.
+    fn keep(&mut self, unit: &Unit) -> io::Result<()>;
+}
+
+/// Why a calibration is not complete. What was kept stays good: run again, it goes on from there.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrateError {
+    /// The servos are not those of the robot file.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A servo did not take or tell something.
+    #[error(transparent)]
+    Transaction(#[from] TransactionError),
+    /// A servo fell silent.
+    #[error("servo {id} of joint {joint} on bus {bus} is not heard any more: check its plug and its power")]
+    Lost {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the bus.
+        bus: String,
+        /// The servo's id, in words.
+        id: String,
+    },
+    /// A servo was to take where it stands for its middle, and did not.
+    #[error(
+        "{joint}: its servo was to take where it stands for count {middle:.0}, and says {found:.0}: hold it still; if \
+         that does not help, update its firmware"
+    )]
+    NotCentred {
+        /// Name of the joint.
+        joint: String,
+        /// Count it says.
+        found: f64,
+        /// Count it should say.
+        middle: f64,
+    },
+    /// Servos whose seam lies in the joint's range.
+    #[error(
+        "the encoder's seam (where its highest count becomes 0) lies in the range of {}: take the horn off, turn the \
+         shaft by hand until 'hippocamp monitor' or 'hippocamp servo read' shows it near its middle count (2048), and \
+         put the horn on with the joint in the middle of its range", joints.join(", ")
+    )]
+    Mount {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
+    /// Joints that did not turn.
+    #[error("did not turn: {}: see what blocks them, and that their horns are tight", joints.join(", "))]
+    Stuck {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
+    /// Safety stopped a joint.
+    #[error("stopped: {reason}")]
+    Stopped {
+        /// Why.
+        reason: String,
+    },
+    /// The person had enough.
+    #[error("ended before it was complete")]
+    Left,
+    /// What is known could not be kept.
+    #[error("the unit file could not be written: {0}")]
+    Keep(#[from] io::Error),
+}
+
+impl CalibrateError {
+    fn lost(robot: &Robot, joint: usize) -> CalibrateError {
+        let servo = robot.joints[joint].servo;
+        CalibrateError::Lost {
+            joint: robot.joints[joint].name.clone(),
+            bus: servo.map_or_else(String::new, |servo| robot.buses[servo.bus].name.clone()),
+            id: servo.map_or_else(String::new, |servo| servo.id.to_string()),
+        }
+    }
+}
+
+/// How a calibration ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Whether it is complete, or why not.
+    pub result: Result<(), CalibrateError>,
+    /// True if no servo can have torque left: all have heard the end of the last turn.
+    pub is_end_heard: bool,
+}
+
+/// Goes on with the calibration of the robot of the robot file `robot`, of which `unit` is known, and seals the unit
+/// with `day` when all is done. Where it `is_unattended`, nobody is asked: the pose is measured as soon as the robot is
+/// still, cures are written, and a joint's direction is that of its sweep. `operator` may stop a powered turn.
+pub fn calibrate<P: Ports>(
+    robot: &Robot,
+    unit: &mut Unit,
+    ports: P,
+    person: &mut impl Person,
+    operator: &mut impl Operator,
+    is_unattended: bool,
+    day: Date,
+) -> Ended {
+    let by_hand = || -> Result<Buses<P>, CalibrateError> {
+        let mut buses = Buses::new(robot, ports);
+        person.hear("All servos go limp now: have the robot on its stand, or hold it.");
+        if !is_unattended {
+            listen(&mut buses, person, "Press Enter.")?;
+        }
+        buses.prepare(robot)?;
+        buses.notes().iter().for_each(|note| person.hear(note));
+        let mut bench = Bench::new(robot, buses, person);
+        zero::measure(&mut bench, unit, is_unattended)?;
+        by_hand::sweep_all(&mut bench, unit, is_unattended)?;
+        Ok(bench.buses)
+    };
+    let buses = match by_hand() {
+        Ok(buses) => buses,
+        Err(error) => return Ended { result: Err(error), is_end_heard: true },
+    };
+    let (result, is_end_heard) = powered::check_all(robot, buses, unit, person, operator, is_unattended);
+    let sealed = result.and_then(|()| {
+        unit.seal(robot, day);
+        Ok(person.keep(unit)?)
+    });
+    Ended { result: sealed, is_end_heard }
+}
+
+/// Waits for a line from the person, with nothing said to any servo.
+fn listen<P: Ports>(
+    buses: &mut Buses<P>,
+    person: &mut impl Person,
+    words: &str,
+) -> Result<(), CalibrateError> {
+    person.hear(words);
+    loop {
+        if person.wants_to_stop() {
+            return Err(CalibrateError::Left);
+        }
+        if person.answer().is_some() {
+            return Ok(());
+        }
+        let later = buses.ports_mut().now() + LISTEN_EVERY;
+        buses.ports_mut().wait_until(later);
+    }
+}

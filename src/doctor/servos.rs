@@ -1,0 +1,347 @@
+//! One bus: its device, who is on it, and what each servo is set to.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::lines::Lines;
+use crate::bus::serial::Device;
+use crate::model::{Joint, Protocol, Robot, Servo as JointServo};
+use crate::service::{Address, Found, Pass, ServiceError, ServicePort, Servo, scan_bauds};
+use crate::units::ServoId;
+
+/// The id of a servo out of the box, both makers.
+const FACTORY_ID: ServoId = ServoId(1);
+/// This near to its limit a servo is hot, degrees Celsius.
+const NEARLY_HOT_C: f64 = 10.0;
+/// Servos of one supply that see it so differently, V, have a bad wire between them.
+const SAG_V: f64 = 0.6;
+
+/// Looks at a bus; true if all its servos can be asked.
+pub(super) fn examine(
+    robot: &Robot,
+    bus: usize,
+    device: &Device,
+    stop: &AtomicBool,
+    lines: &mut Lines<'_>,
+) -> bool {
+    let about = format!("bus {}", robot.buses[bus].name);
+    let mut port = match ServicePort::open(&device.path) {
+        Ok(port) => port,
+        Err(error) => {
+            let said = error.to_string();
+            let (found, cure) = said.split_once(": ").unwrap_or((&said, "use another path"));
+            lines.fault(&about, found, cure);
+            return false;
+        }
+    };
+    lines.ok(&about, format!("{} opens, for this program alone", device.path.display()));
+    let (protocol, baud) = (robot.buses[bus].protocol, robot.buses[bus].baud);
+    let all: Vec<ServoId> = (0..=Protocol::ID_MAX).map(ServoId).collect();
+    let pass = match port.scan(protocol, baud, &all, stop) {
+        Ok(pass) => pass,
+        Err(error) => {
+            lines.fault(&about, error.to_string(), "use another adapter, or another rate");
+            return false;
+        }
+    };
+    if port.is_echoing() {
+        lines.warning(
+            &about,
+            "the adapter hands back what it is sent (echo)",
+            "nothing need be done here: it is dropped; other programs may trip over it",
+        );
+    } else {
+        lines.ok(&about, "no echo");
+    }
+    tell_strangers(robot, bus, &about, &pass, lines);
+
+    let mut is_whole = true;
+    let mut volts: Vec<(f64, String)> = Vec::new();
+    for joint in robot.joints.iter().filter(|joint| joint.servo.is_some_and(|servo| servo.bus == bus)) {
+        let Some(servo) = joint.servo else { continue };
+        if stop.load(Ordering::Relaxed) {
+            return false;
+        }
+        let who = format!("servo {} of joint {} on bus {}", servo.id, joint.name, robot.buses[bus].name);
+        let found = pass.found.iter().find(|found| found.address.id == servo.id);
+        match found {
+            Some(found) if found.is_twin => {
+                lines.fault(&who, "more than one servo has this id", twin_cure(servo.id));
+                is_whole = false;
+            }
+            Some(found) => match one_servo(robot, joint, &servo, &mut port, *found, &who, lines) {
+                Ok(seen_v) => volts.push((seen_v, who)),
+                Err(error) => {
+                    lines.fault(&who, error.to_string(), "check its plug and its power, and ask again");
+                    is_whole = false;
+                }
+            },
+            None => {
+                absent(&mut port, robot, &servo, &pass, &who, stop, lines);
+                is_whole = false;
+            }
+        }
+    }
+    tell_sag(&about, &volts, lines);
+    is_whole
+}
+
+fn twin_cure(id: ServoId) -> String {
+    format!("unplug all servos but one that has id {id}, and give it another with 'hippocamp servo id'")
+}
+
+fn tell_strangers(robot: &Robot, bus: usize, about: &str, pass: &Pass, lines: &mut Lines<'_>) {
+    let is_own = |id: ServoId| {
+        robot.joints.iter().filter_map(|joint| joint.servo).any(|servo| servo.bus == bus && servo.id == id)
+    };
+    let strangers: Vec<String> = pass
+        .found
+        .iter()
+        .filter(|found| !is_own(found.address.id))
+        .map(|found| {
+            let model = found.identity.model_names().unwrap_or_else(|| "an unknown model".to_owned());
+            format!("{} ({model})", found.address.id)
+        })
+        .collect();
+    if !strangers.is_empty() {
+        lines.warning(
+            about,
+            format!("on it are servos that no joint of the robot file has: id {}", strangers.join(", ")),
+            "name them in the robot file, give them the id they should have ('hippocamp servo id'), or unplug them",
+        );
+    }
+}
+
+/// A servo that is not where it should be: where is it?
+fn absent(
+    port: &mut ServicePort,
+    robot: &Robot,
+    servo: &JointServo,
+    pass: &Pass,
+    who: &str,
+    stop: &AtomicBool,
+    lines: &mut Lines<'_>,
+) {
+    let bus = &robot.buses[servo.bus];
+    if pass.damaged.contains(&servo.id) {
+        return lines.fault(
+            who,
+            "only damaged answers come from its id: two servos may have it, or a plug is loose",
+            twin_cure(servo.id),
+        );
+    }
+    let others = scan_bauds(bus.protocol).iter().copied().filter(|baud| *baud != bus.baud);
+    for baud in others {
+        let Ok(pass) = port.scan(bus.protocol, baud, &[servo.id, FACTORY_ID], stop) else { continue };
+        if let Some(found) = pass.found.iter().find(|found| found.address.id == servo.id) {
+            return lines.fault(
+                who,
+                format!("it is set to {} baud, and its bus to {}", found.address.baud, bus.baud),
+                "'hippocamp setup' sets it, or 'hippocamp servo baud'",
+            );
+        }
+        if let Some(found) = pass.found.first() {
+            return lines.fault(
+                who,
+                format!(
+                    "no answer; but a servo as out of the box answers (id {FACTORY_ID}, {} baud)",
+                    found.address.baud
+                ),
+                "'hippocamp setup' gives it its id and rate",
+            );
+        }
+    }
+    lines.fault(
+        who,
+        format!("no answer at {} baud, nor at any other rate", bus.baud),
+        "check its power, its plug and the plugs before it, and its id ('hippocamp scan')",
+    );
+}
+
+/// Looks at a servo that answers; the supply it sees, V.
+fn one_servo(
+    robot: &Robot,
+    joint: &Joint,
+    servo: &JointServo,
+    port: &mut ServicePort,
+    found: Found,
+    who: &str,
+    lines: &mut Lines<'_>,
+) -> Result<f64, ServiceError> {
+    let address = Address { id: servo.id, ..found.address };
+    let mut of = port.known_servo(address, found.identity);
+    let before = lines.count();
+    let identity = found.identity;
+    let model = identity.model_names().unwrap_or_else(|| format!("model number {}", identity.model_number));
+    if identity.model_number != servo.model.model_number {
+        lines.fault(
+            who,
+            format!("it is {model}, and the robot file says {}", servo.model.name),
+            "name its model in the robot file, or exchange it",
+        );
+        // Its registers may be others.
+        return Ok(of.read("present_input_voltage")?.physical);
+    }
+    if let Some(expected) = servo.firmware.filter(|expected| *expected != identity.firmware) {
+        lines.warning(
+            who,
+            format!("firmware {}, and {expected} when it was calibrated", identity.firmware),
+            "an update can reset what a servo was set to: 'hippocamp setup', and calibrate it again",
+        );
+    }
+    settings(robot, joint, servo, &mut of, who, lines)?;
+    let volts = state(robot, joint, servo, &mut of, who, lines)?;
+    if lines.count() == before {
+        let celsius = of.read("present_temperature")?;
+        lines.ok(who, format!("{model}, firmware {}, {volts:.1} V, {celsius}", identity.firmware));
+    }
+    Ok(volts)
+}
+
+/// What it is set to, against what the loop needs.
+fn settings(
+    robot: &Robot,
+    joint: &Joint,
+    servo: &JointServo,
+    of: &mut Servo<'_>,
+    who: &str,
+    lines: &mut Lines<'_>,
+) -> Result<(), ServiceError> {
+    const SETUP: &str = "'hippocamp setup' sets it";
+    let bus = &robot.buses[servo.bus];
+    let position_mode = match bus.protocol {
+        Protocol::Dynamixel => 3,
+        Protocol::Feetech => 0,
+    };
+    let mode = of.read("operating_mode")?.raw;
+    if mode != position_mode {
+        lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
+    }
+    // Feetech: reserved on STS (wiki), honoured by some.
+    let delay_us = 2 * of.read("return_delay_time")?.raw;
+    let is_told = bus.protocol == Protocol::Dynamixel;
+    if is_told && delay_us != i64::from(bus.return_delay_us) {
+        lines.fault(
+            who,
+            format!(
+                "it waits {delay_us} us before it answers, and return_delay_us is {}",
+                bus.return_delay_us
+            ),
+            SETUP,
+        );
+    }
+    let level = of.read("status_return_level")?.raw;
+    let level_of_all = if is_told { 2 } else { 1 };
+    if level < level_of_all {
+        lines.warning(
+            who,
+            format!("status return level {level}: it says nothing of what is written to it"),
+            SETUP,
+        );
+    }
+    let (low, high) = (of.read("min_position_limit")?.raw, of.read("max_position_limit")?.raw);
+    let counts = joint.goal_range_rad();
+    let (a, b) = (servo.count_of(counts.0), servo.count_of(counts.1));
+    let (lowest, highest) = (a.min(b).round(), a.max(b).round());
+    #[allow(clippy::cast_precision_loss, reason = "counts of a turn")]
+    let (low, high) = (low as f64, high as f64);
+    if lowest < low || highest > high {
+        lines.fault(
+            who,
+            format!("it takes goals from count {low} to {high}; the joint's range is {lowest} to {highest}"),
+            "'hippocamp setup' opens its limits: the joint's range is kept by this program",
+        );
+    }
+    if of.register("lock").is_ok() && of.read("lock")?.raw == 0 {
+        lines.warning(who, "its settings are unlocked: a disturbed line could change them", SETUP);
+    }
+    let full = match bus.protocol {
+        Protocol::Dynamixel => "pwm_limit",
+        Protocol::Feetech => "max_torque",
+    };
+    let limit = of.read(full)?.raw;
+    let permitted = robot.safety.torque_share * f64::from(servo.model.torque_limit_full);
+    #[allow(clippy::cast_precision_loss, reason = "at most 1000")]
+    if (limit as f64) < permitted.floor() {
+        lines.warning(
+            who,
+            format!(
+                "{full} is {limit}: it has less torque than the {permitted:.0} that torque_share permits"
+            ),
+            "raise it, or lower torque_share",
+        );
+    }
+    Ok(())
+}
+
+/// How it is now; the supply it sees, V.
+fn state(
+    robot: &Robot,
+    joint: &Joint,
+    servo: &JointServo,
+    of: &mut Servo<'_>,
+    who: &str,
+    lines: &mut Lines<'_>,
+) -> Result<f64, ServiceError> {
+    let registers = servo.model.registers;
+    let alarms = of.read("hardware_error_status")?.raw;
+    if alarms != 0 {
+        let words = registers.alarm_words(u8::try_from(alarms).unwrap_or(u8::MAX));
+        lines.fault(
+            who,
+            format!("it raises an alarm: {words}"),
+            "see to the cause, then switch its power off and on, or 'hippocamp servo reboot'",
+        );
+    }
+    let volts = of.read("present_input_voltage")?.physical;
+    if volts < robot.safety.voltage_v || servo.model.is_too_much(volts) {
+        lines.fault(
+            who,
+            format!(
+                "it sees {volts:.1} V, and needs {:.1} to {:.1} V",
+                robot.safety.voltage_v, servo.model.voltage_max_v
+            ),
+            "charge the battery, or check the supply, its wires, and that the servo is the right model",
+        );
+    }
+    let celsius = of.read("present_temperature")?.physical;
+    if celsius > robot.safety.temperature_c {
+        lines.fault(
+            who,
+            format!("{celsius:.0} C: the most is {:.0}", robot.safety.temperature_c),
+            "let it cool",
+        );
+    } else if celsius > robot.safety.temperature_c - NEARLY_HOT_C {
+        let words = format!("{celsius:.0} C: near the most, {:.0}", robot.safety.temperature_c);
+        lines.warning(who, words, "let it cool before a long run");
+    }
+    if of.read("torque_enable")?.raw != 0 {
+        lines.warning(
+            who,
+            "it has torque",
+            "a run makes it limp first: hold the robot then, or have it on its stand",
+        );
+    }
+    let count = of.read("present_position")?.raw;
+    let (first, last) = servo.model.count_range;
+    if !(i64::from(first)..=i64::from(last)).contains(&count) {
+        lines.fault(
+            who,
+            format!("it stands at count {count}, and takes goals from {first} to {last}"),
+            format!("turn {} by hand towards the middle of its range", joint.name),
+        );
+    }
+    Ok(volts)
+}
+
+fn tell_sag(about: &str, volts: &[(f64, String)], lines: &mut Lines<'_>) {
+    let lowest = volts.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let highest = volts.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some(lowest), Some(highest)) = (lowest, highest) else { return };
+    if highest.0 - lowest.0 > SAG_V {
+        lines.warning(
+            about,
+            format!("{} sees {:.1} V, {} sees {:.1} V", lowest.1, lowest.0, highest.1, highest.0),
+            "a wire or plug between them is bad, or too thin",
+        );
+    }
+}

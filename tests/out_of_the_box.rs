@@ -1,0 +1,240 @@
+//! From a box of new servos to a walking robot, with the program's own commands alone, in real time: `sim`, and
+//! `setup`, `calibrate`, `doctor` and `run` on its devices; each of them broken off in the middle and run again.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use hippocamp::config::{self, load_unit};
+use hippocamp::model::Robot;
+use tempfile::TempDir;
+
+/// Mounted the other way round than the robot file says.
+const REVERSED: [&str; 3] = ["left_hind.stifle", "left_fore.carpus", "right_fore.scapula"];
+
+/// Where a command is broken off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Break {
+    /// Nowhere.
+    Never,
+    /// It is killed at the line that has these words.
+    Kill(&'static str),
+    /// The plug of this joint's servo is pulled at the line that has these words.
+    Pull(&'static str, &'static str),
+}
+
+/// A box of servos, and a person with hands.
+struct Workshop {
+    folder: TempDir,
+    robot: Robot,
+    robot_file: PathBuf,
+    sim: Child,
+    hands: ChildStdin,
+    seen: BufReader<ChildStdout>,
+}
+
+impl Workshop {
+    fn new() -> Workshop {
+        let folder = tempfile::tempdir().unwrap();
+        let robot_file = folder.path().join("horse.toml");
+        let text =
+            fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml")).unwrap();
+        // As quick as the file may be: the test waits for all of it.
+        let text = text
+            .replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 ")
+            .replace("torque_ramp_s = 1.0 ", "torque_ramp_s = 0.2 ");
+        fs::write(&robot_file, text).unwrap();
+        let robot = config::load(&robot_file).unwrap().robot;
+        let mut sim = Command::new(env!("CARGO_BIN_EXE_hippocamp"))
+            .arg("sim")
+            .arg(&robot_file)
+            .arg("--factory-new")
+            .args(["--seed", "3", "--reversed", &REVERSED.join(",")])
+            .arg("--link")
+            .arg(folder.path().join("ports"))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (hands, seen) = (sim.stdin.take().unwrap(), BufReader::new(sim.stdout.take().unwrap()));
+        let mut shop = Workshop { folder, robot, robot_file, sim, hands, seen };
+        // The devices are there once it answers.
+        shop.handle("list", "right_fore.carpus: ");
+        shop
+    }
+
+    /// Has a hand do something, and waits until it is done: the line that begins so.
+    fn handle(&mut self, what: &str, done: &str) {
+        writeln!(self.hands, "{what}").unwrap();
+        let mut line = String::new();
+        while !line.starts_with(done) {
+            line.clear();
+            assert!(self.seen.read_line(&mut line).unwrap() > 0, "'sim' ended before {done:?}");
+        }
+    }
+
+    fn turn(&mut self, joint: &str, angle_rad: f64) {
+        self.handle(&format!("turn {joint} {:.3}", angle_rad.to_degrees()), &format!("{joint}: at "));
+    }
+
+    fn range_rad(&self, joint: &str) -> (f64, f64) {
+        self.robot.joints.iter().find(|of| of.name == joint).unwrap().range_rad
+    }
+
+    fn unit_file(&self) -> PathBuf {
+        self.robot_file.with_extension("unit.toml")
+    }
+
+    /// Does what a line of a command tells a person to do.
+    fn obey(&mut self, line: &str) {
+        if line.starts_with("Measured as soon as") {
+            let joints: Vec<(String, f64)> =
+                self.robot.joints.iter().map(|joint| (joint.name.clone(), joint.middle_rad())).collect();
+            let pairs: Vec<String> =
+                joints.iter().map(|(name, rad)| format!("{name} {:.3}", rad.to_degrees())).collect();
+            let last = format!("{}: at ", joints.last().unwrap().0);
+            return self.handle(&format!("turn {}", pairs.join(" ")), &last);
+        }
+        let Some((joint, rest)) = line.split_once(": ") else { return };
+        if rest.starts_with("plug in its new ") {
+            self.handle(&format!("plug {joint}"), &format!("{joint}: plugged in"));
+        } else if rest.starts_with("turn it ") {
+            self.turn(joint, self.range_rad(joint).1);
+        } else if rest.starts_with("now ") {
+            self.turn(joint, self.range_rad(joint).0);
+        } else if rest.starts_with("bring it ") {
+            let (low, high) = self.range_rad(joint);
+            self.turn(joint, 0.5 * (low + high));
+        }
+    }
+
+    /// Runs a command on the robot, obeys it, and breaks it off; its exit code, none if it was killed, and its words.
+    /// Begins again while the guard of one that was killed still has the device.
+    fn run(&mut self, command: &str, arguments: &[&str], broken: Break) -> (Option<i32>, String) {
+        loop {
+            let (code, words) = self.run_once(command, arguments, broken);
+            if !words.contains("is in use by another program") {
+                return (code, words);
+            }
+        }
+    }
+
+    fn run_once(&mut self, command: &str, arguments: &[&str], mut broken: Break) -> (Option<i32>, String) {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_hippocamp"))
+            .arg(command)
+            .arg(&self.robot_file)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut words = String::new();
+        let mut pulled = None;
+        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+            let line = line.unwrap();
+            words.push_str(&line);
+            words.push('\n');
+            match broken {
+                Break::Kill(at) if line.contains(at) => {
+                    child.kill().unwrap();
+                    broken = Break::Never;
+                }
+                Break::Pull(joint, at) if line.contains(at) => {
+                    self.handle(&format!("unplug {joint}"), &format!("{joint}: unplugged"));
+                    (broken, pulled) = (Break::Never, Some(joint));
+                }
+                _ => self.obey(&line),
+            }
+        }
+        child.stderr.take().unwrap().read_to_string(&mut words).unwrap();
+        let code = child.wait().unwrap().code();
+        let is_busy = words.contains("is in use by another program");
+        assert!(
+            is_busy || broken == Break::Never,
+            "{command} was not where it was to be broken off:\n{words}"
+        );
+        if let Some(joint) = pulled {
+            self.handle(&format!("plug {joint}"), &format!("{joint}: plugged in"));
+        }
+        (code, words)
+    }
+
+    /// Nothing that was written is half written: every file there is can be read.
+    fn assert_files_whole(&self) {
+        if self.unit_file().exists() {
+            load_unit(&self.unit_file()).unwrap_or_else(|error| panic!("{error}"));
+        }
+        let leftovers: Vec<_> = fs::read_dir(self.folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| name.ends_with(".toml") && name.contains(".part"))
+            .collect();
+        assert!(leftovers.is_empty(), "{leftovers:?}");
+    }
+}
+
+impl Drop for Workshop {
+    fn drop(&mut self) {
+        let _ = self.sim.kill();
+        let _ = self.sim.wait();
+    }
+}
+
+#[test]
+fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
+    let mut shop = Workshop::new();
+    let port = format!("main={}", shop.folder.path().join("ports/main").display());
+    let port = ["--yes", "--port", &port];
+
+    // Killed while it waits for the sixth servo; run again, it goes on behind the fifth.
+    let (code, words) = shop.run("setup", &port, Break::Kill("left_fore.shoulder: plug in"));
+    assert_eq!(code, None, "{words}");
+    shop.assert_files_whole();
+    let (code, words) = shop.run("setup", &["--yes"], Break::Never);
+    assert_eq!(code, Some(0), "{words}");
+    assert!(words.contains("left_hind.hip: servo 2") && words.contains("is set up"), "{words}");
+
+    // Killed in the marked pose, in a sweep and while a joint turns by itself; a plug pulled in a sweep.
+    for broken in [
+        Break::Kill("Measured as soon as"),
+        Break::Pull("right_hind.hip", "left_fore.scapula: turn it"),
+        Break::Kill("left_fore.carpus: now "),
+        Break::Kill("left_hind.stifle: turns "),
+        Break::Pull("right_fore.elbow", "right_hind.hip: turns "),
+    ] {
+        let (code, words) = shop.run("calibrate", &["--yes"], broken);
+        assert_ne!(code, Some(0), "{broken:?}: {words}");
+        shop.assert_files_whole();
+    }
+    let (code, words) = shop.run("calibrate", &["--yes"], Break::Never);
+    assert_eq!(code, Some(0), "{words}");
+    let unit = load_unit(&shop.unit_file()).unwrap().unit;
+    for entry in &unit.joints {
+        let of_file = entry.name.starts_with("right");
+        let is_other = REVERSED.contains(&entry.name.as_str());
+        assert_eq!(entry.reversed, Some(of_file != is_other), "{}", entry.name);
+    }
+
+    // It writes nothing, so there is nothing to go on with. How many replies are lost hangs on the machine.
+    let (code, words) = shop.run("doctor", &[], Break::Kill("servo 3 of joint"));
+    assert_eq!(code, None, "{words}");
+    let (_, words) = shop.run("doctor", &[], Break::Never);
+    let faults: Vec<&str> =
+        words.lines().filter(|line| line.starts_with("FAULT") && !line.contains("replies lost")).collect();
+    let is_of_the_machine = |line: &&&str| line.contains("an exchange takes");
+    assert!(faults.iter().all(|line| is_of_the_machine(&line)), "{words}");
+
+    // Killed while the torque rises: its guard takes it off. Then it stands up, walks and sits down.
+    let (code, words) = shop.run("run", &["--for", "1"], Break::Kill("real-time priority"));
+    assert_eq!(code, None, "{words}");
+    let report = shop.folder.path().join("report.json");
+    let arguments = ["--for", "2", "--report", report.to_str().unwrap()];
+    let (code, words) = shop.run("run", &arguments, Break::Never);
+    assert_eq!(code, Some(0), "{words}");
+    let report: serde_json::Value = serde_json::from_str(&fs::read_to_string(report).unwrap()).unwrap();
+    assert_eq!(report["outcome"], "completed", "{report:#}");
+    assert_eq!(report["reason"], "walked for the time asked", "{report:#}");
+}
