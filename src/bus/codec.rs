@@ -35,6 +35,14 @@ impl Codec {
         }
     }
 
+    /// Appends a restart, which leaves the servo as at power-on.
+    pub(super) fn restart(&self, out: &mut Vec<u8>, id: ServoId) {
+        match self {
+            Codec::Feetech(_) => feetech::request(out, id.0, feetech::RESTART, &[]),
+            Codec::Dynamixel(_) => dynamixel::request(out, id.0, dynamixel::REBOOT, &[]),
+        }
+    }
+
     /// Appends a read of `register`.
     pub(super) fn read(&self, out: &mut Vec<u8>, id: ServoId, register: Register) {
         let Register { address, .. } = register;

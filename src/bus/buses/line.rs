@@ -55,6 +55,15 @@ impl Line {
         matches!(self.state, State::Gone)
     }
 
+    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. Its watchdog is set anew once it
+    /// is heard again.
+    pub(super) fn restart_servo(&mut self, joint: usize) {
+        if let Some(index) = self.joints.iter().position(|own| *own == joint) {
+            self.client.restart_servo(index);
+            self.watchdog.note_restart(index);
+        }
+    }
+
     /// Sends this cycle's request. `goals` are those of all joints.
     pub(super) fn begin_exchange(&mut self, ports: &mut impl Ports, goals: &[ServoGoal]) {
         if self.joints.is_empty() {

@@ -56,6 +56,8 @@ pub(super) struct BusClient {
     counters: Counters,
     /// What the next cycle's request sets the bus watchdogs to, having cleared them.
     watchdog_renewal: Option<u8>,
+    /// The servo that the next cycle's request restarts.
+    restart: Option<ServoId>,
     /// Where servos are asked one by one: the place of the one whose turn it is.
     turn: usize,
 }
@@ -85,6 +87,7 @@ impl BusClient {
             reply_deadline: Duration::ZERO,
             counters: Counters::default(),
             watchdog_renewal: None,
+            restart: None,
             turn: 0,
         }
     }
@@ -135,6 +138,14 @@ impl BusClient {
         codec.sync_write(request, registers.torque_limit, moving().map(limit));
         codec.sync_write(request, registers.goal_position, moving().map(position));
         codec.sync_write(request, registers.torque_enable, goals().map(enable));
+        if let Some(id) = self.restart.take() {
+            // It may answer, so nobody is asked in this cycle: two would speak at once.
+            codec.restart(request, id);
+            self.inbox.expect(Awaited::Nothing);
+            self.reply_deadline = Duration::ZERO;
+            self.counters.bytes_out += length(&self.request);
+            return &self.request;
+        }
         self.ask_for_feedback(renewal_bytes)
     }
 
@@ -199,6 +210,11 @@ impl BusClient {
     /// a servo that has stopped itself takes them again. Nothing on a bus whose servos have no watchdog.
     pub(super) fn renew_watchdog(&mut self, units: u8) {
         self.watchdog_renewal = Some(units);
+    }
+
+    /// Has the next cycle's request restart the servo number `index`; no servo is asked in that cycle.
+    pub(super) fn restart_servo(&mut self, index: usize) {
+        self.restart = self.inbox.ids.get(index).copied();
     }
 
     /// Begins a write of `units` to every servo's bus watchdog, which none answers. Nothing to send on a bus

@@ -121,8 +121,10 @@ impl Performer {
                     Variation::new(settings.seed, index, settings.variation_rad),
                 ),
                 parked_in_body: std::array::from_fn(|group| {
-                    // The place behind a joint's last hinge is where its link ends.
-                    places[geometry.joints[geometry.joints_to_end(group) - 1].hinges.end]
+                    let joints = geometry.joints_to_end(group);
+                    // A link ends behind its joint's last hinge; on tendons there are no hinges between.
+                    let hinges = geometry.joints[joints - 1].hinges.end;
+                    places[if chain.tendons.is_some() { joints } else { hinges }]
                 }),
                 outer_hinges: chain.joints.start + first_outer..chain.joints.end,
             })
@@ -147,7 +149,7 @@ impl Performer {
     /// Goes on by `dt_s` as `command` says. A command with a number that is none counts as one to rest.
     pub fn step(&mut self, dt_s: f64, state: &State, command: StrokeCommand) {
         self.asked = if command.is_finite() { command } else { StrokeCommand::default() };
-        self.settled.look(dt_s, &state.goal_rad);
+        self.settled.look(dt_s, state);
         let next = self.next_stage();
         if std::mem::discriminant(&next) != std::mem::discriminant(&self.stage) || self.begins_anew(next) {
             self.begin(next);
@@ -257,6 +259,7 @@ impl Performer {
             target.change = self.change;
             target.aim = ArmAim::Ends;
             target.ends_in_body = arm.parked_in_body;
+            let tip = &mut targets.tips_in_body[arm.chain];
             match self.stage {
                 Stage::Keyed(keyed) => arm.write_keyed(keyed, self.phase, self.turn_rad, target),
                 Stage::Reach { point_in_body, direction } if takes_part => {
@@ -270,6 +273,11 @@ impl Performer {
                 }
                 _ => {}
             }
+            // For those who look on.
+            *tip = match target.aim {
+                ArmAim::Places => target.places_in_body.last().copied().unwrap_or_default(),
+                ArmAim::Ends | ArmAim::Tip | ArmAim::TipAlong => target.ends_in_body[GROUPS - 1],
+            };
         }
     }
 
