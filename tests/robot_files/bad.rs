@@ -103,7 +103,7 @@ const CHAINS: &[Bad] = &[
         &["a place of its own", "line 48 another chain"],
     ),
     bad("= [0, 0, 90]", "= @90", "chain[0].root_rpy_deg", "90", &["roll, pitch and yaw", "3 numbers"]),
-    bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 27 has this name"]),
+    bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 28 has this name"]),
     bad(
         "axis = [0, 0, 1]",
         "@axis = [0, 0, 0]",
