@@ -88,7 +88,7 @@ const BUSES: &[Bad] = &[
 ];
 
 const CHAINS: &[Bad] = &[
-    bad("name = \"rh\"", "@name = \"lh\"", "chain[2].name", "\"lh\"", &["line 23 has this name already"]),
+    bad("name = \"rh\"", "@name = \"lh\"", "chain[2].name", "\"lh\"", &["line 22 has this name already"]),
     missing(
         "name = \"rf\"\nroot_mm = [85, -60, 0]",
         "name = \"rf\"",
@@ -100,10 +100,10 @@ const CHAINS: &[Bad] = &[
         "@root_mm = [85, 60, 0.5]",
         "chain[3].root_mm",
         "[85, 60, 0.5]",
-        &["a place of its own", "line 48 another chain"],
+        &["a place of its own", "line 47 another chain"],
     ),
     bad("= [0, 0, 90]", "= @90", "chain[0].root_rpy_deg", "90", &["roll, pitch and yaw", "3 numbers"]),
-    bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 28 has this name"]),
+    bad("\"hip\"\naxis", "@\"yaw\"\naxis", "chain[0].joint[1].name", "\"yaw\"", &["line 27 has this name"]),
     bad(
         "axis = [0, 0, 1]",
         "@axis = [0, 0, 0]",
@@ -176,7 +176,7 @@ const SERVOS: &[Bad] = &[
         "@id = 1 }",
         "chain[0].joint[1].servo.id",
         "1",
-        &["the joint in line 34 has it", "an id of its own"],
+        &["the joint in line 33 has it", "an id of its own"],
     ),
     bad("id = 252", "@id = 253", "chain[3].joint[0].servo.id", "253", &["from 0 to 252", "253 and 255"]),
     bad("id = 252", "@id = 254", "chain[3].joint[0].servo.id", "254", &["254 is the broadcast address"]),
@@ -428,10 +428,10 @@ fn all_faults_are_told_at_once_in_the_order_of_the_file() {
             (1, "stop_action"),
             (6, "trunk.mass_kg"),
             (17, "bus[1].baud"),
-            (31, "chain[0].joint[0].range_deg"),
-            (64, "chain[3].joint[0].servo.id"),
-            (71, "motion.swing_time_s"),
-            (76, "motion.swing_time"),
+            (30, "chain[0].joint[0].range_deg"),
+            (63, "chain[3].joint[0].servo.id"),
+            (70, "motion.swing_time_s"),
+            (75, "motion.swing_time"),
         ]
     );
     let said = error.to_string();
@@ -443,7 +443,7 @@ fn all_faults_are_told_at_once_in_the_order_of_the_file() {
 #[test]
 fn a_chain_that_is_two_legs_and_the_leg_left_over() {
     let error = refused(&spoil(GOOD, "right_hind = \"rh\"", "right_hind = \"lf\""));
-    assert_eq!(places(&error), [(54, "chain[2].name"), (73, "motion.legs.right_hind")]);
+    assert_eq!(places(&error), [(53, "chain[2].name"), (72, "motion.legs.right_hind")]);
     assert!(error.faults[1].expected.contains("left_fore is this chain already"), "{error}");
 }
 
