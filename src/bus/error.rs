@@ -117,7 +117,7 @@ pub(crate) fn refusal(error: u8) -> &'static str {
         3 => "the request reached it damaged; check the bus for loose plugs and long cables",
         4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
         5 => "the length is not the register's; check that the robot file names the right servo model",
-        6 => "the value is beyond a limit set in the servo; check its limits with the maker's tool",
+        6 => "the value is beyond a limit set in the servo; look at its limits with 'hippocamp servo read'",
         7 => {
             "the register cannot be used so now; torque must be off to change settings, and its firmware must \
              know the register"

@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use anyhow::Result;
 
-use super::BadInput;
+use super::{BadInput, interrupt};
 
 /// Says `what` is about to be done and asks whether to, unless `yes`.
 ///
@@ -22,7 +22,7 @@ pub(super) fn confirm(what: &str, yes: bool) -> Result<()> {
     let mut output = std::io::stdout();
     let _ = write!(output, "{what}. Do so? [y/N] ").and_then(|()| output.flush());
     let mut answer = String::new();
-    let _ = input.read_line(&mut answer);
+    let _ = interrupt::while_asking(|| input.read_line(&mut answer));
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err(anyhow::anyhow!("not confirmed; nothing was written")),

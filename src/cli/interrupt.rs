@@ -1,7 +1,8 @@
-//! Ctrl-C in commands that talk to single servos: the step under way is finished, then no other is begun.
+//! Ctrl-C in commands that write to single servos: the step under way is finished, then no other is begun; where the
+//! user is asked something nothing is under way, and the program ends at once.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -9,13 +10,44 @@ use signal_hook::flag;
 
 use super::FAILED;
 
-/// Set once the user wants to break off; asked for a second time, the program ends at once.
-pub(super) fn flag() -> Result<Arc<AtomicBool>> {
-    let is_set = Arc::new(AtomicBool::new(false));
-    for signal in [SIGHUP, SIGINT, SIGTERM] {
-        flag::register_conditional_shutdown(signal, i32::from(FAILED), Arc::clone(&is_set))
-            .and_then(|_| flag::register(signal, Arc::clone(&is_set)))
-            .context("signals could not be caught")?;
+/// Signals concern the whole program.
+static STATE: OnceLock<State> = OnceLock::new();
+
+struct State {
+    is_to_stop: Arc<AtomicBool>,
+    is_asking: Arc<AtomicBool>,
+}
+
+/// Catches Ctrl-C from now on. What it returns is set once the user wants to break off; the second time, the program
+/// ends at once.
+pub(super) fn catch() -> Result<&'static AtomicBool> {
+    let state = State { is_to_stop: Arc::default(), is_asking: Arc::default() };
+    if STATE.get().is_none() {
+        for signal in [SIGHUP, SIGINT, SIGTERM] {
+            flag::register_conditional_shutdown(signal, i32::from(FAILED), Arc::clone(&state.is_asking))
+                .and_then(|_| {
+                    flag::register_conditional_shutdown(
+                        signal,
+                        i32::from(FAILED),
+                        Arc::clone(&state.is_to_stop),
+                    )
+                })
+                .and_then(|_| flag::register(signal, Arc::clone(&state.is_to_stop)))
+                .context("signals could not be caught")?;
+        }
     }
-    Ok(is_set)
+    Ok(&STATE.get_or_init(|| state).is_to_stop)
+}
+
+/// Does `ask`, in which the user is waited for.
+pub(super) fn while_asking<R>(ask: impl FnOnce() -> R) -> R {
+    let set = |is_asking| {
+        if let Some(state) = STATE.get() {
+            state.is_asking.store(is_asking, Ordering::Relaxed);
+        }
+    };
+    set(true);
+    let result = ask();
+    set(false);
+    result
 }

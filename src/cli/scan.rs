@@ -78,13 +78,13 @@ impl FromStr for Ids {
 /// Scans as `options` say; returns the exit code.
 pub(super) fn scan(options: &ScanArguments) -> Result<u8> {
     let passes = passes(options)?;
-    let stop = interrupt::flag()?;
+    let stop = interrupt::catch()?;
     let mut port = ServicePort::open(&options.port)?;
     let (mut found, mut notes) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(&passes, options.ids.0.len());
     for &(protocol, baud) in &passes {
         bar.show(protocol, baud, found.len());
-        let pass = match port.scan(protocol, baud, &options.ids.0, &stop) {
+        let pass = match port.scan(protocol, baud, &options.ids.0, stop) {
             Err(error @ ServiceError::Baud { .. }) => {
                 notes.push(error.to_string());
                 continue;

@@ -19,8 +19,8 @@ use crate::bus::timing::wire_time;
 use crate::model::Protocol;
 use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
 
-/// The rate a line is opened at; another is set before anything is sent.
-const OPENING_BAUD: u32 = 1_000_000;
+/// The rate a line is opened at, which every adapter has; another is set before anything is sent.
+const OPENING_BAUD: u32 = 57_600;
 /// How much longer than its bytes an answer may take: FTDI adapters hold it back for up to 16 ms, and a servo that
 /// stores a setting first takes some more.
 const PATIENCE: Duration = Duration::from_millis(40);

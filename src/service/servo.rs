@@ -11,6 +11,7 @@ use super::registers::{
 use crate::config::nearest;
 use crate::model::servo_model::Register;
 use crate::model::{Firmware, Protocol};
+use crate::platform::monotonic;
 use crate::units::ServoId;
 
 /// How often it is asked who is there.
@@ -327,29 +328,15 @@ impl Servo<'_> {
         self.await_return()
     }
 
-    /// Takes every setting back to what the factory set, but for id and line rate, and waits until it answers again,
-    /// at whatever rate it then has.
+    /// Takes every setting back to what the factory set, but for id and line rate (Feetech: but for the id), and waits
+    /// until it answers again.
     pub(crate) fn reset(&mut self) -> Result<(), ServiceError> {
         self.take_torque_off()?;
-        if let Some(lock) = self.identity.register("lock") {
-            self.put(&lock, 0)?;
-        }
+        let lock = self.identity.register("lock");
+        lock.iter().try_for_each(|lock| self.put(lock, 0))?;
         self.ask_without_answer(&Ask::Reset)?;
-        self.port.pause(LOOK_AGAIN);
-        match self.await_return() {
-            Err(error @ ServiceError::NoAnswer { .. }) => {
-                let rates = self.address.protocol.bauds().iter();
-                let address = |baud: &u32| Address { baud: *baud, ..self.address };
-                let mut addresses = rates.map(address).collect::<Vec<_>>().into_iter();
-                let back = addresses.find(|at| self.port.identify(*at, 1).is_ok());
-                self.address = back.ok_or(error)?;
-            }
-            result => result?,
-        }
-        if let Some(lock) = self.identity.register("lock") {
-            self.put(&lock, 1)?;
-        }
-        Ok(())
+        self.await_return()?;
+        lock.iter().try_for_each(|lock| self.put(lock, 1))
     }
 
     /// A servo may be too busy with it to answer.
@@ -360,22 +347,32 @@ impl Servo<'_> {
         }
     }
 
+    /// Waits until it answers, where it did or at another rate.
+    fn await_return(&mut self) -> Result<(), ServiceError> {
+        let own = self.address;
+        let others = own.protocol.bauds().iter().map(|baud| Address { baud: *baud, ..own });
+        let places: Vec<Address> = std::iter::once(own).chain(others.filter(|at| *at != own)).collect();
+        let deadline = monotonic() + RESTART;
+        while monotonic() < deadline {
+            self.port.pause(LOOK_AGAIN);
+            for &at in &places {
+                match self.port.identify(at, 1) {
+                    Ok(identity) => {
+                        (self.address, self.identity) = (at, identity);
+                        return Ok(());
+                    }
+                    Err(error @ ServiceError::Gone { .. }) => return Err(error),
+                    Err(_) => {}
+                }
+            }
+        }
+        self.identity = self.port.identify(own, 1)?;
+        Ok(())
+    }
+
     /// Lets some time pass.
     pub(crate) fn pause(&self, time: Duration) {
         self.port.pause(time);
-    }
-
-    fn await_return(&mut self) -> Result<(), ServiceError> {
-        let looks = RESTART.as_millis() / LOOK_AGAIN.as_millis();
-        for _ in 0..looks {
-            self.port.pause(LOOK_AGAIN);
-            if let Ok(identity) = self.port.identify(self.address, 1) {
-                self.identity = identity;
-                return Ok(());
-            }
-        }
-        self.identity = self.port.identify(self.address, 1)?;
-        Ok(())
     }
 
     fn move_to_id(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {

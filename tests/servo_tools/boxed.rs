@@ -80,13 +80,8 @@ impl Boxed {
     /// Runs `setup --yes`, plugs in each servo it asks for, and shows `look` every line it says. Its exit code, none
     /// if it was killed, and all it said.
     pub(crate) fn set_up(&self, mut look: impl FnMut(&str, &mut Child)) -> (Option<i32>, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
-        command.arg("setup").arg(&self.robot_file).arg("--yes");
-        if !self.unit_file().exists() {
-            for (bus, path) in self.robot.buses.iter().zip(self.server.paths()) {
-                command.arg("--port").arg(format!("{}={}", bus.name, path.display()));
-            }
-        }
+        let mut command = self.setup_command();
+        command.arg("--yes");
         let mut child =
             command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut text = String::new();
@@ -101,6 +96,18 @@ impl Boxed {
         }
         child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
         (child.wait().unwrap().code(), text)
+    }
+
+    /// `setup`, as a person types it.
+    pub(crate) fn setup_command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
+        command.arg("setup").arg(&self.robot_file);
+        if !self.unit_file().exists() {
+            for (bus, path) in self.robot.buses.iter().zip(self.server.paths()) {
+                command.arg("--port").arg(format!("{}={}", bus.name, path.display()));
+            }
+        }
+        command
     }
 
     /// Every servo answers as the robot file says.

@@ -118,3 +118,66 @@ fn the_shaft_is_made_the_middle() {
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("honours 1024: take its horn off"), "{text}");
 }
+
+#[test]
+fn a_restart_forgets_what_is_volatile_and_a_reset_the_settings_too() {
+    let bench = Bench::new(line("XM430-W210", 1_000_000, &[7]));
+    let write = |name: &str, value: &str| bench.good(&["servo", "write"], &["7", name, value, "--yes"]);
+    let read = |name: &str| bench.good(&["servo", "read"], &["7", name]).trim().to_owned();
+    write("temperature_limit", "60");
+    write("position_p_gain", "300");
+    write("torque_enable", "1");
+    assert!(bench.good(&["servo", "reboot"], &["7", "--yes"]).contains("is back"));
+    assert_eq!(
+        (read("position_p_gain"), read("torque_enable"), read("temperature_limit")),
+        ("800".into(), "0".into(), "60 C (60)".into())
+    );
+    assert!(
+        bench
+            .good(&["servo", "reset"], &["7", "--yes"])
+            .contains("servo 7 (dynamixel, 1000000 baud) is back")
+    );
+    assert_eq!(read("temperature_limit"), "80 C (80)");
+    assert_eq!(read("return_delay_time"), "500 us (250)");
+}
+
+#[test]
+fn a_noisy_line_is_lived_with() {
+    let faults = "[[fault]]\nkind = \"noise\"\nbus = \"line\"\nid = 3\nat_s = 0.0\n";
+    for model in ["STS3215-12V", "XM430-W210"] {
+        let bench = Bench::with_faults(line(model, 1_000_000, &[3]), faults);
+        assert_eq!(bench.good(&["servo", "read"], &["3", "id"]).trim(), "3");
+        bench.good(&["servo", "write"], &["3", "temperature_limit", "61", "--yes"]);
+        let text = bench.good(&["scan"], &["--baud", "1000000", "--ids", "0-9"]);
+        assert!(text.lines().any(|line| line.split_whitespace().nth(2) == Some("3")), "{text}");
+    }
+}
+
+#[test]
+fn a_servo_that_damages_every_answer_is_told() {
+    let faults = "[[fault]]\nkind = \"bit-flip\"\nbus = \"line\"\nid = 3\nat_s = 0.0\n";
+    for model in ["STS3215-12V", "XM430-W210"] {
+        let bench = Bench::with_faults(line(model, 1_000_000, &[3]), faults);
+        let (code, text) = bench.run(&["servo", "read"], &["3", "id", "--baud", "1000000"]);
+        assert_eq!(code, 1, "{text}");
+        assert!(
+            text.contains("only damaged answers") && text.contains("two servos may have this id"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_port_that_cannot_be_used_is_told_with_its_cure() {
+    for (port, told) in
+        [("/nowhere/at/all", "is not there"), ("/dev/null", "cannot be used as a serial line")]
+    {
+        for command in [&["scan", port][..], &["servo", "read", port, "1"]] {
+            let output =
+                std::process::Command::new(env!("CARGO_BIN_EXE_hippocamp")).args(command).output().unwrap();
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(1), "{text}");
+            assert!(text.contains(&format!("{port} {told}")), "{text}");
+        }
+    }
+}

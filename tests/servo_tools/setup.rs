@@ -1,10 +1,12 @@
 //! `hippocamp setup`, and `servo restore` afterwards.
 
 use std::fs;
+use std::io::{Read, Write};
 use std::process::Command;
+use std::time::Duration;
 
 use hippocamp::platform::{monotonic, sleep_until};
-use std::time::Duration;
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, unlockpt};
 
 use super::boxed::Boxed;
 
@@ -166,4 +168,59 @@ fn what_is_in_the_way_is_said_and_waited_for() {
     });
     assert!(text.contains("two servos may have this id"), "{text}");
     assert!(text.contains("servo 1 (dynamixel, 4000000 baud), set up"), "{text}");
+}
+
+/// A person at a terminal: answers each question with what `answer` says.
+fn converse(mut command: Command, mut answer: impl FnMut(&str) -> Option<String>) -> (Option<i32>, String) {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let ours = openpt(flags).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let theirs = ioctl_tiocgptpeer(&ours, flags).unwrap();
+    let mut ours = fs::File::from(ours);
+    command.stdin(theirs.try_clone().unwrap()).stdout(theirs.try_clone().unwrap()).stderr(theirs);
+    let mut child = command.spawn().unwrap();
+    // The command keeps the program's end open as well.
+    drop(command);
+    let (mut all, mut unanswered) = (String::new(), String::new());
+    let mut piece = [0; 512];
+    // A terminal without a program reads as an error.
+    while let Ok(count @ 1..) = ours.read(&mut piece) {
+        let text = String::from_utf8_lossy(&piece[..count]).into_owned();
+        all.push_str(&text);
+        unanswered.push_str(&text);
+        if let Some(reply) = answer(&unanswered) {
+            unanswered.clear();
+            ours.write_all(reply.as_bytes()).unwrap();
+        }
+    }
+    (child.wait().unwrap().code(), all)
+}
+
+#[test]
+fn a_person_is_asked_before_each_step_and_can_say_no() {
+    let boxed = Boxed::new("horse-dynamixel.toml");
+    let names: Vec<String> = boxed.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+    let mut asked = 0;
+    let (code, text) = converse(boxed.setup_command(), |text| {
+        if text.contains("then press Enter (q to end)") {
+            boxed.plug_in(&names[asked]);
+            asked += 1;
+            return Some("\n".into());
+        }
+        // The second is refused.
+        text.contains("Do so? [y/N]").then(|| if asked == 1 { "y\n".into() } else { "n\n".into() })
+    });
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("not confirmed; nothing was written"), "{text}");
+    assert_eq!(boxed.bytes(&names[0], 8..10), [Some(6), Some(0)], "4 Mbaud, no delay");
+    let (bus, place) = boxed.place(&names[1]);
+    assert_eq!(boxed.server.with_world(|world| world.id_at(bus, place)), Some(1));
+    // Nobody is asked without a terminal, and nothing is done.
+    let (code, text) = {
+        let output = boxed.setup_command().stdin(std::process::Stdio::null()).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("--yes"), "{text}");
 }

@@ -31,9 +31,9 @@ enum Found {
     Elsewhere(usize),
 }
 
-const SET_MODE: &str = "set it to position control with the maker's tool";
+const SET_MODE: &str = "set it to position control with 'hippocamp setup'";
 const SET_DELAY: &str =
-    "it counts 2 microseconds; set it with the maker's tool, or return_delay_us in the robot file";
+    "it counts 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
 /// Limp goals are sent this often, in case one is lost.
 const LIMP_TRIES: u32 = 4;
 

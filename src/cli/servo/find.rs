@@ -31,27 +31,27 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
     if let [address] = candidates[..] {
         return Ok(address);
     }
-    let mut damaged = None;
     let mut found = Vec::new();
-    for address in candidates {
-        match port.is_anybody_at(address) {
-            Ok(true) => found.push(address),
-            Ok(false) => {}
-            Err(ServiceError::Baud { .. }) => {}
-            Err(error @ ServiceError::Damaged { .. }) => damaged = Some(error),
+    // Another round if nobody was heard in the first.
+    for address in candidates.iter().chain(&candidates) {
+        if *address == candidates[0] && !found.is_empty() {
+            break;
+        }
+        match port.servo_at_once(*address) {
+            Ok(_) | Err(ServiceError::Damaged { .. }) => found.push(*address),
+            Err(ServiceError::NoAnswer { .. } | ServiceError::Baud { .. }) => {}
             Err(error) => return Err(error.into()),
         }
     }
-    match (found.as_slice(), damaged) {
-        ([address], _) => Ok(*address),
-        ([], Some(error)) => Err(error.into()),
-        ([], None) => Err(anyhow::anyhow!(
+    match found.as_slice() {
+        [address] => Ok(*address),
+        [] => Err(anyhow::anyhow!(
             "nobody answers as id {} on {}: check its power and cable; 'hippocamp scan {}' finds who does",
             which.id,
             port.path().display(),
             port.path().display()
         )),
-        (several, _) => {
+        several => {
             let several: Vec<String> = several.iter().map(Address::to_string).collect();
             Err(BadInput(format!(
                 "several answer: {}; say which with --baud and --protocol",

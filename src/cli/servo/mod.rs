@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 
+use super::interrupt;
 use super::scan::Language;
 use crate::model::Protocol;
 
@@ -131,6 +132,8 @@ pub(super) struct Consent {
 
 /// Does what `command` says.
 pub(super) fn servo(command: &ServoCommand) -> Result<()> {
+    // A write under way is finished.
+    interrupt::catch()?;
     match command {
         ServoCommand::Read { which, register } => registers::read(which, register.as_deref()),
         ServoCommand::Write { which, register, value, raw, consent } => {

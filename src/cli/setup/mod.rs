@@ -56,7 +56,7 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
     }
     let mut notes = UnitNotes::open(&options.robot, options.unit.as_deref())?;
     let devices = ports::devices_for_tools(&robot, notes.file(), &options.ports)?;
-    let stop = interrupt::flag()?;
+    let stop = interrupt::catch()?;
     let backups = Backups::beside(notes.path());
     let mut benches = bench::open(&robot, &devices)?;
     notes.set_devices(&devices)?;
@@ -66,8 +66,7 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
         let bus = bench.name.clone();
         say!("bus {bus} on {}: {} servos", bench.port.path().display(), bench.jobs.len());
         for index in bench.order() {
-            Walk { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop: &stop }
-                .finish()?;
+            Walk { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop }.finish()?;
         }
         is_all_there &= bench.check_all(&backups)?;
     }
@@ -102,7 +101,7 @@ impl Walk<'_> {
         let mut has_asked = false;
         loop {
             self.mind_the_user()?;
-            let (at, is_new) = match self.bench.standing(self.index, self.backups)? {
+            let (at, is_new) = match self.standing()? {
                 Standing::Done => {
                     say!("{}: {} is set up", self.job().joint, self.job().home);
                     self.bench.jobs[self.index].is_done = true;
@@ -133,6 +132,11 @@ impl Walk<'_> {
         }
     }
 
+    fn standing(&mut self) -> Result<Standing> {
+        let standing = self.bench.standing(self.index, self.backups);
+        standing.with_context(|| self.job().joint.clone())
+    }
+
     fn ask_for_servo(&self, has_asked: &mut bool) -> Result<()> {
         let Job { joint, model, home, .. } = self.job();
         let sentence = format!(
@@ -148,7 +152,8 @@ impl Walk<'_> {
         }
         say!("{sentence}; then press Enter (q to end)");
         let mut line = String::new();
-        let read = std::io::stdin().read_line(&mut line).context("no answer can be read")?;
+        let read = interrupt::while_asking(|| std::io::stdin().read_line(&mut line))
+            .context("no answer can be read")?;
         if read == 0 || line.trim() == "q" {
             bail!("ended; run the same again to go on");
         }
