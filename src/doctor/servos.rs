@@ -212,9 +212,12 @@ fn settings(
         Protocol::Dynamixel => 3,
         Protocol::Feetech => 0,
     };
-    let mode = of.read("operating_mode")?.raw;
-    if mode != position_mode {
-        lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
+    // An SCS has no mode: it controls position unless both its limits are 0.
+    if of.register("operating_mode").is_ok() {
+        let mode = of.read("operating_mode")?.raw;
+        if mode != position_mode {
+            lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
+        }
     }
     // Feetech: reserved on STS (wiki), honoured by some.
     let delay_us = 2 * of.read("return_delay_time")?.raw;
@@ -235,7 +238,8 @@ fn settings(
         lines.warning(
             who,
             format!("status return level {level}: it says nothing of what is written to it"),
-            SETUP,
+            // Volatile on a Dynamixel.
+            if is_told { "'hippocamp servo reboot' takes it back to 2" } else { SETUP },
         );
     }
     let (low, high) = (of.read("min_position_limit")?.raw, of.read("max_position_limit")?.raw);
