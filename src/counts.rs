@@ -15,22 +15,29 @@ use crate::signals::{Feedback, JointState, ServoGoal};
 #[derive(Debug)]
 pub struct Goals {
     servos: Vec<ServoGoal>,
+    restart: Option<usize>,
 }
 
 impl Goals {
     /// All joints of `robot` limp.
     pub fn limp(robot: &Robot) -> Goals {
-        Goals { servos: vec![ServoGoal::Limp; robot.joints.len()] }
+        Goals { servos: vec![ServoGoal::Limp; robot.joints.len()], restart: None }
     }
 
     /// One a joint, in the robot's order.
     pub fn servos(&self) -> &[ServoGoal] {
         &self.servos
     }
+
+    /// The joint whose servo is to restart, if one is; it is limp.
+    pub fn restart(&self) -> Option<usize> {
+        self.restart
+    }
 }
 
 /// Writes into `goals` the counts for `command`. A joint without a servo stays limp.
 pub fn goals(robot: &Robot, command: &Command, goals: &mut Goals) {
+    goals.restart = command.restart();
     for ((goal, joint), command) in goals.servos.iter_mut().zip(&robot.joints).zip(command.joints()) {
         *goal = match (&joint.servo, command) {
             (Some(servo), &JointCommand::Goal { angle_rad, torque_share }) => ServoGoal::Move {

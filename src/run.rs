@@ -55,6 +55,8 @@ pub struct Status {
     pub yaw_rate_rad_s: f64,
     /// What safety permits.
     pub permission: Permission,
+    /// Joints whose servo has tripped: they have no torque.
+    pub frozen: usize,
     /// Cycles that began late.
     pub late_cycles: u64,
     /// Hottest servo, degrees Celsius.
@@ -165,6 +167,8 @@ pub fn run_recorded<P: Ports>(
         loop_times: cycle.telemetry().loop_report(),
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
+        arms: cycle.telemetry().arms_report(),
+        servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     })
@@ -307,6 +311,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
         yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
         speed_m_s: cycle.generator().speed_m_s(),
         permission: cycle.state().permission,
+        frozen: cycle.state().is_out.iter().filter(|is_out| **is_out).count(),
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),

@@ -46,6 +46,8 @@ pub struct Targets {
     pub posture_pull: f64,
     /// What the arm that each chain is, if it is one, is to do.
     pub arms: Vec<ArmTarget>,
+    /// True while a servo that has tripped may be restarted: its joint may then hang as it likes.
+    pub may_restart: bool,
 }
 
 /// Where places along one arm are to be.
@@ -105,6 +107,8 @@ pub struct JointTargets {
     pub only: Option<usize>,
     /// Share of the permitted torque that is asked for, 0 to 1.
     pub torque_share: f64,
+    /// True while a servo that has tripped may be restarted.
+    pub may_restart: bool,
     /// The first joint for which a target was asked that is not a number.
     pub not_finite: Option<usize>,
     /// Joint angles, rad.
@@ -130,7 +134,7 @@ pub enum Permission {
     Stop,
 }
 
-/// What flows back: computed by the estimator, but for the last two fields, which are safety's.
+/// What flows back: computed by the estimator, but for the last three fields, which are safety's.
 #[derive(Debug, Clone)]
 pub struct State {
     /// Each joint as last heard.
@@ -139,6 +143,8 @@ pub struct State {
     pub goal_rad: Vec<f64>,
     /// What safety permits.
     pub permission: Permission,
+    /// Joints whose servo has tripped: they are left without torque, and their goals are where they are.
+    pub is_out: Vec<bool>,
 }
 
 /// One joint as its servo last reported it.
@@ -220,6 +226,7 @@ impl Targets {
             trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
             posture_pull: 0.0,
+            may_restart: false,
             arms: robot.chains.iter().map(|chain| ArmTarget::new(chain, robot.joints_of(chain))).collect(),
         }
     }
@@ -247,6 +254,7 @@ impl JointTargets {
             is_limp: true,
             only: None,
             torque_share: 1.0,
+            may_restart: false,
             not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
@@ -263,6 +271,7 @@ impl State {
             joints: vec![JointState::default(); robot.joints.len()],
             goal_rad: vec![0.0; robot.joints.len()],
             permission: Permission::Move,
+            is_out: vec![false; robot.joints.len()],
         }
     }
 

@@ -64,6 +64,7 @@ fn buses(robot: &Robot, pose: &[f64]) -> Vec<BusConfig> {
             baud: bus.baud,
             adapter_latency_us: bus.adapter_latency_us,
             supply_v: 0.0,
+            supply_ohm: bus.supply_ohm,
             servos: Vec::new(),
         })
         .collect();

@@ -334,6 +334,11 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
         ("jammed-joint", 3, "servo 8 on bus main (joint left_fore.carpus) does not turn"),
         ("low-battery", 3, "sees 8.5 V"),
         ("hot-servo", 3, "servo 4 on bus main (joint left_hind.hock) is at 75 C"),
+        ("reset-servo", 0, "completed"),
+        ("brown-out", 3, "bus main: none of its servos is heard"),
+        ("twin-ids", 3, "servo 3 on bus main (joint left_hind.stifle) was not heard"),
+        ("overload", 3, "servo 4 on bus main (joint left_hind.hock) raises alarm bits 0x20"),
+        ("bad-replies", 0, "completed"),
     ];
     let mut scripts: Vec<String> = fs::read_dir(config_file("faults"))
         .unwrap_or_else(|error| panic!("{error}"))

@@ -72,6 +72,17 @@ fn passing_faults() -> Vec<Passing> {
             missing: 0..=8,
             ..UNSEEN
         },
+        // It restarts: away for 1.8 s, and then without torque until the next cycle.
+        Passing {
+            faults: "[[fault]]\nkind = 'reset'\nat_s = 6.0\nbus = 'main'\nid = 3",
+            holds: true,
+            missing: 180..=182,
+            ..UNSEEN
+        },
+        Passing {
+            faults: "[[fault]]\nkind = 'slow'\nat_s = 6.0\nfor_s = 1.0\nbus = 'main'\nid = 3\ndelay_ms = 0.5",
+            ..UNSEEN
+        },
         Passing { faults: "[[fault]]\nkind = 'echo'\nat_s = 0.0", ..UNSEEN },
         Passing {
             faults: "[[fault]]\nkind = 'unplugged'\nat_s = 6.0\nfor_s = 0.03",
@@ -188,6 +199,15 @@ fn lasting_faults() -> Vec<Lasting> {
             says: &["servo 4", "bus main", "left_hind.hock", "75 C", "65 C", "let it cool"],
             cut_off: NONE,
             // A Feetech servo lets go by itself when hot, so it need not arrive.
+            jammed: Some(4),
+        },
+        Lasting {
+            robot: "horse.toml",
+            faults: "[[fault]]\nkind = 'overload'\nat_s = 6.0\nbus = 'main'\nid = 4",
+            holds_after_s: fault_delay_s.clone(),
+            says: &["servo 4", "bus main", "left_hind.hock", "alarm bits 0x20", "check its load"],
+            cut_off: NONE,
+            // With its holding torque alone it need not arrive.
             jammed: Some(4),
         },
         Lasting {

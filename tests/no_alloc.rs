@@ -184,6 +184,7 @@ fn no_operator_allocates() {
         activity: Activity::Standing,
         gait: None,
         stroke: None,
+        frozen: 0,
         speed_m_s: 0.0,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

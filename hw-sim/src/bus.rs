@@ -10,6 +10,7 @@ use crate::error::Unplugged;
 use crate::faults::BusFaults;
 use crate::reply::{MISSING_GUARD_NS, Slot};
 use crate::servo::Servo;
+use crate::supply::Supply;
 use crate::wire::{Crossed, Talker, Wire};
 use crate::{dynamixel, feetech};
 
@@ -48,7 +49,7 @@ pub(crate) struct Bus {
     pub(crate) servos: Vec<Servo>,
     pub(crate) wire: Wire,
     pub(crate) faults: BusFaults,
-    pub(crate) supply_v: f64,
+    pub(crate) supply: Supply,
     protocol: Protocol,
     /// Register code of the host's rate; none where the servos know no such rate.
     baud_code: Option<i64>,
@@ -71,7 +72,7 @@ impl Bus {
             servos,
             wire: Wire::new(config.baud),
             faults,
-            supply_v: config.supply_v,
+            supply: Supply::new(config.supply_v, config.supply_ohm),
             protocol: config.protocol,
             baud_code: config.protocol.baud_code(config.baud),
             decoder: match config.protocol {
@@ -193,7 +194,7 @@ impl Bus {
                 self.keep(now_ns, request.id, request.instruction, &request.parameters);
                 self.mistake_ids(now_ns);
                 for hears in self.hearers(now_ns) {
-                    let slots = feetech::answer::answer(&request, &mut self.servos, &hears);
+                    let slots = feetech::answer::answer(&request, &mut self.servos, &hears, now_ns);
                     self.schedule(now_ns, slots);
                 }
             }
@@ -237,6 +238,11 @@ impl Bus {
         for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
             servo.wrong_id = self.faults.wrong_id(now_ns, *home_id);
         }
+    }
+
+    /// Voltage at the servos, V: what a fault says, or the supply.
+    pub(crate) fn volts(&self, now_ns: u64) -> f64 {
+        self.faults.volts(now_ns).unwrap_or_else(|| self.supply.volts())
     }
 
     /// The id a fault script knows the servo by: the one it was built with.

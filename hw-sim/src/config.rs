@@ -73,8 +73,11 @@ pub struct BusConfig {
     pub baud: u32,
     /// Time from a byte leaving the line to the host seeing it, µs.
     pub adapter_latency_us: u32,
-    /// Supply voltage, V, above 0.
+    /// Supply voltage without current, V, above 0.
     pub supply_v: f64,
+    /// Resistance of the supply with its wires and plugs, ohm, 0 to 10: what the voltage at the servos sags by for each
+    /// ampere they draw.
+    pub supply_ohm: f64,
     /// The servos; ids are unique on a bus.
     pub servos: Vec<ServoConfig>,
 }

@@ -8,8 +8,9 @@
 //!
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
-//! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft),
-//! [`body`] (where joint torque meets joint motion: free shafts, or a robot on the ground), [`faults`] (what goes wrong, and when).
+//! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (what
+//! their current leaves of the voltage), [`body`] (where joint torque meets joint motion: free shafts, or a robot on the
+//! ground), [`faults`] (what goes wrong, and when).
 //!
 //! ```
 //! use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
@@ -21,6 +22,7 @@
 //!     baud: 1_000_000,
 //!     adapter_latency_us: 0,
 //!     supply_v: 12.0,
+//!     supply_ohm: 0.0,
 //!     servos: vec![servo],
 //! };
 //! let mut world = World::new(&[bus], FaultScript::default(), 1)?;
@@ -48,6 +50,7 @@ pub mod registers;
 mod reply;
 mod requests;
 mod servo;
+mod supply;
 mod wire;
 mod world;
 

@@ -1,16 +1,14 @@
 //! Servo models as data. Performance: ROBOTIS e-manual model pages (stall torque, current and no-load speed at
 //! the stated voltage); Feetech wiki product pages ST-3215-C001, ST-3215-C018, ST-3250-C001.
-//! Inertia, friction and the Feetech position gain are not published: they are estimates, and marked so.
+//! Inertia and friction the makers do not publish: they are measured by others, or estimates, and marked so.
 
 use std::f64::consts::TAU;
 
 use crate::config::Protocol;
-use crate::registers::{Change, Register, dynamixel_x, feetech_sts};
+use crate::registers::{Change, Register, dynamixel_x, feetech_scs, feetech_sts};
 
-/// Encoder counts in one turn of the shaft, for every model here.
+/// Encoder counts in one turn of the shaft, for every model with a magnetic encoder.
 pub(crate) const COUNTS_PER_TURN: i64 = 4096;
-/// The same as a factor, counts/rad.
-pub(crate) const COUNTS_PER_RAD: f64 = 4096.0 / TAU;
 
 /// One servo model.
 #[derive(Debug)]
@@ -29,13 +27,25 @@ pub struct Model {
     pub stall_current_a: f64,
     /// Inertia of rotor and gears at the shaft, kg m² (estimate).
     pub reflected_inertia_kg_m2: f64,
-    /// Coulomb friction of the gearbox, N m (estimate: 0.02 of stall torque).
+    /// Coulomb friction of the gearbox, N m (where not measured, estimate: 0.02 of stall torque).
     pub friction_nm: f64,
-    /// Torque a radian of position error asks for with the factory gain, N m/rad (Feetech: estimate;
-    /// Dynamixel servos take theirs from the P gain register, and hold 0 here).
-    pub position_gain_nm_per_rad: f64,
+    /// Share of the torque from outside that the gearbox at rest holds by itself.
+    pub holding_share: f64,
+    /// Free play of the shaft, rad.
+    pub backlash_rad: f64,
+    /// Counts of the position registers in one turn of the shaft.
+    pub counts_per_turn: f64,
+    /// Of Feetech's SCS series: a potentiometer, 10 bit, the high byte first.
+    pub(crate) is_scs: bool,
     pub(crate) table: &'static [Register],
     pub(crate) changes: &'static [Change],
+}
+
+/// The same as a factor, counts/rad.
+pub(crate) const COUNTS_PER_RAD: f64 = 4096.0 / TAU;
+
+const fn degrees(value: f64) -> f64 {
+    value * TAU / 360.0
 }
 
 const fn rpm(value: f64) -> f64 {
@@ -51,10 +61,9 @@ const fn model(
     reflected_inertia_kg_m2: f64,
     changes: &'static [Change],
 ) -> Model {
-    let (table, position_gain_nm_per_rad) = match protocol {
-        Protocol::Dynamixel => (dynamixel_x::TABLE, 0.0),
-        // 15 N m/rad is the STS3215's; taken as a constant share of stall torque.
-        Protocol::Feetech => (feetech_sts::TABLE, 15.0 / 2.94 * stall_torque_nm),
+    let table = match protocol {
+        Protocol::Dynamixel => dynamixel_x::TABLE,
+        Protocol::Feetech => feetech_sts::TABLE,
     };
     Model {
         name,
@@ -65,7 +74,10 @@ const fn model(
         stall_current_a,
         reflected_inertia_kg_m2,
         friction_nm: 0.02 * stall_torque_nm,
-        position_gain_nm_per_rad,
+        holding_share: HOLDING_SHARE,
+        backlash_rad: degrees(0.25),
+        counts_per_turn: 4096.0,
+        is_scs: false,
         table,
         changes,
     }
@@ -73,23 +85,54 @@ const fn model(
 
 use Protocol::{Dynamixel, Feetech};
 
+/// Measured on the STS3215 (kscalelabs/sysid, STS_3215_12V_20250317, model M4: 0.30), and taken for all.
+const HOLDING_SHARE: f64 = 0.30;
+
+/// An STS3215. Friction: Rhoban/bam, params/feetech_sts3215_7_4V (0.052 N m), and kscalelabs/sysid,
+/// STS_3215_12V_20250317 (0.053). Inertia: the same two (0.028 and 0.027 kg m²). Backlash: about 1 degree
+/// (TheRobotStudio/SO-ARM100#134). With the gain of its position loop these make 2.4 degrees of error under 1.5 kg at
+/// 10 cm and 45 degrees, and 1.8 to 2.6 were measured (same place).
+const fn sts3215(model: Model) -> Model {
+    Model { friction_nm: 0.052, backlash_rad: degrees(1.0), ..model }
+}
+
 /// Every model there is. Dynamixel inertias are guessed from gear ratio and motor size, so that a bare shaft
-/// comes to rest without ringing; the STS3215's 0.027 kg m² from published simulations of arms built of it.
-/// The STS3215 stall current at 12 V and the STS3250's are estimates too.
-pub static MODELS: [Model; 7] = [
+/// comes to rest without ringing. The STS3215 stall current at 12 V and the STS3250's are estimates too. Backlash:
+/// ROBOTIS states 0.25 degrees for the XM430, which is taken for the XL series; STS3250: data sheet, at most 0.5;
+/// SCS0009: estimate.
+///
+/// No maker states a dead time. STS3250's data sheet gives 1 ms as the longest period of its position loop: a goal is
+/// taken at the next step of the motor, which is as long.
+pub static MODELS: [Model; 8] = [
     model("XL330-M288", Dynamixel, 5.0, (0.52, 1.47), 103.0, 0.001, dynamixel_x::XL330_M288),
     model("XL430-W250", Dynamixel, 11.1, (1.4, 1.3), 57.0, 0.003, dynamixel_x::XL430_W250),
     model("XM430-W210", Dynamixel, 12.0, (3.0, 2.3), 77.0, 0.0036, dynamixel_x::XM430_W210),
     model("XM430-W350", Dynamixel, 12.0, (4.1, 2.3), 46.0, 0.01, dynamixel_x::XM430_W350),
-    model("STS3215-7V4", Feetech, 6.0, (1.91, 2.0), 42.0, 0.027, feetech_sts::STS3215_7V4),
-    model("STS3215-12V", Feetech, 12.0, (2.94, 2.7), 45.0, 0.027, feetech_sts::STS3215_12V),
-    model("STS3250", Feetech, 12.0, (4.90, 4.0), 75.0, 0.02, feetech_sts::STS3250),
+    sts3215(model("STS3215-7V4", Feetech, 6.0, (1.91, 2.0), 42.0, 0.028, feetech_sts::STS3215_7V4)),
+    sts3215(model("STS3215-12V", Feetech, 12.0, (2.94, 2.7), 45.0, 0.027, feetech_sts::STS3215_12V)),
+    Model {
+        backlash_rad: degrees(0.5),
+        ..model("STS3250", Feetech, 12.0, (4.90, 4.0), 75.0, 0.02, feetech_sts::STS3250)
+    },
+    Model {
+        // 300 degrees are 1024 counts.
+        counts_per_turn: 1024.0 / 300.0 * 360.0,
+        is_scs: true,
+        table: feetech_scs::TABLE,
+        backlash_rad: degrees(0.5),
+        ..model("SCS0009", Feetech, 6.0, (0.226, 1.0), 100.0, 0.0001, &[])
+    },
 ];
 
 impl Model {
     /// The model of this name.
     pub(crate) fn named(name: &str) -> Option<&'static Model> {
         MODELS.iter().find(|model| model.name == name)
+    }
+
+    /// Counts of the position registers in a radian of the shaft.
+    pub(crate) fn counts_per_rad(&self) -> f64 {
+        self.counts_per_turn / TAU
     }
 
     /// Torque lost for each unit of speed, N m s/rad.

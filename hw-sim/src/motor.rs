@@ -53,6 +53,12 @@ impl Motor {
         self.torque_nm / model.stall_torque_nm * model.stall_current_a
     }
 
+    /// Current it draws from the supply, A: the bridge turns the duty's share of the voltage into the winding's
+    /// current. Negative while it brakes into the supply.
+    pub(crate) fn supply_current_a(&self, model: &Model) -> f64 {
+        self.duty * self.current_a(model)
+    }
+
     /// First-order warming with the square of the load.
     pub(crate) fn warm(&mut self, model: &Model, dt_s: f64) {
         let load = self.torque_nm / model.stall_torque_nm;

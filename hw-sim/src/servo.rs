@@ -4,7 +4,7 @@
 
 use crate::config::{Protocol, ServoConfig};
 use crate::convert::{low_byte, round_to_i64};
-use crate::model::{COUNTS_PER_RAD, Model};
+use crate::model::Model;
 use crate::motor::{Drive, Motor};
 use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
 use crate::{body::ShaftState, dynamixel, feetech};
@@ -25,7 +25,9 @@ enum Power {
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
+    /// What only a servo of this family has.
     pub(crate) dynamixel: dynamixel::State,
+    pub(crate) feetech: feetech::State,
     /// Is it connected?
     pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
@@ -60,9 +62,11 @@ pub(crate) struct Surroundings {
 impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
     pub(crate) fn new(model: &'static Model, config: &ServoConfig, baud_code: i64) -> Servo {
+        let registers = RegisterFile::new(model.registers());
         let mut servo = Servo {
             model,
-            registers: RegisterFile::new(model.registers()),
+            feetech: feetech::State::new(&registers),
+            registers,
             dynamixel: dynamixel::State::default(),
             is_plugged_in: true,
             motor: Motor::at_rest(),
@@ -85,6 +89,7 @@ impl Servo {
     pub(crate) fn make_new(&mut self) {
         self.registers = RegisterFile::new(self.model.registers());
         self.dynamixel = dynamixel::State::default();
+        self.feetech = feetech::State::new(&self.registers);
         self.forget();
     }
 
@@ -144,11 +149,10 @@ impl Servo {
     /// The shaft this servo starts with.
     pub(crate) fn shaft(&self, config: &ServoConfig) -> ShaftState {
         ShaftState {
-            position_rad: config.position_counts / COUNTS_PER_RAD,
-            speed_rad_s: 0.0,
-            inertia_kg_m2: self.model.reflected_inertia_kg_m2,
-            friction_nm: self.model.friction_nm,
-            is_stuck: false,
+            position_rad: config.position_counts / self.model.counts_per_rad(),
+            backlash_rad: self.model.backlash_rad,
+            holding_share: self.model.holding_share,
+            ..ShaftState::at_rest(self.model.reflected_inertia_kg_m2, self.model.friction_nm)
         }
     }
 
@@ -200,20 +204,20 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = if self.is_awake() { self.drive(shaft.speed_rad_s, supply_v) } else { Drive::Off };
-        self.motor.torque(self.model, drive, supply_v, shaft.speed_rad_s)
+        let drive = if self.is_awake() { self.drive(shaft.motor_speed_rad_s, supply_v) } else { Drive::Off };
+        self.motor.torque(self.model, drive, supply_v, shaft.motor_speed_rad_s)
     }
 
     fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
-            Protocol::Feetech => feetech::control::drive(self),
+            Protocol::Feetech => feetech::control::drive(self, speed_rad_s),
         }
     }
 
     /// Writes what the servo measures into its registers, after the shaft has moved.
     pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
-        self.encoder_counts = round_to_i64(shaft.position_rad * COUNTS_PER_RAD);
+        self.encoder_counts = round_to_i64(shaft.position_rad * self.model.counts_per_rad());
         self.motor.warm(self.model, around.dt_s);
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;

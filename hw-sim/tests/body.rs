@@ -58,7 +58,7 @@ fn table(ground: Ground) -> BodyConfig {
 }
 
 fn shaft(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {
-    ShaftState { position_rad: 0.0, speed_rad_s: 0.0, inertia_kg_m2, friction_nm, is_stuck: false }
+    ShaftState::at_rest(inertia_kg_m2, friction_nm)
 }
 
 /// Locks all shafts, as a strong servo would.

@@ -17,7 +17,7 @@ fn messages() {
 
     let unknown = with(servo("STS9999", 1));
     assert!(unknown.starts_with("bus `legs`, servo 1: no model `STS9999`; there are XL330-M288, XL430-W250"));
-    assert!(unknown.ends_with("STS3215-7V4, STS3215-12V, STS3250"));
+    assert!(unknown.ends_with("STS3215-7V4, STS3215-12V, STS3250, SCS0009"));
     assert_eq!(
         with(servo("XM430-W210", 1)),
         "bus `legs`, servo 1: XM430-W210 speaks dynamixel, the bus speaks feetech"
@@ -40,6 +40,9 @@ fn messages() {
     }
     for supply_v in [f64::NAN, 0.0, -5.0, f64::INFINITY] {
         assert!(message(&[BusConfig { supply_v, ..good() }]).contains("supply_v"));
+    }
+    for supply_ohm in [f64::NAN, -0.1, 11.0] {
+        assert!(message(&[BusConfig { supply_ohm, ..good() }]).contains("supply_ohm"));
     }
 }
 

@@ -73,31 +73,9 @@ fn goals_are_clamped_to_the_angle_limits_and_read_only_registers_stay() {
 }
 
 #[test]
-fn negative_positions_are_sign_and_magnitude() {
-    let mut config = servo("STS3215-12V", 1);
-    config.position_counts = -300.4;
-    let mut world = world(feetech_bus(vec![config]));
-    let reply = exchange(&mut world, &feetech(1, 2, &[56, 2]));
-    assert_eq!(reply, feetech(1, 0, &[0x2C, 0x81]));
-    // Single-turn feedback (phase bit 4 clear) wraps: 4096 - 300.
-    feetech_write(&mut world, 1, 18, &[12]);
-    assert_eq!(exchange(&mut world, &feetech(1, 2, &[56, 2])), feetech(1, 0, &[0xD4, 0x0E]));
-}
-
-#[test]
 fn model_numbers() {
     for (model, number) in [("STS3215-7V4", 777u16), ("STS3215-12V", 777), ("STS3250", 2825)] {
         let mut world = world(BusConfig { supply_v: 7.4, ..feetech_bus(vec![servo(model, 9)]) });
         assert_eq!(exchange(&mut world, &feetech(9, 2, &[3, 2])), feetech(9, 0, &number.to_le_bytes()));
     }
-}
-
-#[test]
-fn torque_switch_128_makes_the_present_position_2048() {
-    let mut config = servo("STS3215-12V", 1);
-    config.position_counts = 700.0;
-    let mut world = world(feetech_bus(vec![config]));
-    feetech_write(&mut world, 1, 40, &[128]);
-    assert_eq!(exchange(&mut world, &feetech(1, 2, &[56, 2])), feetech(1, 0, &[0x00, 0x08]));
-    assert!(!world.shaft(0, 1).unwrap().torque_on);
 }

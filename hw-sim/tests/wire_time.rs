@@ -210,6 +210,8 @@ fn every_exchange_of_feetech_servos_takes_its_bytes_and_return_delays() {
             exchanges.extend([
                 exchange(format!("read of {l}"), feetech(1, 2, &[56, l]), 8, 6 + bytes, 1),
                 exchange(format!("write of {l}"), feetech(1, 3, &goal), 7 + bytes, 6, 1),
+                exchange(format!("registered write of {l}"), feetech(1, 4, &goal), 7 + bytes, 6, 1),
+                exchange("action".into(), feetech(0xFE, 5, &[]), 6, 0, 0),
                 exchange(
                     format!("sync write of {l}"),
                     feetech(0xFE, 0x83, &[&[address, l], rows.as_slice()].concat()),
@@ -226,6 +228,15 @@ fn every_exchange_of_feetech_servos_takes_its_bytes_and_return_delays() {
                 ),
             ]);
         }
+        // Unlocked, what is stored; and at last the restart, which nobody answers.
+        exchanges.extend([
+            exchange("unlocking".into(), feetech(1, 3, &[55, 0]), 8, 6, 1),
+            exchange("parameter backup".into(), feetech(1, 9, &[]), 6, 6, 1),
+            exchange("status reset".into(), feetech(1, 10, &[]), 6, 6, 1),
+            exchange("calibration".into(), feetech(1, 11, &[]), 6, 6, 1),
+            exchange("calibration to a count".into(), feetech(1, 11, &[0, 8]), 8, 6, 1),
+            exchange("restart".into(), feetech(1, 8, &[]), 6, 0, 0),
+        ]);
         check_exchanges(&bus, &exchanges, &[57_600, 1_000_000]);
     }
 }

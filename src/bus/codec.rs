@@ -35,6 +35,14 @@ impl Codec {
         }
     }
 
+    /// Appends a restart, which leaves the servo as at power-on.
+    pub(super) fn restart(&self, out: &mut Vec<u8>, id: ServoId) {
+        match self {
+            Codec::Feetech(_) => feetech::request(out, id.0, feetech::RESTART, &[]),
+            Codec::Dynamixel(_) => dynamixel::request(out, id.0, dynamixel::REBOOT, &[]),
+        }
+    }
+
     /// Appends a read of `register`.
     pub(super) fn read(&self, out: &mut Vec<u8>, id: ServoId, register: Register) {
         let Register { address, .. } = register;
@@ -46,6 +54,14 @@ impl Codec {
             Codec::Dynamixel(_) => {
                 dynamixel::read(out, id, address, read_bytes(Protocol::Dynamixel, register));
             }
+        }
+    }
+
+    /// Appends a read of a block of registers.
+    pub(super) fn read_block(&self, out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
+        match self {
+            Codec::Feetech(_) => feetech::read(out, id, low_byte(address), low_byte(bytes)),
+            Codec::Dynamixel(_) => dynamixel::read(out, id, address, bytes),
         }
     }
 

@@ -20,6 +20,24 @@ pub(crate) fn encode(register: Register, value: i64) -> u64 {
     }
 }
 
+/// The same bits with the high byte first, if that is the servos' order.
+pub(super) fn ordered(raw: u64, register: Register, is_big_endian: bool) -> u64 {
+    if is_big_endian { raw.swap_bytes() >> (64 - bits(register)) } else { raw }
+}
+
+/// [`decode`] of bytes that come high byte first, if that is the servos' order.
+pub(super) fn decode_ordered(register: Register, bytes: &[u8], is_big_endian: bool) -> Option<i64> {
+    if !is_big_endian {
+        return decode(register, bytes);
+    }
+    let mut word = [0; 4];
+    let (from, used) =
+        (bytes.get(..usize::from(register.bytes))?, word.get_mut(..usize::from(register.bytes))?);
+    used.copy_from_slice(from);
+    used.reverse();
+    decode(register, used)
+}
+
 /// The number in the first `register.bytes` of `bytes`; `None` when there are not as many.
 pub(crate) fn decode(register: Register, bytes: &[u8]) -> Option<i64> {
     let bits = bits(register);
@@ -51,7 +69,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
+    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_SCS, FEETECH_STS};
 
     #[test]
     fn examples_of_the_manuals() {
@@ -74,6 +92,19 @@ mod tests {
         assert_eq!(encode(DYNAMIXEL_X.goal_position, -1), 0xFFFF_FFFF);
         assert_eq!(decode(DYNAMIXEL_X.present_position, &[0xFF; 4]), Some(-1));
         assert_eq!(decode(DYNAMIXEL_X.present_load, &[0xFE, 0xFF]), Some(-2));
+    }
+
+    #[test]
+    fn scs_words_have_the_high_byte_first() {
+        // Feetech wiki, memory-scscl: the highest angle limit as shipped, 1003, is 03 EB.
+        let position = FEETECH_SCS.goal_position;
+        assert_eq!(ordered(encode(position, 1003), position, true).to_le_bytes()[..2], [0x03, 0xEB]);
+        assert_eq!(decode_ordered(position, &[0x03, 0xEB, 7], true), Some(1003));
+        let torque = FEETECH_SCS.torque_enable;
+        assert_eq!(ordered(encode(torque, 1), torque, true), 1);
+        assert_eq!(decode_ordered(FEETECH_SCS.present_speed, &[0x80, 0x05], true), Some(-5));
+        assert_eq!(decode_ordered(position, &[3], true), None);
+        assert_eq!(ordered(0x0803, position, false), 0x0803);
     }
 
     #[test]

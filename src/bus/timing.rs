@@ -38,7 +38,8 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
         return CycleCost::default();
     }
     let data = usize::from(registers.feedback_bytes);
-    let bytes_out = write_bytes(bus.protocol, registers, servos) + sync_read_bytes(bus.protocol, servos);
+    let bytes_out =
+        write_bytes(bus.protocol, registers, servos) + read_bytes(bus.protocol, registers, servos);
     let (bytes_in, return_delays) = match (bus.protocol, read) {
         (Protocol::Feetech, _) => (servos * (feetech::FRAME_BYTES + data), servos),
         (Protocol::Dynamixel, GroupRead::Plain) => (servos * (dynamixel::STATUS_FRAME_BYTES + data), servos),
@@ -49,7 +50,7 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
     let return_delay = u64::from(bus.return_delay_us) * u64::try_from(return_delays).unwrap_or(u64::MAX);
     let time = wire_time(bytes_out + bytes_in, bus.baud)
         + Duration::from_micros(return_delay)
-        + Duration::from_micros(u64::from(bus.adapter_latency_us));
+        + adapter_time(bus, registers, servos);
     CycleCost { bytes_out, bytes_in, time }
 }
 
@@ -74,8 +75,23 @@ fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> us
     }
 }
 
-fn sync_read_bytes(protocol: Protocol, servos: usize) -> usize {
+/// What the adapter adds to an exchange: once if all servos are asked at once, or else for each.
+pub fn adapter_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration {
+    let rounds = if registers.has_sync_read { 1 } else { servos };
+    Duration::from_micros(u64::from(bus.adapter_latency_us)) * u32::try_from(rounds).unwrap_or(u32::MAX)
+}
+
+/// From sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
+pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: usize) -> Duration {
+    let bytes = request_bytes + feetech::FRAME_BYTES + usize::from(registers.feedback_bytes);
+    wire_time(bytes, bus.baud)
+        + Duration::from_micros(u64::from(bus.return_delay_us) + u64::from(bus.adapter_latency_us))
+}
+
+fn read_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
     match protocol {
+        // Address and count.
+        Protocol::Feetech if !registers.has_sync_read => (feetech::FRAME_BYTES + 2) * servos,
         Protocol::Feetech => feetech::FRAME_BYTES + 2 + servos,
         Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + servos,
     }
@@ -100,10 +116,10 @@ pub(super) fn reply_deadline(expected: Duration) -> Duration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
+    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_SCS, FEETECH_STS};
 
     fn bus(protocol: Protocol, baud: u32, return_delay_us: u32) -> Bus {
-        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us }
+        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us, supply_ohm: 0.0 }
     }
 
     /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).
@@ -126,6 +142,17 @@ mod tests {
         let fast = cycle_cost(&bus, &DYNAMIXEL_X, 4, GroupRead::Fast);
         assert_eq!(fast.bytes_in, 8 + 4 * (4 + 21));
         assert_eq!(fast.time, Duration::from_nanos((100 + 108) * 2500 + 250_000 + 1_000_000));
+    }
+
+    /// Asked one by one: a read of 8 bytes, a reply of 6 + 8 and the adapter for each.
+    #[test]
+    fn four_scs_servos() {
+        let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_SCS, 4, GroupRead::Plain);
+        assert_eq!(
+            (cost.bytes_out, cost.bytes_in),
+            ((8 + 4 * 3) + (8 + 4 * 3) + (8 + 4 * 2) + 4 * 8, 4 * 14)
+        );
+        assert_eq!(cost.time, Duration::from_micros((88 + 56) * 10 + 4 * 1000));
     }
 
     #[test]

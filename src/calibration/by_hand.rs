@@ -53,8 +53,7 @@ fn sweep_one<P: Ports, H: Person>(
     let mut is_centred = false;
     loop {
         let marked = unit.joints[place].of(&servo).count_of(joint.middle_rad());
-        let (swept, sweep) =
-            watch(bench, index, Sweep::new(marked, half, f64::from(servo.model.counts_per_turn)))?;
+        let (swept, sweep) = watch(bench, index, Sweep::new(marked, half, servo.model.counts_per_turn))?;
         if !swept.has_seam {
             let as_built = Servo { reversed: swept.is_falling, ..servo };
             unit.joints[place].reversed = Some(swept.is_falling);

@@ -159,7 +159,7 @@ fn counts_if_still<P: Ports, H: Person>(
     }
     let mut means = Vec::new();
     for (seen, &joint) in seen.iter().zip(joints) {
-        let turn = f64::from(bench.servo(joint)?.model.counts_per_turn);
+        let turn = bench.servo(joint)?.model.counts_per_turn;
         let Some(&first) = seen.first() else { return Ok(Err(joint)) };
         // A shaft that trembles about the seam is at 4095 and at 0.
         let ways: Vec<f64> =
@@ -216,7 +216,7 @@ pub(super) fn centre_one<P: Ports, H: Person>(
     let servo = bench.servo(joint)?;
     bench.buses.set_middle(joint, &servo)?;
     bench.pause(SETTLE);
-    let middle = f64::from(servo.model.counts_per_turn) / 2.0;
+    let middle = servo.model.middle_count();
     let found = bench.count(joint)?;
     if (found - middle).abs() > CENTRED_COUNTS {
         let name = bench.robot.joints[joint].name.clone();

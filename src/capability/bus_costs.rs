@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::bus::timing::{GroupRead, cycle_cost};
+use crate::bus::timing::{GroupRead, adapter_time, cycle_cost};
 use crate::model::Robot;
 
 /// What one exchange costs on one bus.
@@ -39,7 +39,7 @@ pub fn of_robot(robot: &Robot) -> Vec<BusCost> {
         let registers = servos.next()?.model.registers;
         let count = 1 + servos.count();
         let cost = cycle_cost(bus, registers, count, GroupRead::Plain);
-        let adapter = Duration::from_micros(u64::from(bus.adapter_latency_us));
+        let adapter = adapter_time(bus, registers, count);
         Some(BusCost {
             name: bus.name.clone(),
             servos: count,

@@ -1,6 +1,8 @@
 //! The weight each joint of an arm holds up in its worst pose.
 
-use crate::model::{Robot, TentacleMotion};
+use std::ops::Range;
+
+use crate::model::{Robot, TendonDrive, TentacleMotion};
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.806_65;
@@ -20,12 +22,39 @@ pub struct Load {
     pub share_of_stall: Option<f64>,
 }
 
+/// The load of every winch of an arm on tendons: the moment about its section's root, by the cords' lever and the
+/// spool's.
+fn of_winches(robot: &Robot, drive: &TendonDrive, winches: Range<usize>, gravity_m_s2: f64) -> Vec<Load> {
+    let (mut mass_kg, mut moment_kg_m) = (0.0, 0.0);
+    let pairs = drive.sections().iter().zip(winches.step_by(2)).rev();
+    let of_section = |(section, lift): (&crate::model::tendon::Section, usize)| {
+        let section_kg: f64 = robot.joints[lift..lift + 2].iter().map(|joint| joint.mass_kg).sum();
+        let length_m = section.joints as f64 * section.link_m;
+        moment_kg_m += mass_kg * length_m + section_kg * 0.5 * length_m;
+        mass_kg += section_kg;
+        let torque_nm = moment_kg_m * gravity_m_s2 * section.spool_radius_m / section.cord_radius_m;
+        [lift + 1, lift].map(|joint| {
+            let servo = robot.joints[joint].servo;
+            let share = servo.map(|servo| torque_nm / servo.model.stall_torque_nm);
+            Load { joint, torque_nm, share_of_stall: share }
+        })
+    };
+    let mut loads: Vec<Load> = pairs.flat_map(of_section).collect();
+    loads.reverse();
+    loads
+}
+
 /// The load of every joint of the arms, in the robot's order.
 pub fn of_joints(robot: &Robot, tentacle: &TentacleMotion) -> Vec<Load> {
     let mut loads = Vec::new();
     for arm in &tentacle.arms {
-        let range = robot.chains[arm.chain].joints.clone();
+        let chain = &robot.chains[arm.chain];
+        let range = chain.joints.clone();
         let carried_by_servos = GRAVITY_M_S2 * (1.0 - tentacle.carried_share);
+        if let Some(drive) = &chain.tendons {
+            loads.extend(of_winches(robot, drive, range, carried_by_servos));
+            continue;
+        }
         // From the tip inwards: the mass behind a joint, and its moment about the joint when stretched.
         let (mut mass_kg, mut moment_kg_m) = (0.0, 0.0);
         let of_arm = range.rev().map(|joint| {

@@ -23,7 +23,7 @@ struct Report<'r> {
 
 /// Looks at the robot and prints what it finds; returns the exit code.
 pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
-    let stop = interrupt::flag()?;
+    let stop = interrupt::catch()?;
     let mut robot = config::load(&options.robot)?.robot;
     if robot.buses.is_empty() {
         return Err(BadInput(format!("{} has no servos: it exists on paper only", robot.name)).into());
@@ -40,7 +40,7 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     let mut files = Lines::new(&mut tell);
     look_at_files(&mut robot, &options.robot, unit.as_ref(), &mut files);
     let mut lines = files.into_all();
-    lines.extend(examine(&robot, &devices, &stop, &mut tell));
+    lines.extend(examine(&robot, &devices, stop, &mut tell));
     let count = |verdict| lines.iter().filter(|line| line.verdict == verdict).count();
     let (faults, warnings) = (count(Verdict::Fault), count(Verdict::Warning));
     if options.is_json {

@@ -100,6 +100,14 @@ enum Command {
                             hippocamp run config/horse.toml --script config/scripts/round.toml --virtual\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(Box<RunArguments>),
+    /// Plays a show of strokes on arms, on repeat, until it is told to end.
+    ///
+    /// The strokes are those of --script, or all there are. A servo that trips on overload leaves its joint frozen, where
+    /// the robot file says `tripped_servo = "freeze"`, and is restarted while the arms are parked; servos that get hot
+    /// park the arms until they are cool. In a terminal p parks and goes on, q ends, x is the emergency stop.
+    #[command(after_help = "Examples:\n  hippocamp show config/tentacle.toml\n  \
+                            hippocamp show config/tentacle.toml --script docs/strokes.toml --for 3600 --virtual")]
+    Show(Box<RunArguments>),
     /// Turns one joint to an angle, slowly, and lets it go again.
     ///
     /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
@@ -339,8 +347,9 @@ struct RunArguments {
     #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
     tempo: Option<f64>,
     /// How long to walk, or to go on with a stroke or show, in seconds, before slowing down.
-    #[arg(long = "for", value_name = "SECONDS", default_value_t = 20.0, allow_negative_numbers = true)]
-    walk_for_s: f64,
+    /// [default: 20; a show goes on until it is told to end]
+    #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
+    walk_for_s: Option<f64>,
     #[command(flatten)]
     driver: drivers::DriverArguments,
     #[command(flatten)]
@@ -437,7 +446,8 @@ pub fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
-        Command::Run(options) => run::run(options),
+        Command::Run(options) => run::run(options, run::Kind::Run),
+        Command::Show(options) => run::run(options, run::Kind::Show),
         Command::Jog(options) => jog::jog(options),
         Command::Doctor(options) => doctor::doctor(options),
         Command::Calibrate(options) => calibrate::calibrate(options),

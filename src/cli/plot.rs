@@ -6,10 +6,12 @@ use anyhow::{Context, Result};
 
 use super::drivers::load_script;
 use super::load::load;
-use super::{BadInput, PlotArguments, write_whole};
+use super::{BadInput, PlotArguments, strokes, write_whole};
 use crate::capability::{Capability, HorseCapability};
+use crate::model::HorseMotion;
+use crate::motion::curves::SwingCurve;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
-use crate::motion::{Command, Generator};
+use crate::motion::{Command, Generator, StrokeCommand};
 use crate::operator::{Repertoire, Script};
 use crate::plot::{self, Course, Subject};
 
@@ -21,42 +23,42 @@ const LONG_S: f64 = 40.0;
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
-    let Capability::Horse(horse, capability) = &loaded.capability else {
-        return Err(BadInput(format!("{}: expected a horse", options.robot.display())).into());
+    let (course, pictures) = match &loaded.capability {
+        Capability::Horse(horse, capability) => {
+            let plan = capability.plan(horse, Command::default());
+            let script = load_script(&options.script, robot, &Repertoire::of(&plan))?;
+            let swing = plan.swing();
+            let subject = Subject::horse(robot, horse, capability);
+            let course = follow(options, subject, Generator::new(robot, plan, f64::MAX), &script)?;
+            let mut pictures = vec![
+                ("feet.svg", plot::feet(&course)?),
+                ("footfalls.svg", plot::footfalls(&course)?),
+                ("joints.svg", plot::joints(&course)?),
+                ("poses.svg", plot::poses(&course)?),
+            ];
+            if options.thesis {
+                pictures.push(("thesis.svg", thesis(options, &course, horse, swing)?));
+            }
+            print_summary(&course);
+            print_feet(&course, capability);
+            (course, pictures)
+        }
+        Capability::Tentacle(tentacle, capability) => {
+            if options.thesis {
+                let said = "--thesis: expected a horse; arms have no gaits to change";
+                return Err(BadInput(said.to_owned()).into());
+            }
+            let script = strokes::load_script(&options.script, robot, capability)?;
+            let plan = capability.plan(robot, tentacle, StrokeCommand::default());
+            let generator = Generator::new(robot, plan, f64::MAX);
+            let course = follow(options, Subject::arms(robot), generator, &script)?;
+            let pictures = vec![("joints.svg", plot::joints(&course)?), ("poses.svg", plot::poses(&course)?)];
+            print_summary(&course);
+            (course, pictures)
+        }
     };
-    let plan = capability.plan(horse, Command::default());
-    let script = load_script(&options.script, robot, &Repertoire::of(&plan))?;
-    let span_s = span(options, &script)?;
-    let swing = plan.swing();
-    let generator = Generator::new(robot, plan, f64::MAX);
-    let subject = Subject::horse(robot, horse, capability);
-    let followed = Course::follow(subject, generator, span_s, |time_s| script.order_at(time_s));
-    let course = followed.map_err(|error| BadInput(format!("{}: {error}", options.script.display())))?;
-
-    let mut pictures = vec![
-        ("feet.svg", plot::feet(&course)?),
-        ("footfalls.svg", plot::footfalls(&course)?),
-        ("joints.svg", plot::joints(&course)?),
-        ("poses.svg", plot::poses(&course)?),
-    ];
-    if options.thesis {
-        let Some(change) = course.first_change() else {
-            let path = options.script.display();
-            return Err(BadInput(format!(
-                "--thesis: expected a change from one gait to another in the part of {path} that is drawn"
-            ))
-            .into());
-        };
-        let steady = |side: usize| SteadyGait {
-            gait: &horse.gaits[change.gaits[side]],
-            speed_m_s: change.speeds_m_s[side],
-        };
-        // The thesis begins with the left hind's lift-off.
-        let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
-        pictures.push(("thesis.svg", plot::comparison(&course, &change, &rule, swing.time_s)?));
-    }
-    print_summary(&course, capability);
-    if span_s.1 - span_s.0 > LONG_S {
+    let (from_s, to_s) = course.times_s();
+    if to_s - from_s > LONG_S {
         say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
     }
     fs::create_dir_all(&options.out)
@@ -67,6 +69,41 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
         say!("picture written to {}", path.display());
     }
     Ok(())
+}
+
+/// What the robot does by `script` in the part that is to be drawn.
+fn follow<'r>(
+    options: &PlotArguments,
+    subject: Subject<'r>,
+    generator: Generator,
+    script: &Script,
+) -> Result<Course<'r>> {
+    let span_s = span(options, script)?;
+    let followed = Course::follow(subject, generator, span_s, |time_s| script.order_at(time_s));
+    Ok(followed.map_err(|error| BadInput(format!("{}: {error}", options.script.display())))?)
+}
+
+/// The first change of gait beside the same by the rule of the thesis.
+fn thesis(
+    options: &PlotArguments,
+    course: &Course<'_>,
+    horse: &HorseMotion,
+    swing: SwingCurve,
+) -> Result<String> {
+    let Some(change) = course.first_change() else {
+        let path = options.script.display();
+        return Err(BadInput(format!(
+            "--thesis: expected a change from one gait to another in the part of {path} that is drawn"
+        ))
+        .into());
+    };
+    let steady = |side: usize| SteadyGait {
+        gait: &horse.gaits[change.gaits[side]],
+        speed_m_s: change.speeds_m_s[side],
+    };
+    // The thesis begins with the left hind's lift-off.
+    let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
+    Ok(plot::comparison(course, &change, &rule, swing.time_s)?)
 }
 
 /// From when to when to draw, s.
@@ -82,14 +119,17 @@ fn span(options: &PlotArguments, script: &Script) -> Result<(f64, f64), BadInput
     )))
 }
 
-fn print_summary(course: &Course<'_>, capability: &HorseCapability) {
+fn print_summary(course: &Course<'_>) {
     let (from_s, to_s) = course.times_s();
     say!("{}: {from_s:.2} s to {to_s:.2} s after it stood", course.subject.robot.name);
+    let held_back: u32 = course.frames.iter().map(|frame| frame.interventions).sum();
+    let goals = course.frames.len() * course.subject.robot.joints.len();
+    say!("  safety changed {held_back} of {goals} joint goals");
+}
+
+fn print_feet(course: &Course<'_>, capability: &HorseCapability) {
     let feet = course.frames.iter().flat_map(|frame| &frame.feet);
     let furthest_m = feet.map(|foot| foot.excursion_m.abs()).fold(0.0, f64::max);
     let reach_m = capability.half_excursion_m();
     say!("  feet: {:.1} mm from neutral at most, of {:.1} mm", furthest_m * 1e3, reach_m * 1e3);
-    let held_back: u32 = course.frames.iter().map(|frame| frame.interventions).sum();
-    let goals = course.frames.len() * course.subject.robot.joints.len();
-    say!("  safety changed {held_back} of {goals} joint goals");
 }

@@ -35,8 +35,29 @@ use anyhow::{Context, Result};
 /// Share of the top speed a robot walks at when no speed is asked for.
 const DEFAULT_SPEED_SHARE: f64 = 0.9;
 
+/// How long a run goes on that does not say, s.
+const FOR_S: f64 = 20.0;
+
+/// Which command runs the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Run,
+    Show,
+}
+
+impl Kind {
+    /// How long it goes on, s.
+    fn for_s(self, options: &RunArguments) -> f64 {
+        let otherwise_s = match self {
+            Kind::Run => FOR_S,
+            Kind::Show => f64::MAX,
+        };
+        options.walk_for_s.unwrap_or(otherwise_s)
+    }
+}
+
 /// Runs the robot as `options` say; returns the exit code.
-pub(super) fn run(options: &RunArguments) -> Result<u8> {
+pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
     let loaded = load(&options.robot, unit.as_ref())?;
     let robot = &loaded.file.robot;
@@ -48,15 +69,18 @@ pub(super) fn run(options: &RunArguments) -> Result<u8> {
         ))
         .into());
     }
-    if !(options.walk_for_s.is_finite() && options.walk_for_s >= 0.0) {
-        return Err(
-            BadInput(format!("--for {}: expected a time in seconds, 0 or more", options.walk_for_s)).into()
-        );
+    if kind == Kind::Run && options.driver.script().is_some() && options.walk_for_s.is_some() {
+        let said = "--for: cannot be used with --script, which says itself when it ends (end_s)";
+        return Err(BadInput(said.to_owned()).into());
+    }
+    let for_s = kind.for_s(options);
+    if !(for_s.is_finite() && for_s >= 0.0) {
+        return Err(BadInput(format!("--for {for_s}: expected a time in seconds, 0 or more")).into());
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
     let signals = Signals::catch()?;
-    let (motion, move_for_s, driver) = plan(options, &loaded)?;
+    let (motion, move_for_s, driver) = plan(options, kind, &loaded)?;
     let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
     options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
     let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
@@ -180,25 +204,29 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
 }
 
 /// What to do, for how long, and who drives: others than the plan drive from a stand, for as long as they like.
-fn plan(options: &RunArguments, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
+fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
     let robot = &loaded.file.robot;
+    let for_s = kind.for_s(options);
     match &loaded.capability {
+        Capability::Horse(..) if kind == Kind::Show => {
+            Err(BadInput(format!("show: expected arms; {} is a horse: use run --script", robot.name)).into())
+        }
         Capability::Horse(horse, capability) => {
             let standing = capability.plan(horse, Command::default());
             let driver = Driver::start(&options.driver, robot, Repertoire::of(&standing))?;
             match driver {
                 Driver::Plan => {
                     let plan = walking(options, robot, capability, standing)?;
-                    Ok((plan.into(), options.walk_for_s, driver))
+                    Ok((plan.into(), for_s, driver))
                 }
                 _ => Ok((standing.into(), 0.0, driver)),
             }
         }
         Capability::Tentacle(tentacle, capability) => {
-            let driver = strokes::driver(options, robot, tentacle, capability)?;
+            let driver = strokes::driver(options, (kind, for_s), robot, tentacle, capability)?;
             let command = strokes::command(options, tentacle)?;
             let plan = capability.plan(robot, tentacle, command.unwrap_or_default());
-            Ok((plan.into(), options.walk_for_s, driver))
+            Ok((plan.into(), for_s, driver))
         }
     }
 }
@@ -359,6 +387,12 @@ fn print_summary(robot: &Robot, report: &Report) {
     );
     if let Some(feet) = &report.feet {
         say!("  {feet}");
+    }
+    if let Some(arms) = &report.arms {
+        say!("  {arms}");
+    }
+    if report.servo_restarts > 0 {
+        say!("  servos that tripped: {} restarts", report.servo_restarts);
     }
     for (bus, described) in report.buses.iter().zip(&robot.buses) {
         say!(

@@ -139,8 +139,12 @@ impl Names {
             1 => ", 1 late cycle".to_owned(),
             count => format!(", {count} late cycles"),
         };
+        let frozen = match status.frozen {
+            0 => String::new(),
+            count => format!(", {count} frozen"),
+        };
         let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
-        format!("{:6.1} s {doing}{servos}{loss}{late}", status.time_s)
+        format!("{:6.1} s {doing}{servos}{frozen}{loss}{late}", status.time_s)
     }
 
     /// What a robot on its feet does, and of what was asked.
@@ -216,6 +220,7 @@ mod tests {
         activity: Activity::Walking,
         gait: Some(1),
         stroke: None,
+        frozen: 0,
         speed_m_s: 0.1234,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

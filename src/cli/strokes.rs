@@ -5,13 +5,14 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::drivers::Driver;
+use super::run::Kind;
 use super::{BadInput, RunArguments};
 use crate::capability::TentacleCapability;
 use crate::config;
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::tentacle::KEYED;
 use crate::motion::{Order, Stroke, StrokeCommand};
-use crate::operator::Script;
+use crate::operator::{Script, Show};
 
 /// The stroke that was asked for, if one was.
 ///
@@ -64,13 +65,30 @@ pub(super) fn load_script(path: &Path, robot: &Robot, capability: &TentacleCapab
 /// Who drives the arms: whoever `options` name; else a show of all strokes.
 pub(super) fn driver(
     options: &RunArguments,
+    (kind, for_s): (Kind, f64),
     robot: &Robot,
     tentacle: &TentacleMotion,
     capability: &TentacleCapability,
 ) -> Result<Driver> {
     let load = |path: &Path| load_script(path, robot, capability);
-    match command(options, tentacle)? {
-        Some(_) => Ok(Driver::Plan),
-        None => Driver::of_arms(&options.driver, robot, tentacle, options.walk_for_s, load),
+    let show = |script: Script, name: String| Driver::show(Show::new(robot, script), name);
+    match (command(options, tentacle)?, kind) {
+        (Some(_), Kind::Run) => Ok(Driver::Plan),
+        (Some(_), Kind::Show) => {
+            Err(BadInput("--stroke: a show has many; --script says which".to_owned()).into())
+        }
+        (None, Kind::Run) if options.driver.is_some() => Driver::of_arms(&options.driver, tentacle, load),
+        (None, Kind::Show) if options.driver.is_by_hand() => {
+            Err(BadInput("show: plays a script; run --keys drives by hand".to_owned()).into())
+        }
+        (None, _) => match options.driver.script() {
+            None => show(Show::of_all_strokes(tentacle, for_s), "a show of all strokes".to_owned()),
+            Some(path) => {
+                let script = load(path)?;
+                let repeats_after_s = Some(script.end_s);
+                let name = format!("the show {}", path.display());
+                show(Script { end_s: for_s, repeats_after_s, ..script }, name)
+            }
+        },
     }
 }

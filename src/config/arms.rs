@@ -6,12 +6,12 @@
 use glam::DVec3;
 
 use super::chains::{ChainEntry, Limb, Roots, read_range, rotation};
-use super::meters;
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::{ServoPlaces, ServoRow};
 use super::unique::Unique;
-use crate::model::{ArmSettings, GROUPS, Joint, link_length};
+use super::{meters, tendons};
+use crate::model::{ArmSettings, GROUPS, Joint, TendonDrive, link_length};
 
 /// Most joints of an arm: more than any bus of ids carries.
 const JOINTS_MAX: u32 = 60;
@@ -21,6 +21,9 @@ const TAPER: f64 = 0.01;
 const TAPER_MAX: f64 = 1.0 / JOINTS_MAX as f64;
 /// A joint's share of the turns CCD finds where the file says nothing (3.7).
 const STIFFNESS: f64 = 0.5;
+
+/// The joints of an arm, and its tendons if it has them.
+pub(super) type Bent = (Vec<Joint>, Option<TendonDrive>);
 
 /// What the hinges of a joint are called, and their axes.
 const HINGES: [(&str, DVec3); 3] = [("lift", DVec3::NEG_Y), ("sweep", DVec3::Z), ("twist", DVec3::X)];
@@ -56,11 +59,41 @@ fn read_arm<'a>(
     let meaning = "roll, pitch and yaw of the arm in the body, in degrees: at 0 it points forward";
     let rpy = section.vector_or("root_rpy_deg", meaning, DVec3::ZERO);
     let joints = read_joints(section);
-    let hinges = section.integer_or("hinges", "hinges a joint: lift, sweep and perhaps twist", 2..=3, 2);
-    let hinges = hinges.map(|hinges| if hinges == 3 { 3 } else { 2 });
     let link = section.number("link_mm", "the length of the first link in mm", Limits::Positive);
     let meaning = "how much shorter each link is than the one before, as a share of the first";
     let taper = section.number_or("taper", meaning, Limits::FromToBelow(0.0, TAPER_MAX), TAPER);
+    let mass_kg =
+        section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
+    let links_m = || {
+        let (link_mm, taper) = (link?, taper?);
+        Some((0..joints?).map(|joint| link_length(2.0 * link_mm, taper, joint) / 1000.0).collect::<Vec<_>>())
+    };
+    let (hinges, bent) = match section.has("tendons") {
+        true => (Some(2), tendons::read(section, name, links_m().as_deref(), mass_kg, servos)),
+        false => {
+            let hinges =
+                section.integer_or("hinges", "hinges a joint: lift, sweep and perhaps twist", 2..=3, 2);
+            let hinges = hinges.map(|hinges| if hinges == 3 { 3 } else { 2 });
+            (hinges, read_hinges(section, name, hinges, links_m().as_deref(), mass_kg, servos))
+        }
+    };
+    let settings = read_settings(section, hinges);
+    let limb = || {
+        let (joints, tendons) = bent?;
+        Some(Limb::new(name?, meters(root?), rotation(rpy?.map(f64::to_radians)), joints, tendons))
+    };
+    ChainEntry { key: format!("arm[{place}]"), name, limb: limb(), arm: settings }
+}
+
+/// The hinges of an arm whose every joint has servos of its own.
+fn read_hinges(
+    section: &Section<'_>,
+    name: Option<&str>,
+    hinges: Option<usize>,
+    links_m: Option<&[f64]>,
+    mass_kg: Option<f64>,
+    servos: &mut ServoPlaces<'_>,
+) -> Option<Bent> {
     let bend_range = read_range(section, "range_deg");
     let twist_range = match (hinges, section.has("twist_range_deg")) {
         (Some(3), _) => read_range(section, "twist_range_deg"),
@@ -72,39 +105,33 @@ fn read_arm<'a>(
     };
     let meaning = "each joint's share of each turn";
     let stiffness = section.number_or("stiffness", meaning, Limits::AboveToMost(0.0, 1.0), STIFFNESS);
-    let mass_kg =
-        section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
-    let settings = read_settings(section, hinges);
-
-    let rows: Option<Vec<ServoRow>> = servos.read_rows(section, joints, hinges, bend_range);
-    let limb = || {
-        let (name, hinges) = (name?, hinges?);
-        let ranges = [bend_range?, bend_range?, twist_range?];
-        let rows = rows?;
-        let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
-        let mut all = Vec::new();
-        for joint in 0..joints? {
-            let length_mm = link_length(2.0 * link?, taper?, joint);
-            for (hinge, (kind, axis)) in HINGES.iter().take(hinges).enumerate() {
-                // The link is behind the last hinge of the joint; the others share its place.
-                let is_last = hinge + 1 == hinges;
-                let link_m = meters(if is_last { DVec3::X * length_mm } else { DVec3::ZERO });
-                all.push(Joint {
-                    name: format!("{name}.{kind}_{}", joint + 1),
-                    axis: *axis,
-                    link_m,
-                    range_rad: ranges[hinge],
-                    stiffness: stiffness?,
-                    mass_kg: if is_last { mass_kg? } else { 0.0 },
-                    center_m: link_m / 2.0,
-                    ball: None,
-                    servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
-                });
-            }
+    let ball = super::ball::read(section);
+    let joints = links_m.map(<[f64]>::len);
+    let rows: Vec<ServoRow> = servos.read_rows(section, joints, hinges, bend_range)?;
+    let (name, hinges, stiffness, mass_kg) = (name?, hinges?, stiffness?, mass_kg?);
+    let ball = ball?;
+    let ranges = [bend_range?, bend_range?, twist_range?];
+    let mut servos = rows.iter().flat_map(|row| (0..row.count).map(move |place| (row, place)));
+    let mut all = Vec::new();
+    for (joint, link_m) in links_m?.iter().enumerate() {
+        for (hinge, (kind, axis)) in HINGES.iter().take(hinges).enumerate() {
+            // The link is behind the last hinge of the joint; the others share its place.
+            let is_last = hinge + 1 == hinges;
+            let link_m = if is_last { DVec3::X * *link_m } else { DVec3::ZERO };
+            all.push(Joint {
+                name: format!("{name}.{kind}_{}", joint + 1),
+                axis: *axis,
+                link_m,
+                range_rad: ranges[hinge],
+                stiffness,
+                mass_kg: if is_last { mass_kg } else { 0.0 },
+                center_m: link_m / 2.0,
+                ball: ball.clone().filter(|_| is_last),
+                servo: servos.next().map(|(row, place)| row.servo(place, ranges[hinge])),
+            });
         }
-        Some(Limb::new(name, meters(root?), rotation(rpy?.map(f64::to_radians)), all))
-    };
-    ChainEntry { key: format!("arm[{place}]"), name, limb: limb(), arm: settings }
+    }
+    Some((all, None))
 }
 
 /// How many joints: a multiple of three.

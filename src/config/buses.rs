@@ -11,6 +11,11 @@ const LATENCY_LARGEST_US: u32 = 1_000_000;
 /// Longest return delay a servo can be set to, microseconds: 254 steps of 2 (ROBOTIS e-manual, register 9).
 const RETURN_DELAY_LARGEST_US: u32 = 508;
 
+/// Largest resistance a simulated supply may be given, milliohms.
+const SUPPLY_LARGEST_MOHM: u32 = 10_000;
+/// That of a small battery pack, a metre of 18 AWG copper there and back (21 milliohms a metre), and two plugs.
+const SUPPLY_MOHM: u32 = 100;
+
 /// What could be read of a bus; `bus` only if all of it was good.
 pub(super) struct BusEntry<'a> {
     pub(super) name: Option<&'a str>,
@@ -49,6 +54,12 @@ fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
     if return_delay_us.is_some_and(|delay_us| delay_us % 2 != 0) {
         section.fault("return_delay_us", "an even number: the servos count it in steps of 2 microseconds");
     }
+    let supply_mohm = section.integer_or(
+        "supply_mohm",
+        "the resistance of the simulated supply with its wires and plugs in milliohms",
+        0..=SUPPLY_LARGEST_MOHM,
+        SUPPLY_MOHM,
+    );
     let bus = || {
         Some(Bus {
             name: name?.to_owned(),
@@ -56,6 +67,7 @@ fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
             baud: baud?,
             adapter_latency_us: adapter_latency_us?,
             return_delay_us: return_delay_us?,
+            supply_ohm: f64::from(supply_mohm?) / 1000.0,
         })
     };
     BusEntry { name, protocol, bus: bus() }

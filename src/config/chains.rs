@@ -7,7 +7,7 @@ use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
 use super::{arms, meters};
-use crate::model::{ArmSettings, Chain, Joint};
+use crate::model::{ArmSettings, Chain, Joint, TendonDrive};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -34,11 +34,18 @@ pub(super) struct Limb {
     root_m: DVec3,
     root_rotation: DQuat,
     joints: Vec<Joint>,
+    tendons: Option<TendonDrive>,
 }
 
 impl Limb {
-    pub(super) fn new(name: &str, root_m: DVec3, root_rotation: DQuat, joints: Vec<Joint>) -> Limb {
-        Limb { name: name.to_owned(), root_m, root_rotation, joints }
+    pub(super) fn new(
+        name: &str,
+        root_m: DVec3,
+        root_rotation: DQuat,
+        joints: Vec<Joint>,
+        tendons: Option<TendonDrive>,
+    ) -> Limb {
+        Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons }
     }
 }
 
@@ -122,6 +129,7 @@ fn read_chain<'a>(
             root_m: meters(root?),
             root_rotation: rotation(rpy),
             joints: joints.into_iter().collect::<Option<_>>()?,
+            tendons: None,
         })
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
@@ -199,8 +207,8 @@ pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
     for limb in limbs {
         let first = joints.len();
         joints.extend(limb.joints);
-        let Limb { name, root_m, root_rotation, .. } = limb;
-        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons: None });
+        let Limb { name, root_m, root_rotation, tendons, .. } = limb;
+        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons });
     }
     (chains, joints)
 }

@@ -14,18 +14,20 @@
 //! |---|---|
 //! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"`, `"sit-then-limp"`, or (the same, of arms) `"park-then-limp"` |
 //! | `[trunk]` | `mass_kg`, `center_mm` |
-//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0); no bus at all: a robot on paper |
+//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
+//! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
-//! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own) |
+//! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
-//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
+//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
+mod ball;
 mod buses;
 mod chains;
 mod fault;
@@ -40,6 +42,7 @@ mod script;
 mod servos;
 mod source;
 mod strokes;
+mod tendons;
 mod unique;
 mod unit;
 mod unit_check;

@@ -150,6 +150,14 @@ fn read_tentacle(
         true => section.vector("reach_mm", "where a tip reaches for, in the body, in mm").map(Some),
         false => Some(None),
     };
+    let base = match section.has("base_radius_mm") {
+        true => {
+            let meaning =
+                "the radius in mm of the base, a ball round the trunk's centre, that arms keep clear of";
+            section.number("base_radius_mm", meaning, Limits::Positive).map(Some)
+        }
+        false => Some(None),
+    };
     let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
     let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {
@@ -168,6 +176,7 @@ fn read_tentacle(
         variation_rad: variation?.to_radians(),
         seed: u64::from(seed?),
         reach_in_body: reach?.map(meters),
+        base_radius_m: base?.map(|radius_mm| radius_mm / 1000.0),
         grip_share: grip?,
         pole: pole?,
     })

@@ -2,7 +2,9 @@
 
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::{SafetySettings, ServoModel};
+use crate::model::{OnTrip, SafetySettings, ServoModel};
+
+const ON_TRIP: [(&str, OnTrip); 2] = [("stop", OnTrip::Stop), ("freeze", OnTrip::Freeze)];
 
 /// A key of `[safety]`. No limit can be set so wide that it limits nothing: the meaning says why it ends there.
 struct Setting {
@@ -102,6 +104,10 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
     let hold_s = number(&HOLD);
     let fault_delay_s = number(&FAULT_DELAY);
     let tracking_error = number(&TRACKING_ERROR_MAX);
+    let on_trip = match section.has("tripped_servo") {
+        true => section.choice("tripped_servo", "what is done about a servo that raises an alarm", &ON_TRIP),
+        false => Some(OnTrip::Stop),
+    };
     Some(SafetySettings {
         temperature_c: read_temperature(section, models)?,
         voltage_v: read_voltage(section, models)?,
@@ -114,6 +120,7 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
         hold_s: hold_s?,
         tracking_error_rad: tracking_error?.to_radians(),
         fault_delay_s: fault_delay_s?,
+        on_trip: on_trip?,
     })
 }
 

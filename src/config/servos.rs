@@ -15,6 +15,8 @@ pub(super) struct ServoPlaces<'b> {
     taken: BTreeMap<(usize, u8), usize>,
     /// True for each bus that has a servo.
     is_used: Vec<bool>,
+    /// The first model of each bus.
+    series: Vec<Option<&'static ServoModel>>,
     /// Models that do not speak their bus's language, each told once.
     strangers: Vec<(usize, &'static str)>,
     /// Every model in use.
@@ -25,7 +27,15 @@ impl<'b> ServoPlaces<'b> {
     /// No servo yet.
     pub(super) fn new(buses: &'b [BusEntry<'b>]) -> ServoPlaces<'b> {
         let is_used = vec![false; buses.len()];
-        ServoPlaces { buses, taken: BTreeMap::new(), is_used, strangers: Vec::new(), models: Vec::new() }
+        let series = vec![None; buses.len()];
+        ServoPlaces {
+            buses,
+            taken: BTreeMap::new(),
+            is_used,
+            series,
+            strangers: Vec::new(),
+            models: Vec::new(),
+        }
     }
 
     /// Reads a joint's servo: `Some(None)` for a joint of a robot on paper, `None` for a fault.
@@ -77,6 +87,7 @@ impl<'b> ServoPlaces<'b> {
         }
         if let (Some(model), Some(bus)) = (model, bus) {
             self.check_language(servo, model, bus);
+            self.check_series(servo, model, bus);
             check_baud(servo, model, self.buses[bus].bus.as_ref());
             self.models.push(model);
         }
@@ -167,6 +178,23 @@ impl<'b> ServoPlaces<'b> {
         );
     }
 
+    /// The loop asks all servos of a bus in one way.
+    fn check_series(&mut self, servo: &Section<'_>, model: &'static ServoModel, bus: usize) {
+        let first = *self.series[bus].get_or_insert(model);
+        let is_other = model.protocol == first.protocol && model.registers != first.registers;
+        if is_other && !self.strangers.contains(&(bus, model.name)) {
+            self.strangers.push((bus, model.name));
+            servo.fault(
+                "model",
+                format!(
+                    "a model of the series of {}, which is on this bus before it: other registers need a bus of their \
+                     own (told once for all {} on this bus)",
+                    first.name, model.name
+                ),
+            );
+        }
+    }
+
     fn take(&mut self, servo: &Section<'_>, key: &str, bus: usize, id: u8) {
         match self.taken.get(&(bus, id)) {
             Some(line) => servo.fault(
@@ -242,7 +270,7 @@ fn check_baud(servo: &Section<'_>, model: &ServoModel, bus: Option<&Bus>) {
 
 /// With the middle of the range at the servo's middle count, both ends must lie within its counts.
 fn check_reach(section: &Section<'_>, key: &str, model: &ServoModel, (low, high): (f64, f64)) {
-    let middle = middle_count(model);
+    let middle = model.middle_count();
     let room = (f64::from(model.count_range.1) - middle).min(middle - f64::from(model.count_range.0));
     let widest_rad = 2.0 * room / counts_per_rad(model);
     if high - low > widest_rad {
@@ -261,14 +289,9 @@ fn check_reach(section: &Section<'_>, key: &str, model: &ServoModel, (low, high)
 /// Count at joint angle zero where the middle of the range is the middle count.
 fn zero_count(model: &ServoModel, (low, high): (f64, f64), reversed: bool) -> f64 {
     let sign = if reversed { -1.0 } else { 1.0 };
-    middle_count(model) - sign * 0.5 * (low + high) * counts_per_rad(model)
-}
-
-/// Half a turn from count 0: 2048, the centre position in both makers' manuals.
-fn middle_count(model: &ServoModel) -> f64 {
-    f64::from(model.counts_per_turn) / 2.0
+    model.middle_count() - sign * 0.5 * (low + high) * counts_per_rad(model)
 }
 
 fn counts_per_rad(model: &ServoModel) -> f64 {
-    f64::from(model.counts_per_turn) / TAU
+    model.counts_per_turn / TAU
 }

@@ -206,7 +206,7 @@ fn travel_fault(joint: &Joint, servo: &Servo) -> Option<String> {
         a.min(b),
         a.max(b),
         servo.model.name,
-        f64::from(servo.model.counts_per_turn) / 2.0
+        servo.model.middle_count()
     ))
 }
 

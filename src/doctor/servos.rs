@@ -212,7 +212,7 @@ fn settings(
         Protocol::Dynamixel => 3,
         Protocol::Feetech => 0,
     };
-    // An SCS has no mode: it controls position unless both its limits are 0.
+    // SCS servos have no such register.
     if of.register("operating_mode").is_ok() {
         let mode = of.read("operating_mode")?.raw;
         if mode != position_mode {
@@ -262,14 +262,18 @@ fn settings(
         Protocol::Dynamixel => "pwm_limit",
         Protocol::Feetech => "max_torque",
     };
-    let limit = of.read(full)?.raw;
+    let full = of.register(full)?;
+    let limit = of.read_raw(&full)?;
     let permitted = robot.safety.torque_share * f64::from(servo.model.torque_limit_full);
     #[allow(clippy::cast_precision_loss, reason = "at most 1000")]
-    if (limit as f64) < permitted.floor() {
+    let is_too_little = (limit as f64) < permitted.floor();
+    // On SCS it is what every cycle writes, and no setting.
+    if is_too_little && full.register != servo.model.registers.torque_limit {
         lines.warning(
             who,
             format!(
-                "{full} is {limit}: it has less torque than the {permitted:.0} that torque_share permits"
+                "{} is {limit}: it has less torque than the {permitted:.0} that torque_share permits",
+                full.name
             ),
             "raise it, or lower torque_share",
         );

@@ -59,6 +59,7 @@ impl Limbs {
             Aim::Limp | Aim::Pose | Aim::Tips | Aim::Arms => None,
         };
         joints.torque_share = targets.torque_share;
+        joints.may_restart = targets.may_restart;
         joints.not_finite = None;
         joints.residual_m.fill(0.0);
         joints.group_residual_m.fill(0.0);

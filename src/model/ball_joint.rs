@@ -53,6 +53,13 @@ pub struct BallJoint {
 }
 
 impl SwingTwist {
+    /// The swing of one turn by `lift` up and `sweep` to the left (rad; of an arm's joint, whose x is the link's
+    /// direction, y left and z up): about one axis, by the root of the sum of their squares, at most pi.
+    pub fn swing_to(lift: f64, sweep: f64) -> DVec2 {
+        let angle = lift.hypot(sweep);
+        if angle > 0.0 { DVec2::new(-lift, sweep) * ((0.5 * angle).sin() / angle) } else { DVec2::ZERO }
+    }
+
     /// The parts of `turn`, a unit quaternion. Where the link points straight back there is no telling them apart:
     /// the twist is 0 there.
     pub fn of(turn: DQuat) -> SwingTwist {

@@ -30,18 +30,30 @@ impl Robot {
 
     /// Places of the joints of `chain` and, last, of its tip in the body frame, m, for the same `angles`.
     pub fn places_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> Vec<DVec3> {
+        let mut places = Vec::new();
+        self.write_places_in_body(chain, angles, &mut places);
+        places
+    }
+
+    /// The same, in the place of what `places` holds.
+    pub fn write_places_in_body(
+        &self,
+        chain: &Chain,
+        angles: impl IntoIterator<Item = f64>,
+        places: &mut Vec<DVec3>,
+    ) {
         let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
-        let mut places = vec![position];
+        places.clear();
+        places.push(position);
         if let Some(drive) = &chain.tendons {
             drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
-            return places;
+            return;
         }
         for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
             rotation *= DQuat::from_axis_angle(joint.axis, angle);
             position += rotation * joint.link_m;
             places.push(position);
         }
-        places
     }
 
     /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
@@ -114,7 +126,7 @@ impl Joint {
 impl Servo {
     /// Counts one radian is worth, negative where the servo is mounted reversed.
     fn counts_per_rad(&self) -> f64 {
-        let magnitude = f64::from(self.model.counts_per_turn) / std::f64::consts::TAU;
+        let magnitude = self.model.counts_per_turn / std::f64::consts::TAU;
         if self.reversed { -magnitude } else { magnitude }
     }
 

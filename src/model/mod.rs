@@ -120,6 +120,8 @@ pub struct Bus {
     pub adapter_latency_us: u32,
     /// How long a servo waits before it answers, microseconds.
     pub return_delay_us: u32,
+    /// Resistance of the simulated supply with its wires and plugs, ohm.
+    pub supply_ohm: f64,
 }
 
 /// What the robot does; one variant a kind of rig.
@@ -227,6 +229,18 @@ pub struct SafetySettings {
     pub temperature_c: f64,
     /// Lowest supply voltage, V.
     pub voltage_v: f64,
+    /// What is done about a servo that raises an alarm.
+    pub on_trip: OnTrip,
+}
+
+/// What is done about a servo that raises an alarm, which has often switched its torque off by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OnTrip {
+    /// The robot holds, and stops if the alarm stays.
+    #[default]
+    Stop,
+    /// The joint is left without torque and the robot goes on; the servo is restarted once the robot is parked.
+    Freeze,
 }
 
 /// What the robot does when it stops, for whatever reason.

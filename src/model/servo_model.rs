@@ -1,7 +1,8 @@
 //! Servo models as data: performance, counts, limits and the registers the controller uses.
 //!
 //! Sources: ROBOTIS e-manual pages and control tables of each X-series model; Feetech's wiki
-//! (`parameter/memory-sts.md` and the product pages of ST-3215-C001, ST-3215-C018, ST-3250-C001).
+//! (`parameter/memory-sts.md`, `parameter/memory-scscl.md` and the product pages of ST-3215-C001, ST-3215-C018,
+//! ST-3250-C001); spotpear.com's guide of the SC09.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +11,7 @@ use std::f64::consts::TAU;
 pub enum Protocol {
     /// Dynamixel Protocol 2.0.
     Dynamixel,
-    /// Feetech FT-SCS, little-endian (STS) series.
+    /// Feetech FT-SCS.
     Feetech,
 }
 
@@ -49,7 +50,7 @@ pub enum Encoding {
     SignMagnitude(u8),
 }
 
-/// One register of a control table. Little endian.
+/// One register of a control table. The byte order is that of its [`Registers`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Register {
     /// First address.
@@ -67,6 +68,10 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 /// The registers the loop uses. All servos of one bus share one set.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Registers {
+    /// Whether words come high byte first.
+    pub is_big_endian: bool,
+    /// Whether one request can ask all servos of a bus. Where it cannot, they are asked one by one.
+    pub has_sync_read: bool,
     /// Model number, read at start.
     pub model_number: Register,
     /// Firmware version, and what stands behind its point where it has one.
@@ -114,6 +119,8 @@ pub struct Registers {
 /// Dynamixel X-series (e-manual control tables of XL330-M288, XL430-W250, XM430-W210, XM430-W350).
 /// The torque limit is Goal PWM (100): every model has it in position mode.
 pub static DYNAMIXEL_X: Registers = Registers {
+    is_big_endian: false,
+    has_sync_read: true,
     model_number: register(0, 2, Encoding::Unsigned),
     firmware: (register(6, 1, Encoding::Unsigned), None),
     // Operating Mode 3 is position control; in mode 16 the torque limit would be the motor's drive itself.
@@ -152,6 +159,8 @@ pub static DYNAMIXEL_X: Registers = Registers {
 
 /// Feetech STS (wiki `parameter/memory-sts.md`).
 pub static FEETECH_STS: Registers = Registers {
+    is_big_endian: false,
+    has_sync_read: true,
     model_number: register(3, 2, Encoding::Unsigned),
     firmware: (register(0, 1, Encoding::Unsigned), Some(register(1, 1, Encoding::Unsigned))),
     // Mode 0 is position control.
@@ -201,6 +210,43 @@ impl Registers {
     }
 }
 
+/// Feetech SCS (wiki `parameter/memory-scscl.md`): 10 bit, high byte first, no sync read.
+///
+/// It has no torque limit in RAM: Max Torque (16), an EPROM register, takes its place. It acts at once, and what is
+/// written to it while the lock (48) is shut is not kept.
+pub static FEETECH_SCS: Registers = Registers {
+    is_big_endian: true,
+    has_sync_read: false,
+    model_number: register(3, 2, Encoding::Unsigned),
+    firmware: (register(0, 1, Encoding::Unsigned), Some(register(1, 1, Encoding::Unsigned))),
+    // END: 1 is the high byte first.
+    expected: &[(register(2, 1, Encoding::Unsigned), 1)],
+    // Register 7 is undefined.
+    return_delay: None,
+    preparation: &[
+        (register(40, 1, Encoding::Unsigned), 0),
+        (register(48, 1, Encoding::Unsigned), 1),
+        // Running time and speed: 0 and 0 are as fast as it can.
+        (register(44, 2, Encoding::Unsigned), 0),
+        (register(46, 2, Encoding::Unsigned), 0),
+    ],
+    torque_enable: register(40, 1, Encoding::Unsigned),
+    // A potentiometer's middle is where it is.
+    set_middle: &[],
+    bus_watchdog: None,
+    torque_limit: register(16, 2, Encoding::Unsigned),
+    goal_position: register(42, 2, Encoding::Unsigned),
+    present_position: register(56, 2, Encoding::Unsigned),
+    present_speed: register(58, 2, Encoding::SignMagnitude(15)),
+    present_load: register(60, 2, Encoding::SignMagnitude(10)),
+    present_voltage: register(62, 1, Encoding::Unsigned),
+    present_temperature: register(63, 1, Encoding::Unsigned),
+    alarm_status: register(65, 1, Encoding::Unsigned),
+    alarm_names: &[(0x01, "voltage"), (0x04, "overheating"), (0x20, "overload")],
+    feedback_address: 56,
+    feedback_bytes: 8,
+};
+
 /// What the controller must know of a servo model.
 #[derive(Debug, PartialEq)]
 pub struct ServoModel {
@@ -226,8 +272,8 @@ pub struct ServoModel {
     pub temperature_max_c: u8,
     /// Highest baud rate it can be set to, bits per second.
     pub baud_max: u32,
-    /// Counts in one turn of the horn.
-    pub counts_per_turn: u32,
+    /// Counts in one turn of the horn, whether or not it can turn so far.
+    pub counts_per_turn: f64,
     /// Lowest and highest goal position in position mode, counts.
     pub count_range: (i32, i32),
     /// One unit of the speed register, rad/s.
@@ -264,7 +310,7 @@ const fn dynamixel_x(name: &'static str, model_number: u16, source: &'static str
         voltage_max_v: 14.8,
         temperature_max_c: 80,
         baud_max: 4_500_000,
-        counts_per_turn: 4096,
+        counts_per_turn: 4096.0,
         count_range: (0, 4095),
         speed_unit_rad_s: DYNAMIXEL_SPEED_UNIT,
         load_unit_share: 0.001,
@@ -287,7 +333,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
         voltage_max_v: 12.6,
         temperature_max_c: 70,
         baud_max: 1_000_000,
-        counts_per_turn: 4096,
+        counts_per_turn: 4096.0,
         count_range: (0, 4095),
         speed_unit_rad_s: STS_SPEED_UNIT,
         load_unit_share: 0.001,
@@ -298,7 +344,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
 }
 
 /// Every model a robot file may name.
-pub static SERVO_MODELS: [ServoModel; 7] = [
+pub static SERVO_MODELS: [ServoModel; 8] = [
     ServoModel {
         stall_torque_nm: 0.52,
         stall_current_a: 1.47,
@@ -360,7 +406,24 @@ pub static SERVO_MODELS: [ServoModel; 7] = [
         no_load_speed_rad_s: rpm(75.0),
         ..feetech_sts("STS3250", 2825, "Feetech wiki, ST-3250-C001, at 12 V")
     },
+    ServoModel {
+        stall_torque_nm: 0.226,
+        stall_current_a: 1.0,
+        no_load_speed_rad_s: rpm(100.0),
+        nominal_voltage_v: 6.0,
+        voltage_min_v: 4.8,
+        voltage_max_v: 8.4,
+        // 300 degrees are 1024 counts; as shipped it takes goals of 20 to 1003.
+        counts_per_turn: SCS_COUNTS_PER_TURN,
+        count_range: (20, 1003),
+        speed_unit_rad_s: TAU / SCS_COUNTS_PER_TURN,
+        registers: &FEETECH_SCS,
+        ..feetech_sts("SCS0009", 1284, "spotpear.com, SC09 guide, at 6 V; model number: lerobot")
+    },
 ];
+
+/// SCS0009: 1024 counts are 300 degrees.
+const SCS_COUNTS_PER_TURN: f64 = 1024.0 / 300.0 * 360.0;
 
 /// What servos tell of a voltage, V: a reading this much above a limit may be at it.
 const VOLTAGE_STEP_V: f64 = 0.1;
@@ -370,6 +433,11 @@ impl ServoModel {
     /// step more may be the limit itself.
     pub fn is_too_much(&self, voltage_v: f64) -> bool {
         voltage_v > self.voltage_max_v + VOLTAGE_STEP_V
+    }
+
+    /// The count in the middle of what it can turn: 2048 of a whole turn (both makers' manuals), 512 of 300 degrees.
+    pub fn middle_count(&self) -> f64 {
+        if self.registers.is_big_endian { 512.0 } else { 0.5 * self.counts_per_turn }
     }
 
     /// The model of this name, if there is one.

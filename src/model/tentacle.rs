@@ -28,6 +28,8 @@ pub struct TentacleMotion {
     pub seed: u64,
     /// Where a tip reaches for while the operator does not say, body frame, m.
     pub reach_in_body: Option<DVec3>,
+    /// Radius of the base, a ball round the trunk's centre, that arms keep clear of, m.
+    pub base_radius_m: Option<f64>,
     /// Mean load of an arm's outer joints on a pole it holds, as a share of stall torque.
     pub grip_share: f64,
     /// What to wind round while the operator does not say.

@@ -100,6 +100,7 @@ mod tests {
             yaw_rate_rad_s: 0.0,
             gait: None,
             stroke: None,
+            frozen: 0,
             late_cycles: 0,
             hottest_c: 0.0,
             lowest_v: 0.0,

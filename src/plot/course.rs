@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3};
 use crate::capability::{HorseCapability, Reach};
 use crate::cycle::Controller;
 use crate::ik::Method;
-use crate::model::{HorseMotion, Robot};
+use crate::model::{HorseMotion, Motion, Robot};
 use crate::motion::horse::Drive;
-use crate::motion::{Activity, Command, Generator, Order};
+use crate::motion::{Activity, Command, Generator, Order, StrokeCommand};
 use crate::signals::FootTarget;
 use crate::telemetry::CycleRecord;
 
@@ -54,6 +54,8 @@ pub struct Frame {
     pub order: Order,
     /// The gait it goes, index into [`Subject::gait_names`]; none while it takes no steps.
     pub gait: Option<usize>,
+    /// Name of the stroke its arms do; none for a horse, and at rest.
+    pub stroke: Option<&'static str>,
     /// True on the way from one gait to another.
     pub is_changing: bool,
     /// Speed of the trunk, m/s.
@@ -126,6 +128,13 @@ impl<'r> Subject<'r> {
     }
 }
 
+impl<'r> Subject<'r> {
+    /// A rig of arms.
+    pub fn arms(robot: &'r Robot) -> Subject<'r> {
+        Subject { robot, gait_names: Vec::new(), ranges: Vec::new() }
+    }
+}
+
 impl<'r> Course<'r> {
     /// What the robot does, moved by `generator`, when ordered so, in the times of `span_s` (from and to, s since it
     /// stood). `orders` is asked once a cycle with the time since then, in s. Ends early at an order to stop.
@@ -141,7 +150,11 @@ impl<'r> Course<'r> {
         let dt_s = subject.robot.period_s();
         let mut controller = Controller::with_generator(subject.robot, generator, Method::CcdThenFinish);
         let mut frames: Vec<Frame> = Vec::new();
-        if !rises(&mut controller, dt_s) {
+        let rest = match &subject.robot.motion {
+            Motion::Horse(_) => Order::Drive(Command::default()),
+            Motion::Tentacle(_) => Order::Perform(StrokeCommand::default()),
+        };
+        if !rises(&mut controller, rest, dt_s) {
             return Err(CourseError::NeverStood);
         }
         let (mut time_s, mut cycle) = (0.0, 0_u32);
@@ -200,6 +213,15 @@ impl<'r> Course<'r> {
             None => "stand",
             Some(_) if is_changing => "change",
             Some(gait) => self.subject.gait_names.get(gait).map_or("walk", String::as_str),
+        }
+    }
+
+    /// What goes on in a frame, in a word.
+    pub fn name_of_frame<'a>(&'a self, frame: &'a Frame) -> &'a str {
+        match (&self.subject.robot.motion, frame.stroke) {
+            (_, Some(stroke)) => stroke,
+            (Motion::Tentacle(_), None) => "rest",
+            (Motion::Horse(_), None) => self.name_of(frame.gait, frame.is_changing),
         }
     }
 
@@ -275,10 +297,10 @@ impl<'r> Course<'r> {
 }
 
 /// Lets a limp robot get up; whether it does.
-fn rises(controller: &mut Controller<'_>, dt_s: f64) -> bool {
+fn rises(controller: &mut Controller<'_>, order: Order, dt_s: f64) -> bool {
     let mut rising_s = 0.0;
     while rising_s < RISING_MAX_S {
-        controller.decide(dt_s, Order::Drive(Command::default()));
+        controller.decide(dt_s, order);
         controller.learn_from_goals();
         match controller.record(&[]).activity {
             Activity::Standing => return true,
@@ -296,6 +318,7 @@ impl Frame {
             time_s,
             order: record.order,
             gait: drive.and_then(Drive::gait),
+            stroke: generator.stroke(),
             is_changing: drive.is_some_and(Drive::is_changing_gait),
             speed_m_s: record.speed_m_s,
             trunk_in_world: record.targets.trunk_in_world,

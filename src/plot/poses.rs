@@ -48,7 +48,9 @@ pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
             (8.0, 16.0),
             &letters(HEADING, INK, HPos::Left),
         )?;
-        let key = [(STANCE, "standing"), (SWING, "in the air"), (NEAR, "right limbs"), (FAR, "left limbs")];
+        let feet = [(STANCE, "standing"), (SWING, "in the air")];
+        let sides = [(NEAR, "right limbs"), (FAR, "left limbs")];
+        let key = if course.stances().is_empty() { sides.to_vec() } else { [feet, sides].concat() };
         write_key(area, 8.0, 38.0, &key)?;
         for (figure, place) in figures.iter().zip(0..) {
             let corner = (
@@ -111,7 +113,7 @@ fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
     let (back, front) = robot.root_extent();
     let middle = 0.5 * (back + front);
     Figure {
-        label: format!("{:.2} s, {}", frame.time_s, course.name_of(frame.gait, frame.is_changing)),
+        label: format!("{:.2} s, {}", frame.time_s, course.name_of_frame(frame)),
         trunk: vec![seen(middle.with_x(back.x)), seen(middle.with_x(front.x))],
         limbs: robot.chains.iter().enumerate().map(limb).collect(),
     }

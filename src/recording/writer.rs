@@ -215,7 +215,8 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
     let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
     let is_placed = !targets.feet.is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
-        let target = (sample.targets.aim == Aim::Tips).then_some(sample.targets.tips_in_body[index]);
+        let target =
+            matches!(sample.targets.aim, Aim::Tips | Aim::Arms).then_some(sample.targets.tips_in_body[index]);
         let joints = &sample.state.joints[chain.joints.clone()];
         let measured = joints
             .iter()

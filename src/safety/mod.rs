@@ -14,11 +14,13 @@ mod limiter;
 mod stall;
 #[cfg(test)]
 mod tests;
+mod trip;
 mod watch;
 
-use crate::model::{Robot, SafetySettings};
+use crate::model::{OnTrip, Robot, SafetySettings};
 use crate::signals::{JointState, JointTargets, Permission, State};
 use limiter::Limiter;
+use trip::Trip;
 use watch::Watch;
 pub use watch::{Fault, Finding};
 
@@ -41,6 +43,7 @@ pub enum JointCommand {
 pub struct Command {
     joints: Vec<JointCommand>,
     interventions: u32,
+    restart: Option<usize>,
 }
 
 impl Command {
@@ -53,6 +56,11 @@ impl Command {
     pub fn interventions(&self) -> u32 {
         self.interventions
     }
+
+    /// The joint whose servo is to restart in this cycle, if one is; it has no torque.
+    pub fn restart(&self) -> Option<usize> {
+        self.restart
+    }
 }
 
 /// Holds every joint inside its limits and watches over the robot.
@@ -62,6 +70,8 @@ pub struct Safety {
     joints: Vec<JointSafety>,
     watch: Watch,
     command: Command,
+    /// Servos restarted so far.
+    restarts: u64,
 }
 
 /// What safety remembers of a joint.
@@ -74,6 +84,8 @@ struct JointSafety {
     heard_goal_rad: f64,
     /// True while its servo has been silent for too long to be where it was told to be.
     is_lost: bool,
+    /// What became of its servo, where a joint may be left without.
+    trip: Trip,
 }
 
 impl Safety {
@@ -84,13 +96,24 @@ impl Safety {
             torque_on_s: None,
             heard_goal_rad: 0.0,
             is_lost: false,
+            trip: Trip::NONE,
         };
         Safety {
             settings: robot.safety.clone(),
             joints: robot.joints.iter().map(of_joint).collect(),
             watch: Watch::new(robot),
-            command: Command { joints: vec![JointCommand::Limp; robot.joints.len()], interventions: 0 },
+            command: Command {
+                joints: vec![JointCommand::Limp; robot.joints.len()],
+                interventions: 0,
+                restart: None,
+            },
+            restarts: 0,
         }
+    }
+
+    /// How many servos that had tripped were restarted.
+    pub fn restarts(&self) -> u64 {
+        self.restarts
     }
 
     /// What led to the last hold or stop, if there was one.
@@ -104,6 +127,7 @@ impl Safety {
     /// and the goals it let through, are written into `state` for the generator's next step.
     pub fn check(&mut self, dt_s: f64, gap_s: f64, targets: &JointTargets, state: &mut State) -> &Command {
         self.command.interventions = 0;
+        self.command.restart = None;
         if targets.is_limp || !state.is_known() {
             for index in 0..self.joints.len() {
                 self.let_go(index, state);
@@ -111,6 +135,7 @@ impl Safety {
             state.permission = self.watch.judge_limp(&state.joints);
             return &self.command;
         }
+        self.look_for_trips(dt_s, targets, state);
         if let Some(finding) = self.out_of_counts(targets, state) {
             self.watch.stop(finding);
         }
@@ -118,10 +143,13 @@ impl Safety {
             joint.take_over(gap_s - dt_s, &self.settings, &state.joints[index]);
         }
         let goals = self.joints.iter().map(|joint| joint.limiter.goal_rad());
-        state.permission = self.watch.judge(dt_s, gap_s, &state.joints, goals, targets.not_finite);
+        let excused = self.joints.iter().map(|joint| (joint.trip.is_out(), joint.trip.is_restarting()));
+        state.permission =
+            self.watch.judge(dt_s, gap_s, &state.joints, goals.zip(excused), targets.not_finite);
 
         for index in 0..self.joints.len() {
-            if targets.only.is_some_and(|only| only != index) || self.is_out_of_counts(index, state) {
+            let is_left_alone = targets.only.is_some_and(|only| only != index) || state.is_out[index];
+            if is_left_alone || self.is_out_of_counts(index, state) {
                 self.let_go(index, state);
                 continue;
             }
@@ -157,6 +185,26 @@ impl Safety {
         }
     }
 
+    /// Takes servos that have tripped out of service, and restarts one of them where it may.
+    fn look_for_trips(&mut self, dt_s: f64, targets: &JointTargets, state: &mut State) {
+        if self.settings.on_trip == OnTrip::Stop {
+            return;
+        }
+        for (joint, measured) in self.joints.iter_mut().zip(&state.joints) {
+            joint.trip.look(dt_s, self.settings.fault_delay_s, measured);
+        }
+        if targets.may_restart
+            && let Some(index) = self.joints.iter().position(|joint| joint.trip.can_restart())
+        {
+            self.joints[index].trip = Trip::Restarting { since_s: 0.0 };
+            self.command.restart = Some(index);
+            self.restarts += 1;
+        }
+        for (is_out, joint) in state.is_out.iter_mut().zip(&self.joints) {
+            *is_out = joint.trip.is_out();
+        }
+    }
+
     /// Without torque a joint is where it is, and would start from there.
     fn let_go(&mut self, index: usize, state: &mut State) {
         let joint = &mut self.joints[index];
@@ -170,6 +218,7 @@ impl Safety {
     fn out_of_counts(&self, targets: &JointTargets, state: &State) -> Option<Finding> {
         let joint = (0..self.joints.len())
             .filter(|index| targets.only.is_none_or(|only| only == *index))
+            .filter(|index| !state.is_out[*index])
             .find(|index| self.is_out_of_counts(*index, state))?;
         let position_rad = state.joints[joint].position_rad;
         Some(Finding { joint: Some(joint), fault: Fault::OutOfCounts { position_rad } })

@@ -9,7 +9,7 @@
 //! ```
 
 use super::stall::Stall;
-use crate::model::{Robot, SafetySettings, Servo};
+use crate::model::{OnTrip, Robot, SafetySettings, Servo};
 use crate::signals::{JointState, Permission};
 
 /// What can be wrong with a joint or the loop.
@@ -117,25 +117,31 @@ impl Watch {
         self.cause
     }
 
-    /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad; `gap_s` is the
-    /// real time between this cycle and the one before; `not_finite` a joint whose wanted angle was none.
+    /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad, and whether the joint is
+    /// out of service, and its servo restarts; `gap_s` is the real time between this cycle and the one before;
+    /// `not_finite` a joint whose wanted angle was none.
     pub(super) fn judge(
         &mut self,
         dt_s: f64,
         gap_s: f64,
         joints: &[JointState],
-        goals: impl Iterator<Item = f64>,
+        goals: impl Iterator<Item = (f64, (bool, bool))>,
         not_finite: Option<usize>,
     ) -> Permission {
         let mut found = not_finite.map(|joint| Finding { joint: Some(joint), fault: Fault::NotFinite });
         if gap_s - dt_s > self.settings.hold_s {
             self.stop(Finding { joint: None, fault: Fault::LoopStalled { gap_s } });
         }
-        for (index, (joint, goal)) in joints.iter().zip(goals).enumerate() {
+        for (index, (joint, (goal, (is_out, is_restarting)))) in joints.iter().zip(goals).enumerate() {
+            if is_restarting {
+                continue;
+            }
             if joint.age_s > self.settings.coast_s {
                 found = found.or_else(|| Some(self.unheard(index, joints)));
                 continue;
             }
+            // What is out of service follows no goal.
+            let goal = if is_out { joint.position_rad } else { goal };
             match self.fault_of(index, joint, goal) {
                 None => self.wrong_s[index] = 0.0,
                 Some(fault) => {
@@ -200,7 +206,7 @@ impl Watch {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
         } else if self.servos[index].is_some_and(|servo| servo.model.is_too_much(joint.voltage_v)) {
             Some(Fault::HighVoltage { voltage_v: joint.voltage_v })
-        } else if joint.alarms != 0 {
+        } else if joint.alarms != 0 && self.settings.on_trip == OnTrip::Stop {
             Some(Fault::Alarm { bits: joint.alarms })
         } else if error_rad.abs() > self.settings.tracking_error_rad {
             Some(Fault::OffGoal { error_rad })

@@ -92,9 +92,12 @@ impl ServicePort {
     pub(super) fn ask(&mut self, address: Address, ask: &Ask<'_>) -> Result<Vec<u8>, ServiceError> {
         let tries = if ask.is_repeatable() { TRIES } else { 1 };
         let mut is_damaged = false;
-        for _ in 0..tries {
+        for number in 0..tries {
             match self.ask_once(address, ask)? {
-                Answer::Data(data) => return Ok(data),
+                Answer::Data(data) => {
+                    self.let_late_answers_pass(number)?;
+                    return Ok(data);
+                }
                 Answer::Refused(error) => {
                     return Err(ServiceError::Refused { address, request: ask.to_string(), error });
                 }
@@ -107,6 +110,16 @@ impl ServicePort {
             true => ServiceError::Damaged { address, request },
             false => ServiceError::NoAnswer { address, request },
         })
+    }
+
+    /// After a question that was asked more than once, the answers to all of them may still come, and one of them
+    /// could pass for the answer to the next question.
+    pub(super) fn let_late_answers_pass(&mut self, repetitions: u32) -> Result<(), ServiceError> {
+        if repetitions > 0 {
+            self.pause(PATIENCE);
+            self.discard_input()?;
+        }
+        Ok(())
     }
 
     fn ask_once(&mut self, address: Address, ask: &Ask<'_>) -> Result<Answer, ServiceError> {

@@ -69,10 +69,13 @@ impl ServicePort {
             Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
         };
         let mut is_damaged = false;
-        for _ in 0..tries {
+        for number in 0..tries {
             match self.ask_raw(address, &ask)? {
                 Answer::Data(data) => match identity(address.protocol, &data) {
-                    Some(identity) => return Ok(identity),
+                    Some(identity) => {
+                        self.let_late_answers_pass(number)?;
+                        return Ok(identity);
+                    }
                     None => is_damaged = true,
                 },
                 Answer::Refused(_) | Answer::Damaged => is_damaged = true,
@@ -419,6 +422,15 @@ impl Servo<'_> {
         }
         self.port.identify(self.address, TRIES)?;
         let found = self.read_raw(register)?;
+        if found == raw {
+            // It has taken it, and needs to start anew to follow it.
+            self.ask_without_answer(&Ask::Reboot)?;
+            self.await_return()?;
+            if self.address == moved {
+                let lock = self.identity.register("lock");
+                return lock.iter().try_for_each(|lock| self.put(lock, 0));
+            }
+        }
         let register = register.name.to_string();
         Err(ServiceError::NotTaken { address: self.address, register, wanted: raw, found })
     }

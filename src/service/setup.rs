@@ -176,3 +176,32 @@ pub(crate) fn carry_out(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Firmware;
+    use crate::service::registers::{Access, Identity};
+
+    #[test]
+    fn every_target_is_a_setting_that_takes_its_value() {
+        for family in [Family::DynamixelX, Family::FeetechSts, Family::FeetechScs] {
+            let firmware = Firmware { major: 46, minor: None };
+            let identity = Identity { family, model_number: 0, firmware, is_speed_fine: true };
+            for target in targets(family, 508) {
+                let register = identity.register(target.name);
+                let register = register.unwrap_or_else(|| panic!("{family:?}: {}", target.name));
+                assert_eq!(register.access, Access::Setting, "{family:?}: {}", target.name);
+                let (low, high) = register.range;
+                let count = match target.want {
+                    Want::Count(count) => count,
+                    Want::Bits { of, set } => {
+                        assert_eq!(set & !of, 0);
+                        set
+                    }
+                };
+                assert!((low..=high).contains(&count), "{family:?}: {}", target.name);
+            }
+        }
+    }
+}

@@ -3,6 +3,7 @@
 //! The observers check the pipeline from outside it: goal registers against the robot's ranges, feet from
 //! the targets and from the measured joints. They never change anything and never allocate after start.
 
+mod arms;
 mod buses;
 mod feet;
 mod joints;
@@ -12,11 +13,12 @@ use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
 use crate::signals::{JointTargets, State, Targets};
+use arms::ArmObserver;
 use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
 use joints::JointObserver;
-pub use report::{BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report};
+pub use report::{ArmsReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report};
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +53,8 @@ pub struct Telemetry {
     buses: BusObserver,
     /// None on a rig without feet.
     feet: Option<FootObserver>,
+    /// None on a rig without arms.
+    arms: Option<ArmObserver>,
     joints: JointObserver,
     cycles: u64,
     late_cycles: u64,
@@ -79,6 +83,7 @@ impl Telemetry {
         Telemetry {
             buses: BusObserver::new(robot),
             feet: robot.motion.horse().map(|_| FootObserver::new(robot)),
+            arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
             joints: JointObserver::new(robot),
             cycles: 0,
             late_cycles: 0,
@@ -99,6 +104,9 @@ impl Telemetry {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
         }
         self.joints.observe(robot, record);
+        if let Some(arms) = &mut self.arms {
+            arms.observe(robot, record);
+        }
         if let Some(feet) = &mut self.feet {
             feet.observe(robot, record);
         }

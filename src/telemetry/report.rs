@@ -7,6 +7,7 @@ use hdrhistogram::Histogram;
 use serde::Serialize;
 
 use super::Telemetry;
+use super::arms::ArmObserver;
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
@@ -60,6 +61,11 @@ pub struct Report {
     /// Feet; none on a rig of arms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub feet: Option<FeetReport>,
+    /// Arms; none on a rig without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arms: Option<ArmsReport>,
+    /// How often a servo that had tripped was restarted.
+    pub servo_restarts: u64,
     /// Each bus.
     pub buses: Vec<BusReport>,
     /// The recording, if there was one.
@@ -129,6 +135,35 @@ pub struct FeetReport {
     pub swing_velocity_jump_max_m_s: f64,
     /// Distance inverse kinematics left, before rounding to counts.
     pub ik_residual_max_m: f64,
+}
+
+/// Arms, while they perform.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct ArmsReport {
+    /// Furthest inverse kinematics left a tip from where it was to be.
+    pub tip_residual_max_m: f64,
+    /// Furthest it left the end of a group.
+    pub group_residual_max_m: f64,
+    /// Largest angle between one link and the next, by the goals.
+    pub bend_max_deg: f64,
+    /// Least distance between the skins of two arms, or of an arm and the base, their first groups left aside, by the
+    /// goals; none for one arm whose base has no radius.
+    pub clearance_min_m: Option<f64>,
+}
+
+impl fmt::Display for ArmsReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "arms: tips {:.1} mm and ends of groups {:.1} mm from where they were to be at most; bent by {:.0} degrees \
+             at most",
+            self.tip_residual_max_m * 1e3,
+            self.group_residual_max_m * 1e3,
+            self.bend_max_deg
+        )?;
+        let clearance = |metres: f64| format!("; {:.0} mm between them at least", metres * 1e3);
+        f.write_str(&self.clearance_min_m.map_or_else(String::new, clearance))
+    }
 }
 
 impl fmt::Display for FeetReport {
@@ -213,6 +248,11 @@ impl Telemetry {
     /// Joints so far.
     pub fn joints_report(&self) -> JointsReport {
         self.joints.report()
+    }
+
+    /// Arms so far; none on a rig without.
+    pub fn arms_report(&self) -> Option<ArmsReport> {
+        self.arms.as_ref().map(ArmObserver::report)
     }
 
     /// Feet so far; none on a rig of arms.

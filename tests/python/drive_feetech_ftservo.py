@@ -141,6 +141,8 @@ for step in (
     sync_read,
     move_one,
     move_all_at_once,
+    register_and_act,
+    turn_like_a_wheel,
 ):
     step()
     print(step.__name__)

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use hippocamp::config::{self, RobotFile};
-use hippocamp::model::servo_model::SERVO_MODELS;
 use hippocamp::model::{Gait, Protocol, Robot, StopAction};
 use proptest::prelude::*;
 
@@ -174,6 +173,8 @@ fn every_key_reaches_the_robot_in_si_units() {
     let [left, right] = robot.buses.as_slice() else { panic!("two buses") };
     assert_eq!((left.adapter_latency_us, left.return_delay_us), (1000, 0));
     assert_eq!((right.adapter_latency_us, right.return_delay_us), (2000, 500));
+    assert_near(left.supply_ohm, 0.1, 0.0);
+    assert_near(right.supply_ohm, 0.25, 0.0);
 
     // Yawed by a quarter turn to the left, the chain's forward is the body's left.
     let forward = robot.chains[0].root_rotation * DVec3::X;
@@ -273,17 +274,6 @@ fn later_checks_find_line_and_value_of_any_key() {
     assert_eq!(said("safety.hold_s"), "good.toml:66: safety.hold_s is not set: expected something else");
     assert_eq!(said("chain[1].joint[0].colour").split(": ").next(), Some("good.toml:49"));
     assert_eq!(said("no.such[9].key"), "good.toml:1: no.such[9].key is not set: expected something else");
-}
-
-/// The loop reads one feedback block a bus, so a bus must not mix register sets. One protocol a bus, which
-/// the loader checks, is enough only as long as this holds.
-#[test]
-fn all_models_of_a_protocol_share_their_registers() {
-    for model in &SERVO_MODELS {
-        for other in SERVO_MODELS.iter().filter(|other| other.protocol == model.protocol) {
-            assert_eq!(model.registers, other.registers, "{} and {}", model.name, other.name);
-        }
-    }
 }
 
 /// One change to the bytes of a file.

@@ -27,6 +27,7 @@ pub(crate) fn line(model: &str, baud: u32, ids: &[u8]) -> BusConfig {
         baud,
         adapter_latency_us: 0,
         supply_v: if model == "XL330-M288" { 5.0 } else { 12.0 },
+        supply_ohm: 0.0,
         servos: ids.iter().map(servo).collect(),
     }
 }

@@ -3,6 +3,9 @@
 //! In: the torque of every motor. Out: every shaft's new position and speed. [`FreeJoints`] turn each on its own;
 //! a [`RigidBody`] couples them by links, masses, gravity and the ground, with the same friction and reflected
 //! inertia, and knows the truth of the robot: a [`BodyState`].
+//!
+//! Between the motor with its gears and the output shaft is free play: the motor turns by the backlash before the
+//! shaft, and the encoder on it, follow. In a rigid body they are one.
 
 mod config;
 mod rigid;
@@ -12,19 +15,57 @@ pub use config::{BodyConfig, BodyError, Chain, Foot, Ground, Link, ShaftLink, St
 pub use rigid::RigidBody;
 pub use state::{BodyState, FootState, Push, PushFrame};
 
-/// One output shaft.
+/// One output shaft and the motor and gears that turn it. All is as seen at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftState {
     /// Angle, rad; 0 at encoder count 0, positive where counts grow, not wrapped.
     pub position_rad: f64,
     /// Speed, rad/s.
     pub speed_rad_s: f64,
-    /// Inertia of rotor and gears seen at the shaft, kg m².
+    /// Speed of motor and gears, rad/s.
+    pub motor_speed_rad_s: f64,
+    /// How far motor and gears are ahead of the shaft, rad; within half the backlash either way.
+    pub slack_rad: f64,
+    /// Free play between them, rad, not negative.
+    pub backlash_rad: f64,
+    /// Inertia of rotor and gears, kg m².
     pub inertia_kg_m2: f64,
     /// Coulomb friction of the gearbox, N m, not negative.
     pub friction_nm: f64,
+    /// Share of the torque from outside that a gearbox at rest holds by itself, 0 to 1.
+    pub holding_share: f64,
+    /// Torque from outside on the shaft, N m, positive where counts grow.
+    pub load_nm: f64,
     /// The shaft is jammed: it must not move in this step.
     pub is_stuck: bool,
+}
+
+/// Slower than this gears rest: friction measured on an STS3215 falls from there on, rad/s (kscalelabs/sysid,
+/// STS_3215_12V_20250317, model M4).
+const RESTING_RAD_S: f64 = 0.055;
+
+impl ShaftState {
+    /// At 0, still, free of load, without backlash.
+    pub fn at_rest(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {
+        ShaftState {
+            position_rad: 0.0,
+            speed_rad_s: 0.0,
+            motor_speed_rad_s: 0.0,
+            slack_rad: 0.0,
+            backlash_rad: 0.0,
+            inertia_kg_m2,
+            friction_nm,
+            holding_share: 0.0,
+            load_nm: 0.0,
+            is_stuck: false,
+        }
+    }
+
+    /// Friction under the present load, N m.
+    pub fn present_friction_nm(&self) -> f64 {
+        let is_at_rest = self.motor_speed_rad_s.abs() < RESTING_RAD_S;
+        self.friction_nm + if is_at_rest { self.holding_share * self.load_nm.abs() } else { 0.0 }
+    }
 }
 
 /// Whatever carries the shafts.
@@ -41,22 +82,39 @@ pub trait Body {
     }
 }
 
-/// Every shaft turns on its own: reflected inertia and friction, nothing attached.
+/// Every shaft turns on its own: reflected inertia, friction and load, nothing else attached. A shaft without load
+/// stays where it is while the motor turns through the backlash; a loaded one rests against its flank.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FreeJoints;
 
 impl Body for FreeJoints {
     fn step(&mut self, dt_s: f64, shafts: &mut [ShaftState], torques: &[f64]) {
         for (shaft, torque) in shafts.iter_mut().zip(torques) {
-            if shaft.is_stuck {
-                shaft.speed_rad_s = 0.0;
-                continue;
-            }
-            let pushed = shaft.speed_rad_s + dt_s * torque / shaft.inertia_kg_m2;
-            // Friction takes speed away but never turns it round; so a slow shaft sticks.
-            let lost = dt_s * shaft.friction_nm / shaft.inertia_kg_m2;
-            shaft.speed_rad_s = pushed.signum() * (pushed.abs() - lost).max(0.0);
-            shaft.position_rad += dt_s * shaft.speed_rad_s;
+            step_shaft(dt_s, shaft, *torque);
         }
+    }
+}
+
+fn step_shaft(dt_s: f64, shaft: &mut ShaftState, torque_nm: f64) {
+    // A jam holds the load.
+    let load_nm = if shaft.is_stuck { 0.0 } else { shaft.load_nm };
+    let pushed = shaft.motor_speed_rad_s + dt_s * (torque_nm + load_nm) / shaft.inertia_kg_m2;
+    // Friction takes speed away but never turns it round; so slow gears stick.
+    let lost = dt_s * shaft.present_friction_nm() / shaft.inertia_kg_m2;
+    shaft.motor_speed_rad_s = pushed.signum() * (pushed.abs() - lost).max(0.0);
+    let half = 0.5 * shaft.backlash_rad;
+    let ahead = shaft.slack_rad + dt_s * shaft.motor_speed_rad_s;
+    // The load keeps the shaft ahead of the gears it pushes on.
+    let is_loaded = load_nm.abs() > 0.0;
+    shaft.slack_rad = if is_loaded { half.copysign(-load_nm) } else { ahead.clamp(-half, half) };
+    let way = ahead - shaft.slack_rad;
+    if shaft.is_stuck {
+        if way.abs() > 0.0 {
+            shaft.motor_speed_rad_s = 0.0;
+        }
+        shaft.speed_rad_s = 0.0;
+    } else {
+        shaft.position_rad += way;
+        shaft.speed_rad_s = way / dt_s;
     }
 }

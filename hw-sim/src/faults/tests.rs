@@ -102,6 +102,7 @@ fn all_mistakes_are_told_at_once_in_the_order_of_the_script() {
         baud: 1_000_000,
         adapter_latency_us: 0,
         supply_v: 12.0,
+        supply_ohm: 0.0,
         servos: vec![],
     }];
     let places = |buses| {

@@ -1,119 +1,315 @@
-//! What a Feetech STS does with its registers: position control, feedback, alarms.
-//! Source: Feetech wiki, memory-sts. Position (0) and PWM (2) modes turn the motor; the speed and step modes
-//! (1, 3), acceleration, running speed and overload protection are not simulated yet.
-
-use std::f64::consts::TAU;
+//! What a Feetech servo does with its registers: modes, drive, feedback. Source: Feetech wiki, memory-sts, memory-scscl.
+//!
+//! The position loop asks for a quarter of P tenths of a percent of the supply for each count of error (the table's
+//! "1/4"): 5.21 of the supply a radian at P = 32, and 5.28 were measured (kscalelabs/sysid, STS_3215_12V_20250317).
+//! The integral gain and its limit, 0 as shipped, and the factory block are held and do nothing. How the
+//! speed loop's gains are scaled is not published: ours hold the speed.
 
 use crate::convert::round_to_i64;
-use crate::model::{COUNTS_PER_RAD, COUNTS_PER_TURN};
+use crate::model::COUNTS_PER_TURN;
 use crate::motor::Drive;
+use crate::registers::feetech_scs::RUNNING_TIME;
 use crate::registers::feetech_sts::*;
 use crate::servo::{Servo, Surroundings};
 
-const ALARM_VOLTAGE: i64 = 1;
-const ALARM_TEMPERATURE: i64 = 4;
+use super::profile::Profile;
+use super::{Run, State, memory, protection};
+
+const MODE_POSITION: i64 = 0;
+const MODE_SPEED: i64 = 1;
+const MODE_PWM: i64 = 2;
+const MODE_STEP: i64 = 3;
 /// Torque switch: damping output.
 const DAMPING: i64 = 2;
 /// Torque switch: take the present position for 2048.
 const CALIBRATE: i64 = 128;
+/// Phase: the motor turns the other way.
+const PHASE_DRIVE_REVERSED: i64 = 1;
 /// Phase: speed in steps of 1 count/s, or else of 50.
 const PHASE_FINE_SPEED: i64 = 4;
+/// Phase: speed 0 is the highest, or else none. Of positions only: clients stop speed mode with 0.
+const PHASE_ZERO_IS_HIGHEST: i64 = 8;
 /// Phase: position counts on past one turn, or else wraps.
 const PHASE_FULL_ANGLE: i64 = 16;
-/// Shortest move that counts as one, count/s.
-const MOVING_COUNTS_S: f64 = 50.0;
+/// Phase: the encoder counts the other way.
+const PHASE_FEEDBACK_REVERSED: i64 = 128;
+/// Unit of acceleration, counts/s².
+const ACCELERATION_UNIT: f64 = 100.0;
+/// Coarse unit of speed, and of the moving threshold, counts/s.
+const COARSE_SPEED: f64 = 50.0;
+/// Unit of current, A.
+const CURRENT_UNIT_A: f64 = 0.0065;
+/// Step of the loops, s; the position is updated each millisecond (STS3250 data sheet).
+const STEP_S: f64 = 1e-3;
+/// How long a shaft must stand to have arrived, s: the factory block's DTs.
+const STANDING_S: f64 = 0.020;
 
 pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i64) {
     servo.registers.set(ID, i64::from(id));
     servo.registers.set(BAUD, baud_code);
     servo.registers.set(RETURN_DELAY, delay_units);
-    servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
-    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+    // So it is kept; only a backup is of the factory.
+    let backup = std::mem::replace(&mut servo.feetech, State::new(&servo.registers)).backup;
+    servo.feetech.backup = backup;
+    forget(servo);
 }
 
-/// What a restart leaves: everything in RAM as shipped.
+/// The start from EPROM: RAM as shipped, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
-    servo.registers.reset(TORQUE_SWITCH..u16::MAX);
-    servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
-    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+    servo.registers.copy(&servo.feetech.stored, 0..EPROM_END);
+    servo.registers.reset(EPROM_END..u16::MAX);
+    if !servo.model.is_scs {
+        servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
+    }
+    servo.feetech.run = Run::default();
+    forget_turns(servo);
+}
+
+/// Makes the position an angle within one turn again.
+pub(super) fn forget_turns(servo: &mut Servo) {
+    let counts = encoder(servo);
+    servo.turns_left_out = if servo.model.is_scs { 0 } else { counts - counts.rem_euclid(COUNTS_PER_TURN) };
+    observe_position(servo);
+    rest(servo);
+}
+
+/// No way and no memory of one: the set point is where the shaft is.
+#[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
+fn rest(servo: &mut Servo) {
+    let present = present_counts(servo);
+    let run = &mut servo.feetech.run;
+    run.profile = Profile::rest_at(present as f64);
+    run.step_goal = present;
+    (run.last_error, run.speed_drive, run.is_under_way) = (0.0, 0.0, false);
 }
 
 pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     matches!(servo.get(TORQUE_SWITCH), 1 | DAMPING)
 }
 
-pub(crate) fn is_position_mode(servo: &Servo) -> bool {
-    servo.get(MODE) == 0
+/// The mode; SCS has no register for it: it is a motor when both its angle limits are 0.
+fn mode(servo: &Servo) -> i64 {
+    let is_motor = || (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE)) == (0, 0);
+    match servo.model.is_scs {
+        false => servo.get(MODE),
+        true if is_motor() => MODE_PWM,
+        true => MODE_POSITION,
+    }
+}
+
+pub(super) fn is_position_mode(servo: &Servo) -> bool {
+    mode(servo) == MODE_POSITION
+}
+
+fn has_phase(servo: &Servo, bit: i64) -> bool {
+    servo.get(PHASE) & bit != 0
+}
+
+fn encoder(servo: &Servo) -> i64 {
+    if servo.model.is_scs {
+        // A potentiometer ends where it ends.
+        return servo.encoder_counts.clamp(0, 1023);
+    }
+    if has_phase(servo, PHASE_FEEDBACK_REVERSED) { -servo.encoder_counts } else { servo.encoder_counts }
 }
 
 /// Position is what the encoder sees, less the offset (the opposite sign to Dynamixel's).
-fn present_counts(servo: &Servo) -> i64 {
-    let counts = servo.encoder_counts - servo.get(OFFSET);
-    if servo.get(PHASE) & PHASE_FULL_ANGLE == 0 { counts.rem_euclid(COUNTS_PER_TURN) } else { counts }
+pub(super) fn present_counts(servo: &Servo) -> i64 {
+    let counts = encoder(servo) - servo.turns_left_out;
+    if servo.model.is_scs {
+        return counts;
+    }
+    let counts = counts - servo.get(OFFSET);
+    if has_phase(servo, PHASE_FULL_ANGLE) { counts } else { counts.rem_euclid(COUNTS_PER_TURN) }
 }
 
-/// Side effects of a write to the register at `address`.
-pub(crate) fn written(servo: &mut Servo, address: u16) {
+/// How many counts are one step of the position registers.
+fn resolution(servo: &Servo) -> i64 {
+    if servo.model.is_scs { 1 } else { servo.get(ANGLE_RESOLUTION).max(1) }
+}
+
+/// Where the servo is to be, counts.
+fn goal_counts(servo: &Servo) -> i64 {
+    match mode(servo) {
+        MODE_STEP => servo.feetech.run.step_goal,
+        _ => servo.get(GOAL_POSITION) * resolution(servo),
+    }
+}
+
+pub(super) fn observe_position(servo: &mut Servo) {
+    let present = present_counts(servo);
+    let shown = match mode(servo) {
+        // Of step mode the way that is left.
+        MODE_STEP => goal_counts(servo) - present,
+        _ => present,
+    };
+    servo.registers.set(PRESENT_POSITION, shown / resolution(servo));
+}
+
+/// Side effects of a write to the register at `address`, which held `before`.
+pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
     match address {
-        TORQUE_SWITCH if servo.get(TORQUE_SWITCH) == CALIBRATE => {
-            let offset = (servo.encoder_counts - 2048).rem_euclid(COUNTS_PER_TURN);
-            let nearest = if offset > 2047 { offset - COUNTS_PER_TURN } else { offset };
-            servo.registers.set(OFFSET, nearest);
-            servo.registers.set(TORQUE_SWITCH, 0);
+        TORQUE_SWITCH => match servo.get(TORQUE_SWITCH) {
+            CALIBRATE if !servo.model.is_scs => {
+                servo.registers.set(TORQUE_SWITCH, 0);
+                memory::calibrate(servo, memory::MIDDLE);
+            }
+            0 => servo.feetech.run.protection.let_go(),
+            1 | DAMPING if before == 0 => {
+                let is_under_way = servo.feetech.run.is_under_way;
+                rest(servo);
+                servo.feetech.run.is_under_way = is_under_way;
+            }
+            1 | DAMPING => {}
+            // Only 0, 1, 2 and 128 mean anything.
+            _ => servo.registers.set(TORQUE_SWITCH, 0),
+        },
+        GOAL_POSITION => {
+            if mode(servo) == MODE_STEP {
+                servo.feetech.run.step_goal += servo.get(GOAL_POSITION) * resolution(servo);
+            }
+            servo.registers.set(GOAL_READ_BACK, servo.get(GOAL_POSITION));
+            let goal = goal_counts(servo);
+            let is_elsewhere = goal != present_counts(servo);
+            let run = &mut servo.feetech.run;
+            run.way = (to_f64(goal) - run.profile.position).abs();
+            run.is_under_way |= is_elsewhere;
+            run.still_s = 0.0;
         }
-        // Only 0, 1, 2 and 128 mean anything.
-        TORQUE_SWITCH if servo.get(TORQUE_SWITCH) > DAMPING => servo.registers.set(TORQUE_SWITCH, 0),
-        GOAL_POSITION => servo.registers.set(GOAL_READ_BACK, servo.get(GOAL_POSITION)),
-        _ => return,
+        PHASE => forget_turns(servo),
+        MODE | MIN_ANGLE | MAX_ANGLE => rest(servo),
+        _ => {}
     }
-    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+    observe_position(servo);
 }
 
-pub(crate) fn drive(servo: &Servo) -> Drive {
-    let limit = servo.value(TORQUE_LIMIT) / 1000.0;
-    match (servo.get(TORQUE_SWITCH), servo.get(MODE)) {
-        (1, 0) => Drive::Duty(position_duty(servo).clamp(-limit, limit)),
-        (1, 2) => Drive::Duty((servo.value(GOAL_PWM) / 1000.0).clamp(-limit, limit)),
-        (1 | DAMPING, _) => Drive::Duty(0.0),
-        _ => Drive::Off,
+/// What the bridge does in this step, at `speed_rad_s` of the shaft.
+pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
+    let demand = match (servo.get(TORQUE_SWITCH), mode(servo)) {
+        (0, _) => {
+            servo.feetech.run.demand = 0.0;
+            return Drive::Off;
+        }
+        (1, MODE_POSITION | MODE_STEP) => position_drive(servo),
+        (1, MODE_SPEED) => speed_drive(servo, speed_rad_s),
+        (1, _) => pwm(servo),
+        _ => 0.0,
+    };
+    servo.feetech.run.demand = demand;
+    let limit = if servo.model.is_scs { MAX_TORQUE } else { TORQUE_LIMIT };
+    let limit = (servo.value(limit) / 1000.0).min(protection::drive_limit(servo));
+    let drive = demand.clamp(-limit, limit);
+    Drive::Duty(if has_phase(servo, PHASE_DRIVE_REVERSED) { -drive } else { drive })
+}
+
+/// The open-loop drive; of the SCS series it stands where else the running time does, with its sign in bit 10.
+fn pwm(servo: &Servo) -> f64 {
+    let raw = servo.get(if servo.model.is_scs { RUNNING_TIME } else { GOAL_PWM });
+    let signed = match (servo.model.is_scs, raw & 0x400) {
+        (false, _) => raw,
+        (true, 0) => raw & 0x3FF,
+        (true, _) => -(raw & 0x3FF),
+    };
+    to_f64(signed) / 1000.0
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
+fn to_f64(counts: i64) -> f64 {
+    counts as f64
+}
+
+/// Counts/s of one unit of the speed registers.
+fn speed_unit(servo: &Servo) -> f64 {
+    if servo.model.is_scs || has_phase(servo, PHASE_FINE_SPEED) { 1.0 } else { COARSE_SPEED }
+}
+
+/// Acceleration, counts/s².
+fn acceleration(servo: &Servo) -> f64 {
+    let units = if servo.model.is_scs { 0 } else { servo.get(ACCELERATION) };
+    if units == 0 { f64::INFINITY } else { ACCELERATION_UNIT * to_f64(units) }
+}
+
+/// How fast a way may be gone, counts/s.
+fn speed_max(servo: &Servo) -> f64 {
+    let speed = servo.value(RUNNING_SPEED).abs() * speed_unit(servo);
+    let time_s = if servo.model.is_scs { servo.value(RUNNING_TIME) * 1e-3 } else { 0.0 };
+    if speed > 0.0 {
+        speed
+    } else if time_s > 0.0 {
+        servo.feetech.run.way / time_s
+    } else if has_phase(servo, PHASE_ZERO_IS_HIGHEST) {
+        f64::INFINITY
+    } else {
+        0.0
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts have 16 bits")]
-fn position_duty(servo: &Servo) -> f64 {
-    let error = servo.get(GOAL_POSITION) - present_counts(servo);
-    if (-servo.get(DEAD_BAND_NEGATIVE)..=servo.get(DEAD_BAND_POSITIVE)).contains(&error) {
+fn position_drive(servo: &mut Servo) -> f64 {
+    let goal = to_f64(goal_counts(servo));
+    let acceleration = acceleration(servo);
+    let speed_max = speed_max(servo);
+    servo.feetech.run.profile.step_to(goal, speed_max, acceleration, STEP_S);
+    let error = servo.feetech.run.profile.position - to_f64(present_counts(servo));
+    let change = error - servo.feetech.run.last_error;
+    servo.feetech.run.last_error = error;
+    if (-servo.value(DEAD_BAND_NEGATIVE)..=servo.value(DEAD_BAND_POSITIVE)).contains(&error) {
         return 0.0;
     }
-    let gain = servo.model.position_gain_nm_per_rad * servo.value(POSITION_P) / FACTORY_P as f64;
-    gain * error as f64 / COUNTS_PER_RAD / servo.model.stall_torque_nm
+    let (p, d) = (servo.value(POSITION_P), servo.value(POSITION_D));
+    // SCS: estimate, its table has no such factors.
+    let (p, d) = if servo.model.is_scs { (p, d) } else { (p / 4.0, d / 8.0) };
+    let drive = 1e-3 * (p * error + d * change);
+    let least = servo.value(MIN_START_TORQUE) / 1000.0;
+    drive.abs().max(least).copysign(drive)
 }
 
+fn speed_drive(servo: &mut Servo, speed_rad_s: f64) -> f64 {
+    let wanted = servo.value(RUNNING_SPEED) * speed_unit(servo);
+    let acceleration = acceleration(servo);
+    let sign = if has_phase(servo, PHASE_DRIVE_REVERSED) { -1.0 } else { 1.0 };
+    let (p, i) = (servo.value(SPEED_P), servo.value(SPEED_I));
+    let no_load = servo.model.no_load_speed_rad_s;
+    let counts_per_rad = servo.model.counts_per_rad();
+    let run = &mut servo.feetech.run;
+    run.profile.step_speed(wanted, acceleration, STEP_S);
+    // As shares of the no-load speed: at P = 10 the drive is five times the error, at I = 10 it grows as much in 0.05 s.
+    let error = (run.profile.speed / counts_per_rad - sign * speed_rad_s) / no_load;
+    run.speed_drive = (run.speed_drive + 2.0 * i * error * STEP_S * 5.0).clamp(-1.0, 1.0);
+    (0.5 * p * error + run.speed_drive).clamp(-1.0, 1.0)
+}
+
+/// Writes what the servo measures into its registers.
 pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
-    let speed_counts = speed_rad_s * 4096.0 / TAU;
-    let unit = if servo.get(PHASE) & PHASE_FINE_SPEED == 0 { 50.0 } else { 1.0 };
-    let current = round_to_i64(servo.motor.current_a(servo.model) / 0.0065);
+    let sign = if has_phase(servo, PHASE_FEEDBACK_REVERSED) { -1.0 } else { 1.0 };
+    let speed_counts = sign * speed_rad_s * servo.model.counts_per_rad();
+    let current = round_to_i64(servo.motor.current_a(servo.model) / CURRENT_UNIT_A);
     let deci_volts = round_to_i64(around.supply_v * 10.0);
-    let celsius = round_to_i64(servo.motor.temperature_c);
-    let duty = round_to_i64(servo.motor.duty * 1000.0);
-    let mut alarms = 0;
-    if !(servo.get(MIN_VOLTAGE)..=servo.get(MAX_VOLTAGE)).contains(&deci_volts) {
-        alarms |= ALARM_VOLTAGE;
-    }
-    if celsius > servo.get(MAX_TEMPERATURE) {
-        alarms |= ALARM_TEMPERATURE;
-    }
-    if alarms & servo.get(UNLOAD_MASK) != 0 {
-        servo.registers.set(TORQUE_SWITCH, 0);
-    }
-    let is_moving = is_torque_on(servo) && speed_counts.abs() > MOVING_COUNTS_S;
+    let unit = speed_unit(servo);
+    let (duty, celsius) = (servo.motor.duty, servo.motor.temperature_c);
     let registers = &mut servo.registers;
     registers.set(PRESENT_SPEED, round_to_i64(speed_counts / unit));
-    registers.set(PRESENT_LOAD, duty);
+    registers.set(PRESENT_LOAD, round_to_i64(duty * 1000.0));
     registers.set(PRESENT_VOLTAGE, deci_volts);
-    registers.set(PRESENT_TEMPERATURE, celsius);
-    registers.set(STATUS, alarms);
-    registers.set(MOVING, i64::from(is_moving));
+    registers.set(PRESENT_TEMPERATURE, round_to_i64(celsius));
     registers.set(PRESENT_CURRENT, current);
-    servo.registers.set(PRESENT_POSITION, present_counts(servo));
+    let turns = speed_counts.abs() > COARSE_SPEED * servo.value(MOVING_THRESHOLD).max(1.0);
+    let is_moving = is_moving(servo, turns, around.dt_s);
+    servo.registers.set(MOVING, i64::from(is_moving));
+    observe_position(servo);
+    protection::watch(servo, deci_volts, current, turns, around);
+}
+
+/// On the way to a goal until it stands there; in the other modes, while it turns.
+fn is_moving(servo: &mut Servo, turns: bool, dt_s: f64) -> bool {
+    if !is_torque_on(servo) {
+        return false;
+    }
+    if !matches!(mode(servo), MODE_POSITION | MODE_STEP) {
+        return turns;
+    }
+    let is_at_goal = (servo.feetech.run.profile.position - to_f64(goal_counts(servo))).abs() < 1.0;
+    let run = &mut servo.feetech.run;
+    run.still_s = if turns || !is_at_goal { 0.0 } else { run.still_s + dt_s };
+    run.is_under_way &= run.still_s < STANDING_S;
+    run.is_under_way
 }

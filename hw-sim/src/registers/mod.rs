@@ -3,6 +3,7 @@
 //! In: addresses and bytes or numbers. Out: bytes or numbers. Knows nothing of what the numbers do.
 
 pub mod dynamixel_x;
+pub mod feetech_scs;
 pub mod feetech_sts;
 
 /// Who may change a register.
@@ -99,7 +100,7 @@ const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -
 
 impl Register {
     /// The number these bytes mean.
-    fn decode(&self, bytes: &[u8]) -> i64 {
+    pub(crate) fn decode(&self, bytes: &[u8]) -> i64 {
         let mut word = [0u8; 8];
         let used = &mut word[..bytes.len()];
         used.copy_from_slice(bytes);
@@ -149,15 +150,24 @@ pub(crate) struct RegisterFile {
     bytes: Vec<u8>,
     /// Which entry of the table each address belongs to.
     owner: Vec<Option<u16>>,
+    /// Which addresses are a whole register of one plain byte: most, and most often asked for.
+    is_plain: Vec<bool>,
 }
 
 impl RegisterFile {
     /// A servo as shipped.
     pub(crate) fn new(table: Vec<Register>) -> RegisterFile {
         let end = table.iter().map(Register::end).max().unwrap_or(0);
-        let mut file = RegisterFile { table: Vec::new(), bytes: vec![0; end], owner: vec![None; end] };
+        let mut file = RegisterFile {
+            table: Vec::new(),
+            bytes: vec![0; end],
+            owner: vec![None; end],
+            is_plain: vec![false; end],
+        };
         for (index, register) in table.iter().enumerate() {
             file.owner[usize::from(register.address)..register.end()].fill(u16::try_from(index).ok());
+            file.is_plain[usize::from(register.address)] =
+                register.size == 1 && register.encoding == Encoding::Unsigned;
         }
         file.table = table;
         for index in 0..file.table.len() {
@@ -174,6 +184,10 @@ impl RegisterFile {
 
     /// The number in the register that starts at `address`; 0 where the model has none.
     pub(crate) fn get(&self, address: u16) -> i64 {
+        let place = usize::from(address);
+        if self.is_plain.get(place) == Some(&true) {
+            return i64::from(self.bytes[place]);
+        }
         self.at(address)
             .map_or(0, |register| register.decode(&self.bytes[usize::from(register.address)..register.end()]))
     }
@@ -195,6 +209,12 @@ impl RegisterFile {
                 self.set(address, default);
             }
         }
+    }
+
+    /// Takes over what `other`, of the same table, holds in the registers whose address lies in `addresses`.
+    pub(crate) fn copy(&mut self, other: &RegisterFile, addresses: std::ops::Range<u16>) {
+        let places = usize::from(addresses.start)..usize::from(addresses.end).min(self.bytes.len());
+        self.bytes[places.clone()].copy_from_slice(&other.bytes[places]);
     }
 
     /// One byte, if a register has it.

@@ -6,7 +6,6 @@
 use std::f64::consts::PI;
 
 use super::{STEP_S, World};
-use crate::model::COUNTS_PER_RAD;
 use crate::servo::Servo;
 
 /// How fast a hand turns a shaft, rad/s.
@@ -51,8 +50,10 @@ impl World {
     /// for a motor: it lets go of a shaft that has torque or is stuck.
     pub fn turn(&mut self, bus: usize, place: usize, to_counts: f64) {
         let Some(index) = self.index_of(bus, place).filter(|_| to_counts.is_finite()) else { return };
+        let Some(servo) = self.servo(bus, place) else { return };
+        let to_rad = to_counts / servo.model.counts_per_rad();
         self.turning.retain(|(turned, _)| *turned != index);
-        self.turning.push((index, to_counts / COUNTS_PER_RAD));
+        self.turning.push((index, to_rad));
     }
 
     /// Whether a hand is still turning a shaft.

@@ -14,7 +14,7 @@ use crate::config::{BusConfig, ServoConfig};
 use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{FaultScript, HostStalls};
-use crate::model::{COUNTS_PER_RAD, MODELS, Model};
+use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
 
@@ -254,7 +254,7 @@ impl World {
     fn step_motors(&mut self, now_ns: u64) {
         let mut index = 0;
         for bus in &mut self.buses {
-            let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
+            let supply_v = bus.volts(now_ns);
             for place in 0..bus.servos.len() {
                 let id = bus.home_id(place);
                 let is_stuck = bus.faults.is_stuck(now_ns, id);
@@ -266,6 +266,8 @@ impl World {
                 self.torques[index] = bus.servos[place].torque(shaft, supply_v);
                 index += 1;
             }
+            let current_a = bus.servos.iter().map(|servo| servo.motor.supply_current_a(servo.model)).sum();
+            bus.supply.draw(current_a);
         }
         self.grip();
         self.pushes.retain(|(_, until_ns, _)| now_ns - STEP_NS < *until_ns);
@@ -280,7 +282,7 @@ impl World {
     fn observe(&mut self, now_ns: u64, dt_s: f64) {
         let mut shafts = self.shafts.iter();
         for bus in &mut self.buses {
-            let supply_v = bus.faults.volts(now_ns).unwrap_or(bus.supply_v);
+            let supply_v = bus.volts(now_ns);
             for place in 0..bus.servos.len() {
                 let Some(shaft) = shafts.next() else { return };
                 let id = bus.home_id(place);
@@ -289,6 +291,14 @@ impl World {
                 let around = Surroundings { now_ns, dt_s, supply_v, celsius, is_overloaded };
                 bus.servos[place].observe(shaft, &around);
             }
+        }
+    }
+
+    /// Hangs a torque (N m, positive where counts grow) on the shaft of a servo, by its bus and its place there, until
+    /// told another: a weight on a lever, say. Does nothing if there is no such servo.
+    pub fn load(&mut self, bus: usize, place: usize, torque_nm: f64) {
+        if let Some(index) = self.index_of(bus, place).filter(|_| torque_nm.is_finite()) {
+            self.shafts[index].load_nm = torque_nm;
         }
     }
 
@@ -308,12 +318,12 @@ impl World {
         let line = self.buses.get(bus)?;
         let (state, servo) = (self.shafts.get(self.index_of(bus, place)?)?, line.servos.get(place)?);
         Some(Shaft {
-            position_counts: state.position_rad * COUNTS_PER_RAD,
+            position_counts: state.position_rad * servo.model.counts_per_rad(),
             speed_rad_s: state.speed_rad_s,
             torque_nm: servo.motor.torque_nm,
             torque_on: servo.is_torque_on(),
             temperature_c: servo.motor.temperature_c,
-            supply_v: line.faults.volts(self.now_ns).unwrap_or(line.supply_v),
+            supply_v: line.volts(self.now_ns),
         })
     }
 
@@ -338,6 +348,10 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     if !(config.supply_v.is_finite() && config.supply_v > 0.0) {
         let (key, value) = ("supply_v".into(), config.supply_v.to_string());
         return Err(BuildError::BadNumber { bus: bus(), key, value, expected: "volts above 0" });
+    }
+    if !(0.0..=10.0).contains(&config.supply_ohm) {
+        let (key, value) = ("supply_ohm".into(), config.supply_ohm.to_string());
+        return Err(BuildError::BadNumber { bus: bus(), key, value, expected: "0 to 10 ohms" });
     }
     let mut ids = BTreeSet::new();
     for servo in &config.servos {

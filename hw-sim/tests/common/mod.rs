@@ -21,6 +21,7 @@ pub(crate) fn feetech_bus(servos: Vec<ServoConfig>) -> BusConfig {
         baud: 1_000_000,
         adapter_latency_us: 0,
         supply_v: 12.0,
+        supply_ohm: 0.0,
         servos,
     }
 }

@@ -18,8 +18,9 @@ const PIECE_BYTES: usize = 512;
 enum State {
     /// Nothing is awaited.
     Idle,
-    /// Sent; replies are awaited until the deadline.
-    Waiting { sent: Time, deadline: Time },
+    /// Sent; replies are awaited until the deadline, and where servos are asked one by one, the present one's until its
+    /// turn ends.
+    Waiting { sent: Time, deadline: Time, turn_ends: Time },
     /// The port was gone when last used.
     Gone,
 }
@@ -54,6 +55,15 @@ impl Line {
         matches!(self.state, State::Gone)
     }
 
+    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. Its watchdog is set anew once it
+    /// is heard again.
+    pub(super) fn restart_servo(&mut self, joint: usize) {
+        if let Some(index) = self.joints.iter().position(|own| *own == joint) {
+            self.client.restart_servo(index);
+            self.watchdog.note_restart(index);
+        }
+    }
+
     /// Sends this cycle's request. `goals` are those of all joints.
     pub(super) fn begin_exchange(&mut self, ports: &mut impl Ports, goals: &[ServoGoal]) {
         if self.joints.is_empty() {
@@ -85,7 +95,7 @@ impl Line {
     fn await_feedback(&mut self, ports: &mut impl Ports, sent: Result<(), PortError>) {
         self.await_replies(ports, sent);
         // The loop's rate outranks a reply that is late.
-        if let State::Waiting { sent, deadline } = &mut self.state {
+        if let State::Waiting { sent, deadline, .. } = &mut self.state {
             *deadline = (*deadline).min(*sent + self.longest);
         }
         if self.is_gone() {
@@ -98,7 +108,11 @@ impl Line {
         self.state = match sent {
             Ok(()) => {
                 let now = ports.now();
-                State::Waiting { sent: now, deadline: now + self.client.reply_deadline() }
+                State::Waiting {
+                    sent: now,
+                    deadline: now + self.client.reply_deadline(),
+                    turn_ends: now + self.client.turn_deadline(),
+                }
             }
             Err(PortError::Gone { .. }) => State::Gone,
         };
@@ -106,7 +120,7 @@ impl Line {
 
     /// Takes what has arrived. Returns until when to wait for more, or `None` when nothing more is awaited.
     pub(super) fn poll(&mut self, ports: &mut impl Ports) -> Option<Time> {
-        let State::Waiting { deadline, .. } = self.state else {
+        let State::Waiting { sent, deadline, mut turn_ends } = self.state else {
             // Bytes nobody awaits would keep every wait for input from waiting.
             if !self.is_gone() && ports.discard_input(self.bus).is_err() {
                 self.state = State::Gone;
@@ -114,7 +128,8 @@ impl Line {
             return None;
         };
         // The time is taken first, so that what arrived by the deadline counts.
-        let is_late = ports.now() >= deadline;
+        let now = ports.now();
+        let is_late = now >= deadline;
         let mut piece = [0; PIECE_BYTES];
         loop {
             match ports.receive(self.bus, &mut piece) {
@@ -126,7 +141,20 @@ impl Line {
                 }
             }
         }
-        (!is_late && !self.client.is_complete()).then_some(deadline)
+        if is_late || self.client.is_complete() {
+            return None;
+        }
+        if self.client.is_turn_over() || now >= turn_ends {
+            // Where all were asked at once, nobody is next; but then the turn ends with the deadline.
+            let next = self.client.begin_turn()?;
+            if ports.send(self.bus, next).is_err() {
+                self.state = State::Gone;
+                return None;
+            }
+            turn_ends = now + self.client.turn_deadline();
+            self.state = State::Waiting { sent, deadline, turn_ends };
+        }
+        Some(deadline.min(turn_ends))
     }
 
     /// Ends the wait; how long it took since sending.

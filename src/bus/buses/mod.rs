@@ -119,6 +119,9 @@ impl<P: Ports> Buses<P> {
     /// `goals` and `out` are in the order of [`Robot::joints`]. A joint without a servo stays
     /// [`Slot::Missing`]. Returns when every bus has all replies or is past its own deadline.
     pub fn exchange(&mut self, goals: &Goals, out: &mut [Slot]) {
+        if let Some(joint) = goals.restart() {
+            self.lines.iter_mut().for_each(|line| line.restart_servo(joint));
+        }
         self.exchange_counts(goals.servos(), out);
     }
 

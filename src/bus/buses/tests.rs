@@ -112,6 +112,7 @@ fn robot() -> Robot {
         baud: 1_000_000,
         adapter_latency_us: 1000,
         return_delay_us: 0,
+        supply_ohm: 0.0,
     };
     let joint = |index: u8| Joint {
         name: format!("leg.{index}"),
@@ -168,6 +169,7 @@ fn robot() -> Robot {
             fault_delay_s: 0.2,
             temperature_c: 65.0,
             voltage_v: 9.5,
+            on_trip: crate::model::OnTrip::Stop,
         },
         stop_action: StopAction::Hold,
     }

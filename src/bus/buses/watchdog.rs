@@ -68,6 +68,13 @@ impl LineWatchdog {
         *heard = now;
     }
 
+    /// The line's servo number `index` restarts, and forgets its watchdog.
+    pub(super) fn note_restart(&mut self, index: usize) {
+        if let Some(heard) = self.heard.get_mut(index) {
+            *heard = Time::default();
+        }
+    }
+
     /// The register's value, if the next exchange is to set it anew.
     pub(super) fn renewal(&mut self) -> Option<u8> {
         self.renewals = self.renewals.checked_sub(1)?;

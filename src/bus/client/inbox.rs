@@ -2,7 +2,7 @@
 
 use crate::bus::codec::{Codec, alarms_and_refusal, may_be_echoed_ping, ping_bytes, read_bytes};
 use crate::bus::packet::{Event, Status};
-use crate::bus::register::decode;
+use crate::bus::register::decode_ordered;
 use crate::bus::{Feedback, Slot};
 use crate::model::servo_model::Register;
 use crate::model::{Protocol, Registers};
@@ -142,7 +142,7 @@ impl Inbox {
             Question::Write => (0, None),
         };
         let value = match register {
-            Some(register) => decode(register, status.parameters),
+            Some(register) => decode_ordered(register, status.parameters, self.registers.is_big_endian),
             None => Some(0),
         };
         let answer = match value {
@@ -180,7 +180,7 @@ fn feedback(registers: &Registers, block: &[u8], alarms: u8) -> Option<Feedback>
     }
     let field = |register: Register| {
         let offset = register.address.checked_sub(registers.feedback_address)?;
-        decode(register, block.get(usize::from(offset)..)?)
+        decode_ordered(register, block.get(usize::from(offset)..)?, registers.is_big_endian)
     };
     Some(Feedback {
         position: saturate(field(registers.present_position)?),

@@ -10,8 +10,8 @@ mod read_mode;
 use std::time::Duration;
 
 use super::codec::{Codec, ping_bytes, read_bytes};
-use super::register::encode;
-use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, wire_time};
+use super::register::{encode, ordered};
+use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, single_read_time, wire_time};
 use super::{ServoGoal, Slot};
 use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
@@ -56,6 +56,10 @@ pub(super) struct BusClient {
     counters: Counters,
     /// What the next cycle's request sets the bus watchdogs to, having cleared them.
     watchdog_renewal: Option<u8>,
+    /// The servo that the next cycle's request restarts.
+    restart: Option<ServoId>,
+    /// Where servos are asked one by one: the place of the one whose turn it is.
+    turn: usize,
 }
 
 impl BusClient {
@@ -83,6 +87,8 @@ impl BusClient {
             reply_deadline: Duration::ZERO,
             counters: Counters::default(),
             watchdog_renewal: None,
+            restart: None,
+            turn: 0,
         }
     }
 
@@ -118,8 +124,9 @@ impl BusClient {
                 ServoGoal::Limp => None,
             })
         };
-        let limit = |(id, _, limit)| (id, encode(registers.torque_limit, i64::from(limit)));
-        let position = |(id, position, _)| (id, encode(registers.goal_position, i64::from(position)));
+        let raw = |register, value| ordered(encode(register, value), register, registers.is_big_endian);
+        let limit = |(id, _, limit)| (id, raw(registers.torque_limit, i64::from(limit)));
+        let position = |(id, position, _)| (id, raw(registers.goal_position, i64::from(position)));
         let enable = |(id, goal): (&ServoId, _)| (*id, u64::from(goal != ServoGoal::Limp));
         let renewal = registers.bus_watchdog.zip(self.watchdog_renewal.take());
         if let Some((register, units)) = renewal {
@@ -131,6 +138,14 @@ impl BusClient {
         codec.sync_write(request, registers.torque_limit, moving().map(limit));
         codec.sync_write(request, registers.goal_position, moving().map(position));
         codec.sync_write(request, registers.torque_enable, goals().map(enable));
+        if let Some(id) = self.restart.take() {
+            // It may answer, so nobody is asked in this cycle: two would speak at once.
+            codec.restart(request, id);
+            self.inbox.expect(Awaited::Nothing);
+            self.reply_deadline = Duration::ZERO;
+            self.counters.bytes_out += length(&self.request);
+            return &self.request;
+        }
         self.ask_for_feedback(renewal_bytes)
     }
 
@@ -145,7 +160,11 @@ impl BusClient {
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
         let (address, bytes) = (registers.feedback_address, registers.feedback_bytes);
+        self.turn = 0;
         match self.read_mode.group_read() {
+            _ if !registers.has_sync_read => {
+                ids.iter().take(1).for_each(|id| codec.read_block(request, *id, address, bytes));
+            }
             GroupRead::Plain => codec.sync_read(request, address, bytes, ids),
             GroupRead::Fast => codec.fast_sync_read(request, address, bytes, ids),
         }
@@ -154,10 +173,48 @@ impl BusClient {
         &self.request
     }
 
+    /// Whether the servo whose turn it is has answered, where they are asked one by one.
+    pub(super) fn is_turn_over(&self) -> bool {
+        !self.inbox.registers.has_sync_read
+            && matches!(self.inbox.awaited, Awaited::Feedback)
+            && matches!(self.inbox.slots.get(self.turn), Some(Slot::Fresh(_)))
+    }
+
+    /// How long after its request to wait for the servo whose turn it is; where all are asked at once, for all of them.
+    pub(super) fn turn_deadline(&self) -> Duration {
+        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+            return self.reply_deadline;
+        }
+        reply_deadline(single_read_time(&self.bus, self.inbox.registers, self.request.len()))
+    }
+
+    /// Begins the next servo's turn, where they are asked one by one, and returns what to send; none when all have had
+    /// theirs.
+    pub(super) fn begin_turn(&mut self) -> Option<&[u8]> {
+        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+            return None;
+        }
+        self.end_input();
+        self.turn += 1;
+        let id = *self.inbox.ids.get(self.turn)?;
+        self.codec.clear();
+        self.echo.restart();
+        self.request.clear();
+        let Registers { feedback_address, feedback_bytes, .. } = *self.inbox.registers;
+        self.codec.read_block(&mut self.request, id, feedback_address, feedback_bytes);
+        self.counters.bytes_out += length(&self.request);
+        Some(&self.request)
+    }
+
     /// Has the next cycle's request clear every servo's bus watchdog and set it to `units`, before its goals:
     /// a servo that has stopped itself takes them again. Nothing on a bus whose servos have no watchdog.
     pub(super) fn renew_watchdog(&mut self, units: u8) {
         self.watchdog_renewal = Some(units);
+    }
+
+    /// Has the next cycle's request restart the servo number `index`; no servo is asked in that cycle.
+    pub(super) fn restart_servo(&mut self, index: usize) {
+        self.restart = self.inbox.ids.get(index).copied();
     }
 
     /// Begins a write of `units` to every servo's bus watchdog, which none answers. Nothing to send on a bus
@@ -198,7 +255,8 @@ impl BusClient {
     /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Question::Write, answer: Answer::Missing });
-        self.codec.write(&mut self.request, id, register, encode(register, value));
+        let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
+        self.codec.write(&mut self.request, id, register, raw);
         self.end_transaction_request(0)
     }
 

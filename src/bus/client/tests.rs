@@ -17,8 +17,14 @@ const STS_REPLIES: [u8; 28] = [
 ];
 
 fn client_with(protocol: Protocol, ids: &[ServoId]) -> BusClient {
-    let bus =
-        Bus { name: "legs".into(), protocol, baud: 1_000_000, adapter_latency_us: 1000, return_delay_us: 20 };
+    let bus = Bus {
+        name: "legs".into(),
+        protocol,
+        baud: 1_000_000,
+        adapter_latency_us: 1000,
+        return_delay_us: 20,
+        supply_ohm: 0.0,
+    };
     let registers = match protocol {
         Protocol::Feetech => &FEETECH_STS,
         Protocol::Dynamixel => &DYNAMIXEL_X,

@@ -30,6 +30,8 @@ const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
 const STATUS: u8 = 0x55;
+/// Reboot (e-manual, Protocol 2.0).
+pub(super) const REBOOT: u8 = 0x08;
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 const FAST_SYNC_READ: u8 = 0x8A;

@@ -21,6 +21,8 @@ const BROADCAST: u8 = 0xFE;
 pub(super) const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
+/// Restart (STS manual).
+pub(super) const RESTART: u8 = 0x08;
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 

@@ -25,6 +25,11 @@ pub(in crate::cli) struct Keyboard {
 }
 
 impl Keyboard {
+    /// Whether there is a terminal to press keys in.
+    pub(super) fn is_there() -> bool {
+        stdin().is_terminal()
+    }
+
     /// Begins to listen. Ctrl-C goes on being a signal.
     pub(super) fn start() -> Result<Keyboard> {
         if !stdin().is_terminal() {

@@ -27,7 +27,7 @@ const SILENCE_SMALLEST_S: f64 = 0.1;
 #[derive(Debug, clap::Args)]
 pub(super) struct DriverArguments {
     /// Drive by this motion script (TOML; see docs/scripts.md).
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["keys", "gamepad", "gait", "speed", "walk_for_s"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["keys", "gamepad", "gait", "speed"])]
     script: Option<PathBuf>,
     /// Drive by keys in this terminal; it shows which. The robot stands until one is pressed.
     #[arg(long, conflicts_with_all = ["gamepad", "gait", "speed", "walk_for_s"])]
@@ -39,6 +39,23 @@ pub(super) struct DriverArguments {
     /// How long the gamepad may be silent while it asks for motion, in seconds, before the robot stops.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, requires = "gamepad")]
     gamepad_silence: f64,
+}
+
+impl DriverArguments {
+    /// True if anybody but the plan drives.
+    pub(super) fn is_some(&self) -> bool {
+        self.script.is_some() || self.is_by_hand()
+    }
+
+    /// True if a person does.
+    pub(super) fn is_by_hand(&self) -> bool {
+        self.keys || self.gamepad.is_some()
+    }
+
+    /// The script, if there is one.
+    pub(super) fn script(&self) -> Option<&Path> {
+        self.script.as_deref()
+    }
 }
 
 /// Who drives, once a cycle.
@@ -77,15 +94,22 @@ impl Driver {
         Ok(Driver::Plan)
     }
 
-    /// The same for arms, whose scripts `load` reads; without more, a show of all strokes for `for_s`.
+    /// A show called `name`; keys park and end it, where there is a terminal.
+    ///
+    /// # Errors
+    /// When the terminal's settings cannot be read.
+    pub(super) fn show(show: Show, name: String) -> Result<Driver> {
+        let keyboard = Keyboard::is_there().then(Keyboard::start).transpose()?;
+        Ok(Driver::Show(Box::new(show), name, keyboard))
+    }
+
+    /// The same for arms, whose scripts `load` reads.
     ///
     /// # Errors
     /// Bad input: a bad script, no terminal.
     pub(super) fn of_arms(
         options: &DriverArguments,
-        robot: &Robot,
         tentacle: &TentacleMotion,
-        for_s: f64,
         load: impl Fn(&Path) -> Result<Script>,
     ) -> Result<Driver> {
         if options.gamepad.is_some() {
@@ -95,11 +119,7 @@ impl Driver {
         if let Some(path) = &options.script {
             return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
         }
-        if options.keys {
-            return Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?));
-        }
-        let script = Show::of_all_strokes(tentacle, for_s);
-        Ok(Driver::Show(Box::new(Show::new(robot, script)), "a show of all strokes".to_owned(), None))
+        Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?))
     }
 
     /// What the person who drives should know beforehand: a line each.

@@ -150,6 +150,7 @@ mod tests {
             fault_delay_s: 1.0,
             temperature_c: 60.0,
             voltage_v: 4.0,
+            on_trip: crate::model::OnTrip::Stop,
         };
         let joint = Joint {
             name: String::new(),

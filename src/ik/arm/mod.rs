@@ -28,8 +28,10 @@ use smooth::{Ends, Pace};
 /// A step on the path of a stroke. The damping is what lets the arm pass through straight, where it cannot follow
 /// exactly, without a leap: ends are then up to half a hundredth of the arm from their places.
 const STROKE: Pace = Pace { pull: 0.5, damping: 1e-3 };
-/// A step on the path of a tip.
-const REACH: Pace = Pace { pull: 0.2, damping: 1e-5 };
+/// A step on the path of a tip, which bends need not follow at once.
+const REACH: Pace = Pace { pull: 0.05, damping: 1e-5 };
+/// A step from a first guess.
+const SETTLE: Pace = Pace { pull: 0.3, damping: 1e-5 };
 /// A step that only brings the ends to their places.
 const CORRECT: Pace = Pace { pull: 0.0, damping: 1e-6 };
 /// Steps a second on a path: fewer cycles a second take more steps each, so that the bends keep up.
@@ -37,7 +39,7 @@ const STEPS_HZ: f64 = 100.0;
 /// Most corrections of a tip in one solve.
 const CORRECTIONS_MAX: u32 = 6;
 /// Most steps from a first guess.
-const STEPS_MAX: u32 = 20;
+const STEPS_MAX: u32 = 40;
 /// A guess is settled when no turn is larger, rad.
 const SETTLED_RAD: f64 = 1e-3;
 /// The thesis' rule stops when the end of a group is this close, m per metre of arm.
@@ -185,7 +187,7 @@ impl ArmSolver {
     /// Steps until nothing gets better, then brings the ends to their places.
     fn settle(&mut self, ends: &Ends) {
         for _ in 0..STEPS_MAX {
-            if self.pose.step(ends, REACH) < SETTLED_RAD {
+            if self.pose.step(ends, SETTLE) < SETTLED_RAD {
                 break;
             }
         }

@@ -83,6 +83,7 @@ impl Watched {
         Watched {
             drive: Drive::standing(plan.clone()),
             targets: Targets {
+                may_restart: false,
                 aim: Aim::Tips,
                 pose_rad: vec![],
                 tips_in_body: vec![DVec3::ZERO; 4],

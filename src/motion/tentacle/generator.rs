@@ -66,6 +66,7 @@ impl TentacleGenerator {
         }
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
+        targets.may_restart = self.activity() == Activity::Parked;
         self.change_phase(state, order);
         if let Phase::Performing { from, is_ending } = &mut self.phase {
             let command = command(order, self.now_s - *from, self.perform_for_s, self.plan.command);

@@ -43,9 +43,12 @@ impl TentaclePlan {
     pub fn new(robot: &Robot, settings: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
         let mut park_pose_rad = vec![0.0; robot.joints.len()];
         for arm in &settings.arms {
-            let hinges = robot.chains[arm.chain].joints.clone();
-            // The first hinge of each joint lifts.
-            hinges.step_by(arm.hinges).for_each(|lift| park_pose_rad[lift] = arm.park_lift_rad);
+            let chain = &robot.chains[arm.chain];
+            // The first hinge of each joint lifts. An arm on tendons is parked straight.
+            if chain.tendons.is_none() {
+                let lifts = chain.joints.clone().step_by(arm.hinges);
+                lifts.for_each(|lift| park_pose_rad[lift] = arm.park_lift_rad);
+            }
         }
         TentaclePlan { settings: settings.clone(), park_pose_rad, tempo_max: [f64::INFINITY; 3], command }
     }

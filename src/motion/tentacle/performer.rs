@@ -20,7 +20,7 @@ use super::wound::Wound;
 use super::{Grip, TentaclePlan};
 use crate::model::{ArmGeometry, GROUPS, Pole, Robot};
 use crate::motion::{Stroke, StrokeCommand};
-use crate::signals::{Aim, ArmAim, State, Targets};
+use crate::signals::{Aim, ArmAim, ArmTarget, State, Targets};
 
 /// Time in which strokes come to their tempo from rest, s.
 const RAMP_S: f64 = 1.0;
@@ -121,8 +121,10 @@ impl Performer {
                     Variation::new(settings.seed, index, settings.variation_rad),
                 ),
                 parked_in_body: std::array::from_fn(|group| {
-                    // The place behind a joint's last hinge is where its link ends.
-                    places[geometry.joints[geometry.joints_to_end(group) - 1].hinges.end]
+                    let joints = geometry.joints_to_end(group);
+                    // A link ends behind its joint's last hinge; on tendons there are no hinges between.
+                    let hinges = geometry.joints[joints - 1].hinges.end;
+                    places[if chain.tendons.is_some() { joints } else { hinges }]
                 }),
                 outer_hinges: chain.joints.start + first_outer..chain.joints.end,
             })
@@ -147,7 +149,7 @@ impl Performer {
     /// Goes on by `dt_s` as `command` says. A command with a number that is none counts as one to rest.
     pub fn step(&mut self, dt_s: f64, state: &State, command: StrokeCommand) {
         self.asked = if command.is_finite() { command } else { StrokeCommand::default() };
-        self.settled.look(dt_s, &state.goal_rad);
+        self.settled.look(dt_s, state);
         let next = self.next_stage();
         if std::mem::discriminant(&next) != std::mem::discriminant(&self.stage) || self.begins_anew(next) {
             self.begin(next);
@@ -257,10 +259,9 @@ impl Performer {
             target.change = self.change;
             target.aim = ArmAim::Ends;
             target.ends_in_body = arm.parked_in_body;
+            let tip = &mut targets.tips_in_body[arm.chain];
             match self.stage {
-                Stage::Keyed(keyed) => {
-                    target.ends_in_body = arm.keyed_in_body(keyed, self.phase, self.turn_rad)
-                }
+                Stage::Keyed(keyed) => arm.write_keyed(keyed, self.phase, self.turn_rad, target),
                 Stage::Reach { point_in_body, direction } if takes_part => {
                     target.aim = if direction.is_some() { ArmAim::TipAlong } else { ArmAim::Tip };
                     target.ends_in_body[GROUPS - 1] = point_in_body;
@@ -272,6 +273,11 @@ impl Performer {
                 }
                 _ => {}
             }
+            // For those who look on.
+            *tip = match target.aim {
+                ArmAim::Places => target.places_in_body.last().copied().unwrap_or_default(),
+                ArmAim::Ends | ArmAim::Tip | ArmAim::TipAlong => target.ends_in_body[GROUPS - 1],
+            };
         }
     }
 
@@ -307,15 +313,20 @@ impl ArmPlan {
         self.root_m + self.root_rotation * in_arm
     }
 
-    /// Ends of its groups at a phase of a stroke, body frame, m.
-    fn keyed_in_body(&self, keyed: Keyed, phase: f64, turn_rad: f64) -> [DVec3; GROUPS] {
-        let lengths = self.group_lengths_m;
-        let in_arm = match keyed {
-            Keyed::Sway => self.strokes.sway.ends_in_arm(lengths, phase),
-            Keyed::Walk => self.strokes.walk.ends_in_arm(lengths, phase, turn_rad),
-            Keyed::Swim => self.strokes.swim.ends_in_arm(lengths, phase, turn_rad),
+    /// Moves it by a stroke at a phase of it.
+    fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
+        let stroke = match keyed {
+            Keyed::Walk => &self.strokes.walk,
+            Keyed::Swim => &self.strokes.swim,
+            Keyed::Sway => {
+                target.aim = ArmAim::Places;
+                self.strokes.sway.write(phase, self.links_m.iter().copied(), &mut target.places_in_body);
+                target.places_in_body.iter_mut().for_each(|place| *place = self.to_body(*place));
+                return;
+            }
         };
-        in_arm.map(|place| self.to_body(place))
+        let in_arm = stroke.ends_in_arm(self.group_lengths_m, phase, turn_rad);
+        target.ends_in_body = in_arm.map(|place| self.to_body(place));
     }
 
     fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
@@ -324,7 +335,7 @@ impl ArmPlan {
     }
 
     /// Lays its links along and round the pole, `wound` of what can be (0 to 1).
-    fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut crate::signals::ArmTarget) {
+    fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
         let Some(winding) = self.winding(pole, squeeze_m) else { return };
         target.aim = ArmAim::Places;
         winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);

@@ -1,5 +1,7 @@
 //! Whether arms have come to rest where they were told to go, as their goals show.
 
+use crate::signals::State;
+
 /// Goals that move less than this, rad/s, stand.
 const STILL_RAD_S: f64 = 1e-4;
 /// For so long, s.
@@ -17,12 +19,13 @@ impl Settled {
         Settled { last_rad: vec![0.0; joints], still_s: 0.0 }
     }
 
-    /// Looks at the goals of the cycle before, `dt_s` after the last look.
-    pub(super) fn look(&mut self, dt_s: f64, goal_rad: &[f64]) {
-        let ways = self.last_rad.iter().zip(goal_rad).map(|(last, now)| (now - last).abs());
+    /// Looks at the goals of the cycle before, `dt_s` after the last look. Joints out of service hang as they like.
+    pub(super) fn look(&mut self, dt_s: f64, state: &State) {
+        let goals = self.last_rad.iter().zip(&state.goal_rad).zip(&state.is_out);
+        let ways = goals.filter(|(_, is_out)| !**is_out).map(|((last, now), _)| (now - last).abs());
         let is_moving = ways.fold(0.0, f64::max) > STILL_RAD_S * dt_s;
         self.still_s = if is_moving { 0.0 } else { self.still_s + dt_s };
-        self.last_rad.copy_from_slice(goal_rad);
+        self.last_rad.copy_from_slice(&state.goal_rad);
     }
 
     /// Something new begins.

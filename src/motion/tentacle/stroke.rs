@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::key_angles::{Between, KeyAngles, SWIM, WALK};
 use super::pseudo_targets::{Turn, places};
@@ -23,10 +23,16 @@ const WALK_LAGS: [f64; ROLES] = [0.75, 0.5, 0.25, 0.0];
 /// How much later the right side steps than the left.
 const RIGHT_LAG: f64 = 0.5;
 
-/// Largest turn of a group in idle swaying, root group first, rad.
-const SWAY_RAD: [f64; GROUPS] = [0.18, 0.3, 0.42];
+/// How far each joint is lifted in the middle of idle swaying, rad, for all joints together.
+const SWAY_LIFT_RAD: f64 = 0.6;
+/// How far lift and sweep go from there, for all joints together, rad.
+const SWAY_RAD: f64 = 0.9;
+/// How far the waves of a sway have gone by at the tip when they begin at the root, rad.
+const SWAY_WAVE_RAD: f64 = 4.0;
+/// Share of a joint's bend at the root of that at the tip.
+const SWAY_ROOT_SHARE: f64 = 0.4;
 
-/// Strokes a sway's lift and sweep take, so that it comes back to nothing it did before.
+/// Strokes a sway's lift and sweep take: it never comes back to what it did before.
 const SWAY_RATES: [f64; 2] = [1.0, 0.618_033_988_749_895];
 
 /// What an arm has to do with its neighbours.
@@ -50,11 +56,11 @@ pub struct KeyStroke {
     lag: f64,
 }
 
-/// Idle swaying: slow, and never twice the same.
+/// Idle swaying: waves of bend that run down the arm, never twice the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
-    /// Where each group's lift and sweep begin, rad.
-    begins: [[f64; 2]; GROUPS],
+    /// Where lift and sweep begin, rad.
+    begins: [f64; 2],
 }
 
 /// All strokes of one arm.
@@ -87,7 +93,7 @@ impl Strokes {
             },
             // All arms alike, upright (3.3.2).
             swim: KeyStroke { keys: variation.varied(SWIM), between, plane_rad: FRAC_PI_2, lag: 0.0 },
-            sway: Sway { begins: [[(); 2]; GROUPS].map(|pair| pair.map(|()| variation.uniform(0.0, TAU))) },
+            sway: Sway { begins: [(); 2].map(|()| variation.uniform(0.0, TAU)) },
         }
     }
 }
@@ -109,29 +115,30 @@ impl KeyStroke {
 }
 
 impl Sway {
-    /// Turns of the pseudo-targets at `phase`, rad, from the start on.
-    pub fn turns(&self, phase: f64) -> [Turn; GROUPS] {
-        std::array::from_fn(|group| {
-            let [lift, sweep] = [0, 1].map(|way: usize| {
-                // Groups nearer the tip follow those nearer the root.
-                let behind = 0.9 * group as f64;
-                SWAY_RAD[group] * (SWAY_RATES[way] * phase - behind + self.begins[0][way]).sin()
-            });
-            Turn { lift, sweep, twist: 0.0 }
-        })
-    }
-
-    /// Where the ends of groups of these lengths (m) are to be, arm frame, m.
-    pub fn ends_in_arm(&self, group_lengths_m: [f64; GROUPS], phase: f64) -> [DVec3; GROUPS] {
-        places(group_lengths_m, self.turns(phase), Between::Smooth)
+    /// Writes where links of these lengths (m) end at `phase`, rad from the start on, arm frame, m.
+    pub fn write(&self, phase: f64, links_m: impl Iterator<Item = f64>, places: &mut [DVec3]) {
+        let (mut place, mut rotation) = (DVec3::ZERO, DQuat::IDENTITY);
+        let count = places.len() as f64;
+        for (index, (link_m, end)) in links_m.zip(places).enumerate() {
+            let along = index as f64 / count;
+            let share = (SWAY_ROOT_SHARE + (1.0 - SWAY_ROOT_SHARE) * along) / count;
+            let wave =
+                |way: usize| (SWAY_RATES[way] * phase - SWAY_WAVE_RAD * along + self.begins[way]).sin();
+            let turn = Turn {
+                lift: share * (SWAY_LIFT_RAD + SWAY_RAD * wave(0)),
+                sweep: share * SWAY_RAD * wave(1),
+                twist: 0.0,
+            };
+            rotation *= turn.rotation();
+            place += rotation * DVec3::X * link_m;
+            *end = place;
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const LENGTHS_M: [f64; GROUPS] = [1.97, 1.89, 1.81];
 
     fn strokes(role: u8, is_right: bool, walk_plane_rad: f64) -> Strokes {
         Strokes::new(Part { role, is_right, walk_plane_rad }, Between::Smooth, Variation::new(1, 0, 0.0))
@@ -165,15 +172,26 @@ mod tests {
     }
 
     #[test]
-    fn swaying_stays_small_and_does_not_repeat() {
+    fn swaying_goes_on_gently_and_does_not_repeat() {
         let sway = strokes(1, false, 0.0).sway;
-        let begin = sway.ends_in_arm(LENGTHS_M, 0.0);
+        let links_m = [0.034; 12];
+        let mut places = [DVec3::ZERO; 12];
+        let mut at = |phase: f64| {
+            sway.write(phase, links_m.into_iter(), &mut places);
+            places
+        };
+        let begin = at(0.0);
         for step in 1..2000 {
             let phase = 0.05 * f64::from(step);
-            let turns = sway.turns(phase);
-            assert!(turns.iter().zip(SWAY_RAD).all(|(turn, most)| turn.angle() <= most * 2.0_f64.sqrt()));
-            let ends = sway.ends_in_arm(LENGTHS_M, phase);
-            assert!(phase < 1.0 || ends[2].distance(begin[2]) > 1e-3, "at {phase}");
+            let (now, next) = (at(phase), at(phase + 0.05));
+            let lengths = now.windows(2).map(|pair| pair[0].distance(pair[1]));
+            assert!(lengths.into_iter().all(|length| (length - 0.034).abs() < 1e-12));
+            // No joint bends by more than a tenth of a turn, and the tip goes less than half the arm a radian.
+            assert!(
+                now.windows(3).all(|three| (three[1] - three[0]).angle_between(three[2] - three[1]) < 0.3)
+            );
+            assert!(now[11].distance(next[11]) < 0.5 * 12.0 * 0.034 * 0.05);
+            assert!(phase < 1.0 || now[11].distance(begin[11]) > 1e-5, "at {phase}");
         }
     }
 }

@@ -107,12 +107,11 @@ pub struct Identity {
 
 /// Model numbers that are known, beside those a robot file may name ([`crate::model::servo_model::SERVO_MODELS`]).
 /// Sources: ROBOTIS e-manual; the tables of the libraries lerobot and rustypot.
-const OTHER_MODELS: [(Protocol, u16, &str); 5] = [
+const OTHER_MODELS: [(Protocol, u16, &str); 4] = [
     (Protocol::Dynamixel, 1190, "XL330-M077"),
     (Protocol::Dynamixel, 1090, "2XL430-W250"),
     (Protocol::Feetech, 521, "STS3036"),
     (Protocol::Feetech, 11272, "SM8512BL"),
-    (Protocol::Feetech, 1284, "SCS0009"),
 ];
 
 impl Identity {

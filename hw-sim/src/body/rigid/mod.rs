@@ -131,7 +131,7 @@ impl RigidBody {
             let speed = hinge.sign * shaft.speed_rad_s;
             let (low, high) = hinge.stops_rad;
             let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
-            let mut torque = hinge.sign * torques[hinge.shaft];
+            let mut torque = hinge.sign * (torques[hinge.shaft] + shaft.load_nm);
             if beyond.abs() > 0.0 {
                 // A stop pushes back but never holds fast.
                 let stop = -STOP.0 * beyond - STOP.1 * speed;
@@ -218,6 +218,7 @@ impl Body for RigidBody {
             let shaft = &mut shafts[hinge.shaft];
             shaft.position_rad = hinge.zero_rad + hinge.sign * angle;
             shaft.speed_rad_s = hinge.sign * speed;
+            shaft.motor_speed_rad_s = shaft.speed_rad_s;
             hinge.known_rad = shaft.position_rad;
         }
         self.observe(Some(dt_s));

@@ -1,0 +1,83 @@
+//! What a host may write, and what of it outlasts the supply. Source: Feetech wiki, memory-sts and memory-scscl.
+//!
+//! EPROM registers take effect at once, locked or not; only what was written while unlocked is still there after the
+//! servo has started anew.
+
+use super::control::{self, is_position_mode, present_counts};
+use super::instruction::is_unlocked;
+use crate::model::COUNTS_PER_TURN;
+use crate::registers::feetech_sts::*;
+use crate::registers::{Access, Register};
+use crate::servo::Servo;
+
+/// The count that is the middle of a turn.
+pub(super) const MIDDLE: i64 = 2048;
+/// Largest position offset; newer firmware is said to have 4095.
+const OFFSET_MAX: i64 = 2047;
+
+/// Writes whole registers inside the data, each brought into its range; the rest is dropped.
+pub(super) fn write(servo: &mut Servo, address: u8, data: &[u8]) {
+    let mut offset = 0;
+    while let Some(rest) = data.get(offset..).filter(|rest| !rest.is_empty()) {
+        let here = u16::from(address) + u16::try_from(offset).unwrap_or(u16::MAX);
+        let Some(&register) = servo.registers.at(here).filter(|register| register.address == here) else {
+            offset += 1;
+            continue;
+        };
+        let size = usize::from(register.size);
+        if let Some(bytes) = rest.get(..size)
+            && register.access == Access::ReadWrite
+        {
+            let (low, high) = range(servo, &register);
+            let value = register.decode(bytes).clamp(low, high.max(low));
+            let before = servo.get(here);
+            set(servo, here, value);
+            control::written(servo, here, before);
+        }
+        offset += size;
+    }
+}
+
+/// Goals are held inside the angle limits, unless both limits are 0 (multi-turn).
+fn range(servo: &Servo, register: &Register) -> (i64, i64) {
+    let limits = (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE));
+    let has_limits = register.address == GOAL_POSITION && limits != (0, 0) && is_position_mode(servo);
+    if has_limits { limits } else { (register.min, register.max) }
+}
+
+/// Puts a register, and keeps it if it is one to be kept.
+fn set(servo: &mut Servo, address: u16, value: i64) {
+    servo.registers.set(address, value);
+    if address < EPROM_END && is_unlocked(servo) {
+        servo.feetech.stored.set(address, value);
+    }
+}
+
+/// Parameter backup: for a servo that is unlocked.
+pub(super) fn back_up(servo: &mut Servo) {
+    if is_unlocked(servo) {
+        servo.feetech.backup = servo.registers.clone();
+    }
+}
+
+/// Parameter recovery: all but the id as it was backed up, or as shipped; for a servo that is unlocked.
+pub(super) fn recover(servo: &mut Servo) {
+    if is_unlocked(servo) {
+        let id = servo.get(ID);
+        for file in [&mut servo.registers, &mut servo.feetech.stored] {
+            file.copy(&servo.feetech.backup, 0..EPROM_END);
+            file.set(ID, id);
+        }
+        control::observe_position(servo);
+    }
+}
+
+/// Makes the present position `counts`, by the offset. It is kept, locked or not: our reading of "calibrate".
+pub(super) fn calibrate(servo: &mut Servo, counts: i64) {
+    let actual = present_counts(servo) + servo.get(OFFSET);
+    let offset = (actual - counts).rem_euclid(COUNTS_PER_TURN);
+    let nearest = if offset > OFFSET_MAX { offset - COUNTS_PER_TURN } else { offset };
+    servo.registers.set(OFFSET, nearest);
+    servo.feetech.stored.set(OFFSET, nearest);
+    control::forget_turns(servo);
+}

@@ -1,0 +1,133 @@
+//! Arms: how near they come to where they are to be, how far they bend, and how far they keep from each other.
+
+use glam::DVec3;
+
+use super::CycleRecord;
+use super::report::ArmsReport;
+use crate::model::{Robot, TentacleMotion};
+use crate::signals::Aim;
+
+/// Distances between arms are looked at once in so many cycles: nothing comes near in a few.
+const EVERY: u64 = 5;
+/// Links shorter than this have no direction, m.
+const LINK_SHORTEST_M: f64 = 1e-6;
+
+#[derive(Debug)]
+pub(super) struct ArmObserver {
+    settings: TentacleMotion,
+    /// Where the links of each arm end, its root first, body frame, m.
+    places: Vec<Vec<DVec3>>,
+    cycle: u64,
+    report: ArmsReport,
+}
+
+impl ArmObserver {
+    pub(super) fn new(robot: &Robot, settings: &TentacleMotion) -> ArmObserver {
+        let at_rest = |arm: &crate::model::ArmSettings| {
+            let chain = &robot.chains[arm.chain];
+            robot.places_in_body(chain, chain.joints.clone().map(|_| 0.0))
+        };
+        ArmObserver {
+            settings: settings.clone(),
+            places: settings.arms.iter().map(at_rest).collect(),
+            cycle: 0,
+            report: ArmsReport::default(),
+        }
+    }
+
+    pub(super) fn report(&self) -> ArmsReport {
+        self.report
+    }
+
+    pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
+        if record.targets.aim != Aim::Arms {
+            return;
+        }
+        self.cycle += 1;
+        let report = &mut self.report;
+        for (arm, places) in self.settings.arms.iter().zip(&mut self.places) {
+            let chain = &robot.chains[arm.chain];
+            report.tip_residual_max_m = report.tip_residual_max_m.max(record.joints.residual_m[arm.chain]);
+            let residual_m = record.joints.group_residual_m[arm.chain];
+            report.group_residual_max_m = report.group_residual_max_m.max(residual_m);
+            let goals = record.state.goal_rad[chain.joints.clone()].iter().copied();
+            robot.write_places_in_body(chain, goals, places);
+            let bend_deg = largest_bend_rad(chain.root_rotation * DVec3::X, places).to_degrees();
+            report.bend_max_deg = report.bend_max_deg.max(bend_deg);
+        }
+        if self.cycle % EVERY == 1 {
+            self.observe_clearance(robot);
+        }
+    }
+
+    fn observe_clearance(&mut self, robot: &Robot) {
+        let mut least_m = self.report.clearance_min_m.unwrap_or(f64::INFINITY);
+        for (index, (arm, places)) in self.settings.arms.iter().zip(&self.places).enumerate() {
+            for (other, others) in self.settings.arms.iter().zip(&self.places).skip(index + 1) {
+                let skins_m = arm.radius_m + other.radius_m;
+                least_m = least_m.min(distance_m(outer(places), outer(others)) - skins_m);
+            }
+            if let Some(radius_m) = self.settings.base_radius_m {
+                let off = |pair: &[DVec3]| from_segment_m(robot.trunk_center_m, pair[0], pair[1]);
+                let nearest_m = outer(places).windows(2).map(off).fold(f64::INFINITY, f64::min);
+                least_m = least_m.min(nearest_m - radius_m - arm.radius_m);
+            }
+        }
+        self.report.clearance_min_m = least_m.is_finite().then_some(least_m);
+    }
+}
+
+/// An arm but for its first group, which has its neighbours and the base beside it however it is bent.
+fn outer(places: &[DVec3]) -> &[DVec3] {
+    &places[places.len() / 3..]
+}
+
+/// The largest angle between one link and the next, the root's direction before the first, rad.
+fn largest_bend_rad(ahead: DVec3, places: &[DVec3]) -> f64 {
+    let (mut before, mut largest) = (ahead, 0.0_f64);
+    for pair in places.windows(2) {
+        let link = pair[1] - pair[0];
+        if link.length() > LINK_SHORTEST_M {
+            largest = largest.max(before.angle_between(link));
+            before = link;
+        }
+    }
+    largest
+}
+
+/// Least distance of two lines through places, m: from the places of each to the links of the other.
+fn distance_m(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let one_way = |points: &[DVec3], line: &[DVec3]| {
+        let from_point = |point: &DVec3| {
+            let off = |pair: &[DVec3]| from_segment_m(*point, pair[0], pair[1]);
+            line.windows(2).map(off).fold(f64::INFINITY, f64::min)
+        };
+        points.iter().map(from_point).fold(f64::INFINITY, f64::min)
+    };
+    one_way(a, b).min(one_way(b, a))
+}
+
+fn from_segment_m(point: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let along = to - from;
+    let share = ((point - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    point.distance(from + along * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bends_and_distances_are_those_of_the_lines() {
+        let line =
+            |points: &[[f64; 3]]| points.iter().map(|point| DVec3::from_array(*point)).collect::<Vec<_>>();
+        // Zero-length links between the hinges of a joint do not count.
+        let bent =
+            line(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
+        assert!((largest_bend_rad(DVec3::X, &bent).to_degrees() - 90.0).abs() < 1e-9);
+        assert!((largest_bend_rad(DVec3::NEG_X, &bent).to_degrees() - 180.0).abs() < 1e-9);
+        let beside = line(&[[2.0, -1.0, 0.0], [2.0, 3.0, 0.0]]);
+        assert!((distance_m(&bent, &beside) - 1.0).abs() < 1e-12);
+        assert!((from_segment_m(DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, DVec3::Y) - 4.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,173 @@
+//! Robot files with arms: what `[[arm]]` stands for, and what arms weigh on their servos.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{config_file, servo, shipped};
+use glam::{DQuat, DVec3};
+use hippocamp::capability::loads;
+use hippocamp::config;
+use hippocamp::model::Robot;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+const GRAVITY_M_S2: f64 = 9.806_65;
+
+fn chance(source: &mut Pcg64Mcg) -> f64 {
+    (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// `config/tentacle.toml` with some of its text replaced.
+fn tentacle_with(changes: &[(&str, &str)]) -> String {
+    let mut text = std::fs::read_to_string(config_file("tentacle.toml")).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+#[test]
+fn an_arm_is_its_hinges_in_a_row_with_ids_in_a_row() {
+    let robot = shipped("tentacle.toml");
+    assert_eq!(robot.joints.len(), 24);
+    let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(&names[..4], ["arm.lift_1", "arm.sweep_1", "arm.lift_2", "arm.sweep_2"]);
+    for (joint, id) in robot.joints.iter().zip(1_u8..) {
+        let servo = servo(joint);
+        assert_eq!((servo.id.0, servo.bus), (id, usize::from(id > 12)), "ids are distinct across buses");
+    }
+    // w_i = w_0 (1 - 0.01 i), l_i = w_i / 2 (Ishizuka 2008, 3.1, 3.2).
+    for (index, joint) in robot.joints.iter().skip(1).step_by(2).enumerate() {
+        let wanted_m = 0.034 * (1.0 - 0.01 * index as f64);
+        assert!((joint.link_m - DVec3::X * wanted_m).length() < 1e-12);
+    }
+    // Standing on its base the stretched arm points up; lifting its root bends it backwards over its base.
+    let chain = &robot.chains[0];
+    let tip = robot.tip_in_body(chain, [0.0; 24]);
+    assert!(tip.distance(DVec3::Z * chain.length_m(robot.joints_of(chain))) < 1e-12, "{tip}");
+    let mut lifted = [0.0; 24];
+    lifted[0] = 0.5;
+    assert!(robot.tip_in_body(chain, lifted).x < -0.1);
+    let mut swept = [0.0; 24];
+    swept[1] = 0.5;
+    assert!(robot.tip_in_body(chain, swept).y > 0.1, "left is positive");
+}
+
+#[test]
+fn what_is_wrong_with_an_arm_is_said_where_it_stands() {
+    for (changes, key, words) in [
+        (vec![("joints = 12", "joints = 10")], "arm[0].joints", "three groups"),
+        (vec![("first_id = 13", "first_id = 250")], "arm[0].servos[1].first_id", "252"),
+        (
+            vec![("first_id = 13", "first_id = 1"), ("bus = \"tip\"", "bus = \"root\"")],
+            "arm[0].servos[1].first_id",
+            "free",
+        ),
+        (vec![("joints = 6\nfirst_id = 13", "joints = 5\nfirst_id = 13")], "arm[0].servos", "12 joints"),
+        (vec![("kind = \"tentacle\"", "kind = \"tentacle\"\nlegs = 4")], "motion.legs", "a known key here"),
+        (
+            vec![("carried_by = \"water\"", "carried_by = \"servos\"")],
+            "motion.carried_share",
+            "servos carry all",
+        ),
+    ] {
+        let text = tentacle_with(&changes);
+        let faults = config::parse(&text, "arm.toml").unwrap_err().faults;
+        let found = faults.iter().find(|fault| fault.key == key);
+        let found = found.unwrap_or_else(|| panic!("{key}: {faults:?}"));
+        assert!(found.to_string().contains(words), "{found}");
+        assert!(found.line > 0);
+    }
+}
+
+/// Torque about each hinge of the arm of `robot` in this pose, where the body stands so, by forward kinematics of its own,
+/// N m.
+fn torques_nm(robot: &Robot, angles: &[f64], stands: DQuat) -> Vec<f64> {
+    let chain = &robot.chains[0];
+    let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);
+    let (mut hinges, mut masses) = (Vec::new(), Vec::new());
+    for (joint, angle) in robot.joints.iter().zip(angles) {
+        hinges.push((place, rotation * joint.axis));
+        rotation *= DQuat::from_axis_angle(joint.axis, *angle);
+        masses.push((place + rotation * joint.center_m, joint.mass_kg));
+        place += rotation * joint.link_m;
+    }
+    let down = stands.inverse() * DVec3::NEG_Z * GRAVITY_M_S2;
+    let torque = |(index, (place, axis)): (usize, &(DVec3, DVec3))| {
+        let moment: DVec3 =
+            masses[index..].iter().map(|(center, kg)| (*center - place).cross(down * *kg)).sum();
+        moment.dot(*axis).abs()
+    };
+    hinges.iter().enumerate().map(torque).collect()
+}
+
+#[test]
+fn a_joints_load_is_the_most_any_pose_asks_of_it() {
+    let text = tentacle_with(&[
+        ("carried_by = \"water\"", "carried_by = \"servos\""),
+        ("carried_share = 0.95\n", ""),
+    ]);
+    let robot = config::parse(&text, "arm.toml").unwrap().robot;
+    let loads = loads::of_joints(&robot, robot.motion.tentacle().unwrap());
+    // The upright arm tipped over forwards is level, and weighs on every lift with all its length.
+    let level = torques_nm(&robot, &[0.0; 24], DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2));
+    for (load, torque) in loads.iter().zip(&level).step_by(2) {
+        assert!((load.torque_nm - torque).abs() < 1e-9, "{load:?}: {torque}");
+    }
+    let mut source = Pcg64Mcg::seed_from_u64(4);
+    for _ in 0..2000 {
+        let angles: Vec<f64> = (0..24).map(|_| 1.2 * (2.0 * chance(&mut source) - 1.0)).collect();
+        let axis =
+            DVec3::new(chance(&mut source) - 0.5, chance(&mut source) - 0.5, chance(&mut source) - 0.5);
+        let stands = DQuat::from_axis_angle(axis.normalize(), 6.0 * chance(&mut source));
+        for (load, torque) in loads.iter().zip(torques_nm(&robot, &angles, stands)) {
+            assert!(torque <= load.torque_nm + 1e-9, "{load:?}: {torque}");
+        }
+    }
+}
+
+/// What `hippocamp check` says of the arm with these changes, and its exit code.
+fn checked(name: &str, changes: &[(&str, &str)]) -> (String, Option<i32>) {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, tentacle_with(changes)).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_hippocamp")).arg("check").arg(&path).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout) + &text(&output.stderr), output.status.code())
+}
+
+#[test]
+fn check_tells_what_arms_weigh_and_refuses_what_servos_cannot_hold() {
+    let (said, code) = checked("arm-in-water.toml", &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("Weight carried by water, 95 %") && !said.contains("WARNING"), "{said}");
+    let counterweight = ("carried_by = \"water\"", "carried_by = \"counterweight\"");
+    let (said, code) =
+        checked("arm-heavy.toml", &[counterweight, ("carried_share = 0.95", "carried_share = 0.8")]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("WARNING") && said.contains("MORE THAN IT CAN HOLD FOR LONG"), "{said}");
+    let (said, code) =
+        checked("arm-too-heavy.toml", &[counterweight, ("carried_share = 0.95", "carried_share = 0")]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("motion.carried_share") && said.contains("_1 would need"), "{said}");
+    // What floats need not be held.
+    let (said, code) = checked("arm-floats.toml", &[("carried_share = 0.95", "carried_share = 0")]);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn an_octopus_has_eight_arms_on_tendons() {
+    let robot = shipped("octopus.toml");
+    assert_eq!((robot.chains.len(), robot.joints.len(), robot.buses.len()), (8, 48, 8));
+    for (index, chain) in robot.chains.iter().enumerate() {
+        let straight = robot.tip_in_body(chain, [0.0; 6]) - chain.root_m;
+        let azimuth_deg = straight.y.atan2(straight.x).to_degrees();
+        let turned = (azimuth_deg - 22.5).rem_euclid(45.0);
+        assert!(turned.min(45.0 - turned) < 1e-9, "arm {index} at {azimuth_deg} degrees");
+        // Pulling the root section's upper cords in lifts the arm.
+        assert!(robot.tip_in_body(chain, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]).z > 0.02);
+    }
+}

@@ -1,0 +1,402 @@
+//! The arm of config/tentacle.toml: every stroke, every change of stroke, shows, servos that trip.
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a test may panic; counts and times are small"
+)]
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::{SharedPorts, goal_counts, rate_counts_s, servo, shipped};
+use glam::DVec3;
+use hippocamp::bus::Slot;
+use hippocamp::capability::TentacleCapability;
+use hippocamp::cycle::Controller;
+use hippocamp::ik::Method;
+use hippocamp::model::{Pole, Robot};
+use hippocamp::motion::tentacle::TentaclePlan;
+use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
+use hippocamp::operator::Show;
+use hippocamp::run::{RunPlan, Status, run};
+use hippocamp::signals::{Feedback, Permission, ServoGoal};
+use hippocamp::simulation;
+use hippocamp::telemetry::{Outcome, Report, Telemetry};
+use hw_sim::FaultScript;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+/// A robot that does not come to rest in this time never does, s.
+const WAKES_S: f64 = 60.0;
+
+fn plan(robot: &Robot, command: StrokeCommand) -> TentaclePlan {
+    let tentacle = robot.motion.tentacle().unwrap();
+    TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command)
+}
+
+/// Every stroke, to the places the robot file names.
+fn strokes(robot: &Robot) -> Vec<Stroke> {
+    let tentacle = robot.motion.tentacle().unwrap();
+    vec![
+        Stroke::Rest,
+        Stroke::Sway,
+        Stroke::Walk,
+        Stroke::Swim,
+        Stroke::Reach { point_in_body: tentacle.reach_in_body.unwrap(), direction: None },
+        Stroke::Wind(tentacle.pole.unwrap()),
+    ]
+}
+
+fn chance(source: &mut Pcg64Mcg) -> f64 {
+    (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// An arm without buses: its servos are where they are told to be. Goals are judged in every cycle.
+struct Arm<'r> {
+    robot: &'r Robot,
+    controller: Controller<'r>,
+    /// Goals of the last two cycles, newest first, rad.
+    goals: [Vec<f64>; 2],
+    interventions: u32,
+}
+
+impl<'r> Arm<'r> {
+    /// Awake and at rest.
+    fn awake(robot: &'r Robot) -> Arm<'r> {
+        let plan = plan(robot, StrokeCommand::default());
+        let controller = Controller::new(robot, plan, Method::CcdThenFinish, f64::MAX);
+        let goals = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
+        let mut arm = Arm { robot, controller, goals, interventions: 0 };
+        let rest = Order::Perform(StrokeCommand::default());
+        let cycles = (WAKES_S * robot.rate_hz) as usize;
+        assert!((0..cycles).any(|_| arm.cycle(rest) == Activity::Standing), "it never wakes");
+        arm.interventions = 0;
+        arm
+    }
+
+    fn cycle(&mut self, order: Order) -> Activity {
+        self.controller.decide(self.robot.period_s(), order);
+        self.controller.learn_from_goals();
+        let record = self.controller.record(&[]);
+        self.interventions += record.interventions;
+        self.goals.swap(0, 1);
+        self.goals[0].copy_from_slice(&record.state.goal_rad);
+        assert_ne!(record.state.permission, Permission::Stop);
+        record.activity
+    }
+
+    /// Goes on for `for_s`; every goal is in its range, and no joint is faster or gains speed faster than it may.
+    fn perform(&mut self, command: StrokeCommand, for_s: f64) {
+        let dt_s = self.robot.period_s();
+        for _ in 0..(for_s * self.robot.rate_hz) as usize {
+            let before = self.goals.clone();
+            self.cycle(Order::Perform(command));
+            for (index, joint) in self.robot.joints.iter().enumerate() {
+                let now = self.goals[0][index];
+                let (low, high) = joint.goal_range_rad();
+                assert!((low - 1e-9..=high + 1e-9).contains(&now), "{}: {now} rad", joint.name);
+                let (speed, speed_before) =
+                    ((now - before[0][index]) / dt_s, (before[0][index] - before[1][index]) / dt_s);
+                let most = self.robot.safety.rate_share * joint.no_load_speed_rad_s();
+                assert!(speed.abs() <= most * (1.0 + 1e-9), "{}: {speed} rad/s", joint.name);
+                let acceleration = (speed - speed_before) / dt_s;
+                // Range outranks acceleration: a joint does not overrun its limit to stop gently.
+                if now <= low + 1e-9 || now >= high - 1e-9 {
+                    continue;
+                }
+                let most = self.robot.safety.acceleration_rad_s2;
+                assert!(acceleration.abs() <= most * (1.0 + 1e-6), "{}: {acceleration} rad/s2", joint.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn any_stroke_follows_any_other_from_any_phase_within_the_joints_limits() {
+    let robot = shipped("tentacle.toml");
+    let strokes = strokes(&robot);
+    let stroke_s = robot.motion.tentacle().unwrap().stroke_time_s;
+    for from in &strokes {
+        let mut arm = Arm::awake(&robot);
+        for (number, to) in strokes.iter().enumerate() {
+            for phase in [0.1, 0.35, 0.6, 0.85] {
+                // A different moment of the stroke each time; winding takes longest to be under way.
+                let until_s = stroke_s * (phase + 0.9 + f64::from(u32::try_from(number).unwrap()) * 0.03);
+                arm.perform(StrokeCommand::of(*from), until_s);
+                arm.interventions = 0;
+                arm.perform(StrokeCommand::of(*to), 2.5);
+                // Of 6000 goals: a joint may brush its limit where two motions overlap.
+                let changed = arm.interventions;
+                assert!(changed <= 10, "{from:?} to {to:?} at {phase}: {changed} goals held back by safety");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_thousand_random_scripts_keep_every_limit() {
+    let robot = shipped("tentacle.toml");
+    let strokes = strokes(&robot);
+    let mut source = Pcg64Mcg::seed_from_u64(20);
+    let mut arm = Arm::awake(&robot);
+    for _ in 0..1000 {
+        for _ in 0..3 {
+            let mut pick = |count: usize| (chance(&mut source) * count as f64) as usize % count;
+            let mut stroke = strokes[pick(strokes.len())];
+            let point = DVec3::new(chance(&mut source) - 0.5, chance(&mut source) - 0.5, chance(&mut source));
+            if let Stroke::Reach { .. } = stroke {
+                let direction = (chance(&mut source) < 0.5).then_some(point.normalize());
+                stroke = Stroke::Reach { point_in_body: 0.6 * point, direction };
+            }
+            let mut command = StrokeCommand {
+                stroke,
+                tempo: 2.0 * chance(&mut source),
+                turn_rad: 0.5 * TAU * (chance(&mut source) - 0.5),
+            };
+            if chance(&mut source) < 0.02 {
+                command.tempo = f64::NAN;
+            }
+            arm.perform(command, 0.2 + 2.0 * chance(&mut source));
+        }
+    }
+}
+
+/// A run of `robot` on simulated buses on a virtual clock, driven by `order`; the goal registers of its servos are looked
+/// at in every cycle.
+fn watched(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(f64) -> Order) -> Report {
+    let faults = FaultScript::from_toml(faults).unwrap();
+    let ports = SharedPorts::new(simulation::world(robot, 1, &faults).unwrap());
+    let eye = ports.clone();
+    let mut before: Vec<Option<i32>> = vec![None; robot.joints.len()];
+    let report = run(robot, plan, ports, |status: &Status| {
+        let ports = eye.borrow();
+        for (joint, before) in robot.joints.iter().zip(&mut before) {
+            let servo = servo(joint);
+            let register = servo.model.registers.goal_position;
+            let bytes = (0..register.bytes).map(|place| {
+                ports.world().register(servo.bus, servo.id.0, register.address + u16::from(place)).unwrap()
+            });
+            let goal = bytes.rev().fold(0, |value, byte| value << 8 | i32::from(byte));
+            let has_torque = ports.world().shaft(servo.bus, servo.id.0).unwrap().torque_on;
+            let (low, high) = goal_counts(joint);
+            // On the way in from outside its range a joint may be where it is.
+            if has_torque && status.activity == Activity::Performing {
+                let goal_counts = f64::from(goal);
+                assert!(goal_counts >= low - 1e-6 && goal_counts <= high + 1e-6, "{}: {goal}", joint.name);
+                if let Some(before) = *before {
+                    let step = rate_counts_s(robot, joint) * robot.period_s() + 1.0;
+                    assert!(
+                        f64::from((goal - before).abs()) <= step + 1e-6,
+                        "{}: {before} to {goal}",
+                        joint.name
+                    );
+                }
+            }
+            *before = has_torque.then_some(goal);
+        }
+        order(status.time_s)
+    });
+    report.unwrap()
+}
+
+fn run_plan(robot: &Robot, stroke: Stroke, move_for_s: f64) -> RunPlan {
+    let motion = plan(robot, StrokeCommand::of(stroke)).into();
+    RunPlan { motion, method: Method::CcdThenFinish, move_for_s, driver: None }
+}
+
+#[test]
+fn every_stroke_runs_on_the_servos_and_ends_parked_and_limp() {
+    let robot = shipped("tentacle.toml");
+    let arm_m = robot.chains[0].length_m(robot.joints_of(&robot.chains[0]));
+    for stroke in strokes(&robot) {
+        let report = watched(&robot, run_plan(&robot, stroke, 11.0), "", |_| Order::Go);
+        assert_eq!(report.outcome, Outcome::Completed, "{stroke:?}: {}", report.reason);
+        assert!(report.is_end_heard);
+        assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0), "{stroke:?}");
+        let arms = report.arms.unwrap();
+        if matches!(stroke, Stroke::Sway | Stroke::Walk | Stroke::Swim) {
+            assert!(arms.group_residual_max_m <= 0.02 * arm_m, "{stroke:?}: {arms:?}");
+        }
+        assert!(arms.bend_max_deg < 95.0, "{stroke:?}: {arms:?}");
+        assert!(report.feet.is_none() && report.gait.is_none());
+    }
+}
+
+#[test]
+fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
+    let robot = shipped("tentacle.toml");
+    let chain = &robot.chains[0];
+    let radius_m = robot.motion.tentacle().unwrap().arms[0].radius_m;
+    for links in [1.5, 2.5, 4.0] {
+        let pole = Pole {
+            point_in_body: DVec3::new(0.045 + 0.034 * links, 0.0, 0.12),
+            axis: DVec3::Y,
+            radius_m: 0.034 * links,
+        };
+        let mut arm = Arm::awake(&robot);
+        arm.perform(StrokeCommand::of(Stroke::Wind(pole)), 14.0);
+        let places = robot.places_in_body(chain, arm.goals[0].iter().copied());
+        let off_m = |place: &DVec3| (*place - pole.point_in_body).cross(pole.axis).length();
+        let surface_m = pole.radius_m + radius_m;
+        // The middle of the arm, by places along the links of its outer two groups; the grip leads it a little inside.
+        let points =
+            places[8..].windows(2).flat_map(|pair| [0.0, 0.25, 0.5, 0.75].map(|u| pair[0].lerp(pair[1], u)));
+        let offs: Vec<f64> = points.map(|point| off_m(&point)).collect();
+        let near =
+            offs.iter().filter(|off| (**off - surface_m).abs() <= 0.1 * pole.radius_m + 0.3 * radius_m);
+        let share = near.count() as f64 / offs.len() as f64;
+        assert!(share >= 0.7, "pole of {links} links: {share} of the arm on it");
+        assert!(offs.iter().all(|off| *off > pole.radius_m), "pole of {links} links: inside it");
+    }
+}
+
+#[test]
+fn an_emergency_stop_from_any_stroke_ends_limp() {
+    let robot = shipped("tentacle.toml");
+    for stroke in strokes(&robot) {
+        let stop = |time_s: f64| if time_s > 12.0 { Order::StopAtOnce } else { Order::Go };
+        let report = watched(&robot, run_plan(&robot, stroke, 1e9), "", stop);
+        assert_eq!(report.outcome, Outcome::Completed, "{stroke:?}: {}", report.reason);
+        assert!(report.is_end_heard, "{stroke:?}");
+        assert!(report.duration_s < 25.0, "{stroke:?}: {} s", report.duration_s);
+    }
+}
+
+#[test]
+fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
+    let robot = shipped("tentacle.toml");
+    let overload = |at_s: f64, bus: &str, id: u8| {
+        format!("[[fault]]\nkind = 'overload'\nat_s = {at_s}\nfor_s = 0.05\nbus = '{bus}'\nid = {id}\n")
+    };
+    let faults = overload(12.0, "root", 3) + &overload(13.0, "tip", 20);
+    let order = |time_s: f64| {
+        let stroke = match time_s {
+            ..20.0 => Stroke::Walk,
+            20.0..32.0 => Stroke::Park,
+            32.0..40.0 => Stroke::Swim,
+            _ => return Order::Stop,
+        };
+        Order::Perform(StrokeCommand::of(stroke))
+    };
+    let report = watched(&robot, run_plan(&robot, Stroke::Rest, 1e9), &faults, order);
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert_eq!(report.servo_restarts, 2);
+    assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+}
+
+/// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.
+struct Servos {
+    slots: Vec<Slot>,
+    positions: Vec<i32>,
+    alarmed: Vec<bool>,
+    /// Cycles for which each is away after a restart.
+    away: Vec<u32>,
+    warmth_c: f64,
+    source: Pcg64Mcg,
+    trips: u64,
+}
+
+impl Servos {
+    fn exchange(&mut self, goals: &[ServoGoal], restart: Option<usize>, is_moving: bool) {
+        // Half a minute of strokes warms by a kelvin, and cools again; so a show gets hot now and then.
+        let hot_c = if is_moving { 45.0 } else { 0.0 };
+        self.warmth_c += (hot_c - self.warmth_c) * 2e-5;
+        for (index, goal) in goals.iter().enumerate() {
+            if restart == Some(index) {
+                self.alarmed[index] = false;
+                self.away[index] = 10;
+            }
+            let [trip, loss] = [1e-6, 2e-3].map(|likely| chance(&mut self.source) < likely);
+            if trip && *goal != ServoGoal::Limp && !self.alarmed[index] {
+                self.alarmed[index] = true;
+                self.trips += 1;
+            }
+            match goal {
+                ServoGoal::Move { position, .. } if !self.alarmed[index] && self.away[index] == 0 => {
+                    self.positions[index] = *position;
+                }
+                _ => {}
+            }
+            let is_away = self.away[index] > 0;
+            self.away[index] = self.away[index].saturating_sub(1);
+            self.slots[index] = match is_away || loss {
+                true => Slot::Missing,
+                false => Slot::Fresh(Feedback {
+                    position: self.positions[index],
+                    voltage_decivolt: 50,
+                    temperature_c: (30.0 + self.warmth_c) as u8,
+                    alarms: if self.alarmed[index] { 0x80 } else { 0 },
+                    ..Feedback::default()
+                }),
+            };
+        }
+    }
+}
+
+/// Eight hours at a tenth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
+/// simulated buses, for minutes, is the test above.
+#[test]
+fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
+    let mut robot = shipped("tentacle.toml");
+    robot.rate_hz = 20.0;
+    let tentacle = robot.motion.tentacle().unwrap();
+    let mut show = Show::new(&robot, Show::of_all_strokes(tentacle, 1e9));
+    let mut controller =
+        Controller::new(&robot, plan(&robot, StrokeCommand::default()), Method::CcdThenFinish, f64::MAX);
+    let mut telemetry = Telemetry::new(&robot);
+    let middle = robot.joints.iter().map(|joint| servo(joint).count_of(0.0) as i32);
+    let count = robot.joints.len();
+    let mut servos = Servos {
+        slots: vec![Slot::Missing; count],
+        positions: middle.collect(),
+        alarmed: vec![false; count],
+        away: vec![0; count],
+        warmth_c: 0.0,
+        source: Pcg64Mcg::seed_from_u64(6),
+        trips: 0,
+    };
+    let (dt_s, hours) = (robot.period_s(), 8.0);
+    let cycles = (hours * 3600.0 * robot.rate_hz) as u64;
+    let (mut performed, mut cooled, mut hottest_c, mut restarts) = (0_u64, 0_u64, 0.0_f64, 0_u64);
+    let mut activity = Activity::Limp;
+    for cycle in 0..cycles {
+        let status = Status {
+            time_s: cycle as f64 * dt_s,
+            activity,
+            gait: None,
+            stroke: None,
+            speed_m_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+            permission: controller.record(&servos.slots).state.permission,
+            frozen: 0,
+            late_cycles: 0,
+            hottest_c: 30.0 + servos.warmth_c,
+            lowest_v: 5.0,
+            is_recording_lost: false,
+        };
+        let (instruction, note) = show.instruction(&status);
+        cooled += u64::from(note.is_some_and(|note| note.contains("hot")));
+        let goals = controller.decide(dt_s, instruction.order);
+        let restart = goals.restart();
+        restarts += u64::from(restart.is_some());
+        let goals = goals.servos().to_vec();
+        servos.exchange(&goals, restart, activity == Activity::Performing);
+        controller.learn(dt_s, &servos.slots);
+        let record = controller.record(&servos.slots);
+        telemetry.observe(&robot, &record);
+        activity = record.activity;
+        assert_ne!(record.state.permission, Permission::Stop, "stopped after {} s", status.time_s);
+        hottest_c = hottest_c.max(status.hottest_c);
+        // The last half hour counts: it still moves.
+        performed += u64::from(activity == Activity::Performing && cycles - cycle < 1800 * 20);
+    }
+    let joints = telemetry.joints_report();
+    assert_eq!((joints.range_violations, joints.rate_violations), (0, 0), "{joints:?}");
+    assert!(servos.trips > 5, "{} trips", servos.trips);
+    assert!(restarts >= servos.trips / 2, "{restarts} restarts after {} trips", servos.trips);
+    assert!(servos.alarmed.iter().filter(|alarmed| **alarmed).count() <= 2, "trips are healed");
+    assert!(cooled > 0 && hottest_c <= robot.safety.temperature_c, "{cooled} times hot, {hottest_c} C");
+    assert!(performed > 600 * 20, "it moved for {performed} of the last 36000 cycles");
+}
