@@ -4,6 +4,10 @@
 //! `HIPPOCAMP_PYTHON`, a Python with the packages of `.ci/python-setup`; `HIPPOCAMP_CHROMIUM`, a Chromium.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(
+    clippy::explicit_write,
+    reason = "macros would be captured, and a test that is left out should say so"
+)]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
