@@ -4,8 +4,12 @@
 //! `HIPPOCAMP_PYTHON`, a Python with the packages of `.ci/python-setup`; `HIPPOCAMP_CHROMIUM`, a Chromium.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
-#![allow(clippy::print_stdout, reason = "a test that is left out says so")]
+#![allow(
+    clippy::explicit_write,
+    reason = "macros would be captured, and a test that is left out should say so"
+)]
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -15,7 +19,8 @@ use hippocamp::recording::Recording;
 fn tool(name: &str) -> Option<String> {
     let tool = std::env::var(name).ok().filter(|tool| !tool.is_empty());
     if tool.is_none() {
-        println!("left out: {name} is not set");
+        // Not captured, so that it is read whether the tests pass or not.
+        writeln!(std::io::stderr(), "left out: {name} is not set").unwrap();
     }
     tool
 }

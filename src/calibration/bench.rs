@@ -91,6 +91,8 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
 
     /// What the person answers to `words`, trimmed, in small letters.
     pub(super) fn ask(&mut self, words: &str) -> Result<String, CalibrateError> {
+        // What was said before the question is no answer to it: a stray Enter must not turn a joint.
+        while self.person.answer().is_some() {}
         self.person.hear(words);
         loop {
             self.look()?;

@@ -94,6 +94,12 @@ pub enum CalibrateError {
         /// Names of the joints.
         joints: Vec<String>,
     },
+    /// A joint that hangs far outside its range: its motor would turn it a long way.
+    #[error("{joint} stands far outside its range: turn it into its range by hand, and run this again")]
+    OutsideRange {
+        /// Name of the joint.
+        joint: String,
+    },
     /// Safety stopped a joint.
     #[error("stopped: {reason}")]
     Stopped {

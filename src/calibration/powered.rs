@@ -88,7 +88,9 @@ fn check_one<P: Ports, H: Person>(
             Err(error) => return (Err(error), true, None),
         };
         buses = bench.buses;
-        let goal_rad = goal_rad(&built.joints[index], start_rad);
+        let Some(goal_rad) = goal_rad(&built.joints[index], start_rad) else {
+            return (Err(CalibrateError::OutsideRange { joint: name }), true, None);
+        };
         let way = if goal_rad > start_rad { &forward } else { &back };
         person.hear(&format!(
             "{name}: turns {:.1} degrees; the end of its limb goes {way}.",
@@ -151,9 +153,39 @@ fn as_built(robot: &Robot, unit: &Unit) -> Robot {
     built
 }
 
-/// A little further from `start_rad` towards the farther end of the joint's range, and within it.
-fn goal_rad(joint: &Joint, start_rad: f64) -> f64 {
+/// A little further from `start_rad` towards the farther end of the joint's range, and within it; none where that
+/// would be a long way, from far outside the range.
+fn goal_rad(joint: &Joint, start_rad: f64) -> Option<f64> {
     let (low, high) = joint.goal_range_rad();
     let turn_rad = if start_rad <= joint.middle_rad() { TURN_RAD } else { -TURN_RAD };
-    (start_rad + turn_rad).clamp(low, high)
+    let goal_rad = (start_rad + turn_rad).clamp(low, high);
+    let way_rad = (goal_rad - start_rad).abs();
+    (way_rad > 0.0 && way_rad <= TURN_RAD + 1e-9).then_some(goal_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn no_joint_turns_further_than_it_was_said() {
+        let robot = config::load(std::path::Path::new("config/horse.toml")).unwrap().robot;
+        for joint in &robot.joints {
+            let (low, high) = joint.goal_range_rad();
+            for tenths in -900..=900 {
+                let start_rad = joint.middle_rad() + f64::from(tenths).to_radians() / 10.0;
+                match goal_rad(joint, start_rad) {
+                    Some(goal_rad) => {
+                        assert!(
+                            (goal_rad - start_rad).abs() <= TURN_RAD + 1e-9
+                                && low <= goal_rad
+                                && goal_rad <= high
+                        );
+                    }
+                    None => assert!(start_rad < low - TURN_RAD + 1e-9 || start_rad > high + TURN_RAD - 1e-9),
+                }
+            }
+        }
+    }
 }

@@ -238,7 +238,8 @@ fn settings(
         lines.warning(
             who,
             format!("status return level {level}: it says nothing of what is written to it"),
-            SETUP,
+            // Volatile on a Dynamixel.
+            if is_told { "'hippocamp servo reboot' takes it back to 2" } else { SETUP },
         );
     }
     let (low, high) = (of.read("min_position_limit")?.raw, of.read("max_position_limit")?.raw);

@@ -38,9 +38,10 @@ const PWM_ALL: i64 = 885;
 const TORQUE_ALL: i64 = 1000;
 /// No second id.
 const NO_ID: i64 = 255;
-/// Phase bits of a Feetech STS: drive direction, speed unit, position beyond one turn, feedback direction. The
-/// controller wants speeds in single steps, and a position within one turn that is the same after every power-on.
-const PHASE: Want = Want::Bits { of: 1 | 4 | 16 | 128, set: 4 };
+/// Phase bits of a Feetech STS: speed unit, position beyond one turn. The controller wants speeds in single steps, and
+/// a position within one turn that is the same after every power-on. The bits of drive and feedback direction stay as
+/// the maker set them: one without the other would drive the servo away from its goal.
+const PHASE: Want = Want::Bits { of: 4 | 16, set: 4 };
 
 /// Everything that a servo is set to beside id and line rate, in the order of writing.
 /// `return_delay_us` is the bus's.

@@ -1,7 +1,10 @@
 //! `hippocamp sim`, the real program: what is typed into it, and programs of others on its terminals.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
-#![allow(clippy::print_stdout, reason = "a test that is left out says so")]
+#![allow(
+    clippy::explicit_write,
+    reason = "macros would be captured, and a test that is left out should say so"
+)]
 
 mod console;
 mod foreign_servos;

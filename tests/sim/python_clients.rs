@@ -3,6 +3,7 @@
 //! Left out, and said so, where the environment variable `HIPPOCAMP_PYTHON` does not name a Python with the packages
 //! of `.ci/python-setup`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,7 +13,8 @@ use crate::running::Sim;
 pub(crate) fn python() -> Option<PathBuf> {
     let python = std::env::var_os("HIPPOCAMP_PYTHON").filter(|python| !python.is_empty());
     if python.is_none() {
-        println!("left out: HIPPOCAMP_PYTHON is not set");
+        // Not captured, so that it is read whether the tests pass or not.
+        writeln!(std::io::stderr(), "left out: HIPPOCAMP_PYTHON is not set").unwrap();
     }
     python.map(PathBuf::from)
 }

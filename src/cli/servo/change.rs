@@ -62,7 +62,7 @@ pub(super) fn reboot(which: &Which, consent: &Consent) -> Result<()> {
 
 /// Takes the servo's settings back to what the factory set.
 pub(super) fn reset(which: &Which, consent: &Consent) -> Result<()> {
-    let what = "every setting back to the factory's, but for id and rate ('servo backup' keeps them first; a Feetech \
+    let what = "torque off, and every setting back to the factory's, but for id and rate ('servo backup' keeps them first; a Feetech \
                 servo may also go back to its factory rate)";
     restart(which, consent, what, |servo| servo.reset())
 }

@@ -22,7 +22,13 @@ pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Add
     match find_address(port, which) {
         Ok(address) if port.is_anybody_at(address)? => Ok(port.servo(address)?),
         Err(error) if error.is::<BadInput>() => Err(error),
-        Ok(_) | Err(_) => Ok(port.servo(home)?),
+        Ok(_) | Err(_) => {
+            say!(
+                "nobody answers as id {}: the servo where it was when it was backed up, {home}, is taken",
+                which.id
+            );
+            Ok(port.servo(home)?)
+        }
     }
 }
 

@@ -188,8 +188,7 @@ impl Walk<'_> {
         let mut servo = self.bench.port.servo(at)?;
         let targets = targets(servo.identity().family, self.bench.return_delay_us);
         let changes = changes(&mut servo, &targets, is_new)?;
-        let kept = self.backups.keep(&joint, &mut servo, &targets)?;
-        say!("{joint}: {at}, kept as it is in {}; now", kept.display());
+        say!("{joint}: {at} is to change:");
         for change in &changes {
             say!("  {} from {} to {}", change.register.name, change.held, change.wanted);
         }
@@ -199,12 +198,16 @@ impl Walk<'_> {
         if at.baud != home.baud {
             say!("  baud_rate from {} to {} baud", at.baud, home.baud);
         }
+        say!("  the torque is taken off for it");
         if !self.yes {
-            confirm("write this; the torque is taken off", false)?;
+            confirm("write this", false)?;
         }
         if is_new {
             self.notes.forget_calibration(&joint)?;
         }
+        // The backup is the mark of a servo that was begun: it comes when all else that a new one needs is done.
+        let kept = self.backups.keep(&joint, &mut servo, &targets)?;
+        say!("  as it was before: {}", kept.display());
         carry_out(&mut servo, &targets, &changes, home)?;
         Ok(())
     }

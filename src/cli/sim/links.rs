@@ -43,7 +43,11 @@ impl Links {
                 folder.display()
             ))
         })?;
-        let is_in_the_way = |path: &PathBuf| path.symlink_metadata().is_ok_and(|of| !of.is_symlink());
+        // A link to a terminal that is gone was left behind by a program that was killed.
+        let is_in_the_way = |path: &PathBuf| {
+            path.symlink_metadata().is_ok()
+                && !fs::read_link(path).is_ok_and(|target| target.starts_with("/dev/pts"))
+        };
         if let Some(taken) = names.map(|name| folder.join(name)).find(is_in_the_way) {
             return Err(BadInput(format!(
                 "{} is there already, and no link of hippocamp sim's: move it away, or give another folder with --link",
