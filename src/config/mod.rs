@@ -18,6 +18,7 @@
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
+//! | `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
