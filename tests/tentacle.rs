@@ -335,7 +335,7 @@ impl Servos {
     }
 }
 
-/// Eight hours at a tenth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
+/// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
 /// simulated buses, for minutes, is the test above.
 #[test]
 fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {

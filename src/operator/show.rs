@@ -175,9 +175,11 @@ mod tests {
         assert!(note.is_some_and(|note| note.contains("hot")));
         // A little cooler is not cool.
         assert_eq!(stroke(show.instruction(&status(100.0, hot_c - 3.0)).0), Stroke::Park);
+        assert_eq!(stroke(show.instruction(&status(199.99, hot_c - 3.0)).0), Stroke::Park);
         assert_eq!(stroke(show.instruction(&status(200.0, 30.0)).0), Stroke::Sway, "its time stood still");
         show.press(Key::Character('p'));
-        assert_eq!(stroke(show.instruction(&status(300.0, 30.0)).0), Stroke::Park);
+        assert_eq!(stroke(show.instruction(&status(200.01, 30.0)).0), Stroke::Park);
+        assert_eq!(stroke(show.instruction(&status(399.99, 30.0)).0), Stroke::Park);
         show.press(Key::Character('p'));
         assert_eq!(stroke(show.instruction(&status(400.0, 30.0)).0), Stroke::Sway);
         show.press(Key::Character('q'));
