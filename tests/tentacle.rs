@@ -8,6 +8,7 @@
 
 mod common;
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use common::{SharedPorts, goal_counts, rate_counts_s, servo, shipped};
@@ -16,7 +17,7 @@ use hippocamp::bus::Slot;
 use hippocamp::capability::TentacleCapability;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
-use hippocamp::model::{Pole, Robot};
+use hippocamp::model::{OnTrip, Pole, Robot};
 use hippocamp::motion::tentacle::TentaclePlan;
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
@@ -166,6 +167,11 @@ fn a_thousand_random_scripts_keep_every_limit() {
 /// A run of `robot` on simulated buses on a virtual clock, driven by `order`; the goal registers of its servos are looked
 /// at in every cycle.
 fn watched(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(f64) -> Order) -> Report {
+    watched_by(robot, plan, faults, |status| order(status.time_s))
+}
+
+/// The same, driven by one who sees more than the time.
+fn watched_by(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(&Status) -> Order) -> Report {
     let faults = FaultScript::from_toml(faults).unwrap();
     let ports = SharedPorts::new(simulation::world(robot, 1, &faults).unwrap());
     let eye = ports.clone();
@@ -196,7 +202,7 @@ fn watched(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(f64) -> Or
             }
             *before = has_torque.then_some(goal);
         }
-        order(status.time_s)
+        order(status)
     });
     report.unwrap()
 }
@@ -284,6 +290,46 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!(report.servo_restarts, 2);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+}
+
+#[test]
+fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
+    let mut robot = shipped("tentacle.toml");
+    let jam = "[[fault]]\nkind = 'stuck'\nat_s = 12.0\nfor_s = 10.0\nbus = 'root'\nid = 3";
+    let order = |time_s: f64| {
+        let stroke = match time_s {
+            ..20.0 => Stroke::Walk,
+            20.0..32.0 => Stroke::Park,
+            32.0..40.0 => Stroke::Swim,
+            _ => return Order::Stop,
+        };
+        Order::Perform(StrokeCommand::of(stroke))
+    };
+    let walked = |robot: &Robot| {
+        let (held, frozen) = (Cell::new(0), Cell::new([0; 2]));
+        let report = watched_by(robot, run_plan(robot, Stroke::Rest, 1e9), jam, |status| {
+            let is_walk = (12.0..20.0).contains(&status.time_s);
+            held.set(held.get() + u32::from(is_walk && status.permission != Permission::Move));
+            let [most, last] = frozen.get();
+            let now = status.frozen;
+            frozen.set([most.max(now), if status.time_s < 36.0 { now } else { last }]);
+            order(status.time_s)
+        });
+        (report, held.get(), frozen.get())
+    };
+    let (report, held, frozen) = walked(&robot);
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert_eq!(
+        (held, frozen),
+        (0, [1, 0]),
+        "cycles held in the walk; joints out at most, and in the last stroke"
+    );
+    assert_eq!(report.servo_restarts, 0, "let go before it tripped");
+    assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    // The same jam stops a robot that is to stop.
+    robot.safety.on_trip = OnTrip::Stop;
+    let (report, held, _) = walked(&robot);
+    assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
 }
 
 /// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.

@@ -49,7 +49,7 @@ const STOPPED_BY_SAFETY: u8 = 3;
 /// A replay found nothing wrong, but could not judge all of the run.
 const NOT_ALL_JUDGED: u8 = 4;
 
-/// Drives servo-driven horses (and octopus arms to come) on real or simulated servo buses.
+/// Drives servo-driven horses and octopus arms on real or simulated servo buses.
 ///
 /// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
 /// be judged, 1 anything else.

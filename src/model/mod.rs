@@ -233,13 +233,15 @@ pub struct SafetySettings {
     pub on_trip: OnTrip,
 }
 
-/// What is done about a servo that raises an alarm, which has often switched its torque off by itself.
+/// What is done about a servo that raises an alarm, which has often switched its torque off by itself, and about one
+/// that is held up, which would soon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OnTrip {
-    /// The robot holds, and stops if the alarm stays.
+    /// The robot holds, and stops if that does not pass.
     #[default]
     Stop,
-    /// The joint is left without torque and the robot goes on; the servo is restarted once the robot is parked.
+    /// The joint is left without torque and the robot goes on; once it is parked, the servo is restarted
+    /// if it is in alarm, and has its torque back.
     Freeze,
 }
 

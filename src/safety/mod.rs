@@ -147,6 +147,13 @@ impl Safety {
         state.permission =
             self.watch.judge(dt_s, gap_s, &state.joints, goals.zip(excused), targets.not_finite);
 
+        for (index, joint) in
+            self.joints.iter_mut().enumerate().filter(|(index, _)| self.watch.is_jammed(*index))
+        {
+            joint.trip.jam();
+            state.is_out[index] = true;
+        }
+
         for index in 0..self.joints.len() {
             let is_left_alone = targets.only.is_some_and(|only| only != index) || state.is_out[index];
             if is_left_alone || self.is_out_of_counts(index, state) {
@@ -191,7 +198,7 @@ impl Safety {
             return;
         }
         for (joint, measured) in self.joints.iter_mut().zip(&state.joints) {
-            joint.trip.look(dt_s, self.settings.fault_delay_s, measured);
+            joint.trip.look(dt_s, self.settings.fault_delay_s, targets.may_restart, measured);
         }
         if targets.may_restart
             && let Some(index) = self.joints.iter().position(|joint| joint.trip.can_restart())

@@ -84,6 +84,8 @@ pub(super) struct Watch {
     /// How long each joint's present fault other than silence has lasted, s.
     wrong_s: Vec<f64>,
     stalls: Vec<Stall>,
+    /// Joints that did not follow their goals at the last judgement, where that is no reason to hold.
+    jammed: Vec<bool>,
     permission: Permission,
     held_s: f64,
     cause: Option<Finding>,
@@ -102,6 +104,7 @@ impl Watch {
             servos: robot.joints.iter().map(|joint| joint.servo).collect(),
             wrong_s: vec![0.0; joints],
             stalls: vec![Stall::default(); joints],
+            jammed: vec![false; joints],
             permission: Permission::Move,
             held_s: 0.0,
             cause: None,
@@ -115,6 +118,11 @@ impl Watch {
     /// What led to the last hold or stop.
     pub(super) fn cause(&self) -> Option<Finding> {
         self.cause
+    }
+
+    /// Whether the joint did not follow its goal at the last judgement and is to be left without torque for it.
+    pub(super) fn is_jammed(&self, joint: usize) -> bool {
+        self.jammed.get(joint).is_some_and(|jammed| *jammed)
     }
 
     /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad, and whether the joint is
@@ -132,7 +140,11 @@ impl Watch {
         if gap_s - dt_s > self.settings.hold_s {
             self.stop(Finding { joint: None, fault: Fault::LoopStalled { gap_s } });
         }
+        self.jammed.fill(false);
         for (index, (joint, (goal, (is_out, is_restarting)))) in joints.iter().zip(goals).enumerate() {
+            if is_out {
+                self.stalls[index] = Stall::default();
+            }
             if is_restarting {
                 continue;
             }
@@ -147,13 +159,19 @@ impl Watch {
                 Some(fault) => {
                     self.wrong_s[index] += dt_s;
                     if self.wrong_s[index] > self.settings.fault_delay_s {
-                        found = found.or(Some(Finding { joint: Some(index), fault }));
+                        let finding = self.finding(index, fault);
+                        found = found.or(finding);
                     }
                 }
             }
+            if is_out {
+                continue;
+            }
             // Last, since a servo that is hot or in alarm may well have let go.
-            let stalled = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings);
-            found = found.or(stalled.map(|fault| Finding { joint: Some(index), fault }));
+            if let Some(fault) = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings) {
+                let finding = self.finding(index, fault);
+                found = found.or(finding);
+            }
         }
         self.permission = match (self.permission, found) {
             (Permission::Stop, _) => Permission::Stop,
@@ -185,6 +203,18 @@ impl Watch {
             self.permission = Permission::Stop;
             self.cause = Some(cause);
         }
+    }
+
+    /// A lasting fault of a joint is a reason to hold, unless the robot goes on without joints that do not follow: a servo
+    /// that is held up trips, sooner or later.
+    fn finding(&mut self, index: usize, fault: Fault) -> Option<Finding> {
+        let is_jam = matches!(fault, Fault::OffGoal { .. } | Fault::Stalled { .. });
+        if is_jam && self.settings.on_trip == OnTrip::Freeze {
+            self.jammed[index] = true;
+            self.wrong_s[index] = 0.0;
+            return None;
+        }
+        Some(Finding { joint: Some(index), fault })
     }
 
     /// The finding that a joint is unheard.
