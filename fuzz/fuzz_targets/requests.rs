@@ -26,7 +26,6 @@ fuzz_target!(|bytes: &[u8]| {
             adapter_latency_us: 0,
             supply_v: 12.0,
             supply_ohm: 0.0,
-            supply_ohm: 0.0,
             servos: vec![servo(1), servo(2)],
         };
         let mut world = World::new(&[bus], FaultScript::default(), 1).expect("a bus that can be");
