@@ -55,7 +55,7 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use crate::model::{Motion, Robot, SafetySettings, StopAction};
+use crate::model::{Motion, OnTrip, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
@@ -164,6 +164,11 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     servos.refuse_idle_buses(file, all_read);
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
+    let on_trip = safety.as_ref().map(|safety| safety.on_trip);
+    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_))) = (on_trip, &motion) {
+        let expected = "\"stop\", or no such key: arms hang on without a joint, a horse falls";
+        file.fault("safety.tripped_servo", expected);
+    }
     if let Some(rate_hz) = rate_hz {
         refuse_times_within_a_few_cycles(file, rate_hz, safety.as_ref(), motion.as_ref());
     }

@@ -194,6 +194,13 @@ const SERVOS: &[Bad] = &[
 const SAFETY: &[Bad] = &[
     bad("rate_share = 0.5", "@coast_s = 0.01", "safety.coast_s", "0.01", &["2 cycles of the loop", "120 Hz"]),
     bad("rate_share = 0.5", "@hold_s = 0.01", "safety.hold_s", "0.01", &["2 cycles of the loop"]),
+    bad(
+        "rate_share = 0.5",
+        "@tripped_servo = \"freeze\"",
+        "safety.tripped_servo",
+        "\"freeze\"",
+        &["a horse falls", "\"stop\""],
+    ),
     bad("rate_share = 0.5", "@rate_share = 1.5", "safety.rate_share", "1.5", &["above 0 and at most 1"]),
     bad(
         "temperature_max_c = 65",
