@@ -68,6 +68,11 @@ fn read_arm<'a>(
         let (link_mm, taper) = (link?, taper?);
         Some((0..joints?).map(|joint| link_length(2.0 * link_mm, taper, joint) / 1000.0).collect::<Vec<_>>())
     };
+    section.describe_default(
+        "tendons",
+        "the cords that bend the arm's three sections, a table",
+        "none: a servo turns each hinge",
+    );
     let (hinges, bent) = match section.has("tendons") {
         true => (Some(2), tendons::read(section, name, links_m().as_deref(), mass_kg, servos)),
         false => {

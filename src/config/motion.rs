@@ -115,6 +115,23 @@ const CARRIERS: [(&str, Carrier); 3] =
 const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
+/// Keys of a tentacle's motion that may be left out: what each is, and what holds then.
+const OPTIONAL: [(&str, &str, &str); 5] = [
+    ("reach_mm", "where a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers", "nowhere"),
+    (
+        "base_radius_mm",
+        "the radius in mm of the base, a ball round the trunk's centre, that arms keep clear of, a number above 0",
+        "no base",
+    ),
+    (
+        "key_angles",
+        "how strokes go from one key angle to the next: one of \"linear\", \"smooth\"",
+        "\"smooth\"",
+    ),
+    ("bending", "how an arm is bent to where its groups end: one of \"ccd\", \"smooth\"", "\"smooth\""),
+    ("pole", "what to wind round, a table", "nothing to wind round"),
+];
+
 fn read_tentacle(
     file: &Section<'_>,
     section: &Section<'_>,
@@ -135,6 +152,10 @@ fn read_tentacle(
         _ => section.number("carried_share", meaning, Limits::FromTo(0.0, 1.0)),
     };
     let stroke_time_s = section.number("stroke_time_s", "the time of one stroke in s", Limits::Positive);
+    // Keys that may be left out: said here, as each is read only where it is set.
+    for (key, meaning, default) in OPTIONAL {
+        section.describe_default(key, meaning, default);
+    }
     let between = match section.has("key_angles") {
         true => section.choice("key_angles", "how strokes go from one key angle to the next", &BETWEEN),
         false => Some(Between::Smooth),

@@ -104,6 +104,11 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
     let hold_s = number(&HOLD);
     let fault_delay_s = number(&FAULT_DELAY);
     let tracking_error = number(&TRACKING_ERROR_MAX);
+    section.describe_default(
+        "tripped_servo",
+        "what is done about a servo that raises an alarm: one of \"stop\", \"freeze\" (arms only)",
+        "\"stop\"",
+    );
     let on_trip = match section.has("tripped_servo") {
         true => section.choice("tripped_servo", "what is done about a servo that raises an alarm", &ON_TRIP),
         false => Some(OnTrip::Stop),
