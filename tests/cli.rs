@@ -337,7 +337,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
         ("reset-servo", 0, "completed"),
         ("brown-out", 3, "bus main: none of its servos is heard"),
         ("twin-ids", 3, "servo 3 on bus main (joint left_hind.stifle) was not heard"),
-        ("overload", 3, "servo 4 on bus main (joint left_hind.hock) raises alarm bits 0x20"),
+        ("overload", 3, "servo 4 on bus main (joint left_hind.hock) raises alarm bits 0x20 (overload)"),
         ("bad-replies", 0, "completed"),
     ];
     let mut scripts: Vec<String> = fs::read_dir(config_file("faults"))

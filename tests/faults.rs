@@ -205,7 +205,7 @@ fn lasting_faults() -> Vec<Lasting> {
             robot: "horse.toml",
             faults: "[[fault]]\nkind = 'overload'\nat_s = 6.0\nbus = 'main'\nid = 4",
             holds_after_s: fault_delay_s.clone(),
-            says: &["servo 4", "bus main", "left_hind.hock", "alarm bits 0x20", "check its load"],
+            says: &["servo 4", "bus main", "left_hind.hock", "alarm bits 0x20 (overload)", "check its load"],
             cut_off: NONE,
             // With its holding torque alone it need not arrive.
             jammed: Some(4),

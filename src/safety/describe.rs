@@ -1,9 +1,17 @@
 //! What a finding means, for people: which servo, what is wrong, what to do.
 
 use super::{Fault, Finding};
-use crate::model::Robot;
+use crate::model::{Protocol, Robot};
 
 impl Finding {
+    /// What the bits mean, in brackets. A Dynamixel's reply says only that there is an alarm: then nothing.
+    fn alarm_words(&self, robot: &Robot, bits: u8) -> String {
+        let joint = self.joint.and_then(|joint| robot.joints.get(joint));
+        let servo = joint.and_then(|joint| joint.servo.as_ref());
+        let feetech = servo.filter(|servo| servo.model.protocol == Protocol::Feetech);
+        feetech.map(|servo| format!(" ({})", servo.model.registers.alarm_words(bits))).unwrap_or_default()
+    }
+
     /// One sentence on what was found and one on what to do about it.
     pub fn describe(&self, robot: &Robot) -> String {
         let what = match self.fault {
@@ -25,7 +33,9 @@ impl Finding {
             Fault::OutOfCounts { position_rad } => {
                 format!("stands at {:.0} degrees, where it has no counts", position_rad.to_degrees())
             }
-            Fault::Alarm { bits } => format!("raises alarm bits 0x{bits:02X}"),
+            Fault::Alarm { bits } => {
+                format!("raises alarm bits 0x{bits:02X}{}", self.alarm_words(robot, bits))
+            }
             Fault::NotFinite => "was asked for an angle that is not a number".to_owned(),
             Fault::LoopStalled { gap_s } => {
                 return format!(
