@@ -85,6 +85,20 @@ fn arrow(last: u8) -> Option<Key> {
 }
 
 #[cfg(test)]
+impl Key {
+    /// The key that tests write as `character`, arrows being `^v<>`.
+    pub(super) fn of(character: char) -> Key {
+        match character {
+            '^' => Key::Up,
+            'v' => Key::Down,
+            '<' => Key::Left,
+            '>' => Key::Right,
+            other => Key::Character(other),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -126,13 +126,7 @@ mod tests {
         let mut keys = Keys::new(Repertoire::example());
         let mut note = None;
         for character in text.chars() {
-            note = keys.press(match character {
-                '^' => Key::Up,
-                'v' => Key::Down,
-                '<' => Key::Left,
-                '>' => Key::Right,
-                other => Key::Character(other),
-            });
+            note = keys.press(Key::of(character));
         }
         (keys.instruction(), note)
     }

@@ -110,13 +110,7 @@ mod tests {
         let mut keys = StrokeKeys::new(robot.motion.tentacle().unwrap());
         let mut note = None;
         for character in text.chars() {
-            note = keys.press(match character {
-                '^' => Key::Up,
-                'v' => Key::Down,
-                '<' => Key::Left,
-                '>' => Key::Right,
-                other => Key::Character(other),
-            });
+            note = keys.press(Key::of(character));
         }
         (keys.instruction(), note)
     }
