@@ -145,6 +145,46 @@ pub struct State {
     pub permission: Permission,
     /// Joints whose servo has tripped: they are left without torque, and their goals are where they are.
     pub is_out: Vec<bool>,
+    /// How the trunk lies and moves.
+    pub body: BodyEstimate,
+}
+
+/// What the inertial measurement unit (IMU) in the trunk last said, turned from its mounting to the body frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ImuReading {
+    /// True once it has been heard.
+    pub is_known: bool,
+    /// Time since this was measured, s.
+    pub age_s: f64,
+    /// Turn rate of the trunk about its x, y and z, rad/s.
+    pub rate_rad_s: DVec3,
+    /// Acceleration less gravity, body frame, m/s^2; (0, 0, 9.81) level and at rest.
+    pub specific_force_m_s2: DVec3,
+    /// Roll, rad: about x, positive lowers the right side.
+    pub roll_rad: f64,
+    /// Pitch, rad: about y, positive lowers the nose.
+    pub pitch_rad: f64,
+    /// Yaw, rad: about z, positive to the left; from wherever the unit counts.
+    pub yaw_rad: f64,
+}
+
+/// How the trunk lies and moves, as far as the robot can tell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BodyEstimate {
+    /// True while the IMU's word is recent enough to act on. Else the robot counts as level and still.
+    pub is_known: bool,
+    /// Roll, pitch and yaw, rad (as in [`ImuReading`]); yaw since the run began.
+    pub roll_rad: f64,
+    /// See `roll_rad`.
+    pub pitch_rad: f64,
+    /// See `roll_rad`.
+    pub yaw_rad: f64,
+    /// Turn rate, body frame, rad/s.
+    pub rate_rad_s: DVec3,
+    /// Velocity of the body frame's origin, body frame, m/s.
+    pub velocity_m_s: DVec3,
+    /// Which chains' tips stand on the ground, one a chain.
+    pub is_in_contact: Vec<bool>,
 }
 
 /// One joint as its servo last reported it.
@@ -272,6 +312,7 @@ impl State {
             goal_rad: vec![0.0; robot.joints.len()],
             permission: Permission::Move,
             is_out: vec![false; robot.joints.len()],
+            body: BodyEstimate { is_in_contact: vec![false; robot.chains.len()], ..BodyEstimate::default() },
         }
     }
 

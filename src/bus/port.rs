@@ -15,6 +15,9 @@ pub enum PortError {
         /// Index of the bus in the robot file.
         bus: usize,
     },
+    /// The line of the inertial measurement unit is gone.
+    #[error("the port of the inertial measurement unit is gone: plug it in again")]
+    ImuGone,
 }
 
 /// Every serial line of the robot, the clock, and the only wait of the program.
@@ -42,6 +45,15 @@ pub trait Ports {
     /// # Errors
     /// [`PortError::Gone`] when the line is not there.
     fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError>;
+
+    /// Copies bytes that have arrived from the inertial measurement unit into `into` and returns how many; 0 when
+    /// there are none, or no unit. Never waits.
+    ///
+    /// # Errors
+    /// [`PortError::ImuGone`] when its line is not there.
+    fn receive_imu(&mut self, _into: &mut [u8]) -> Result<usize, PortError> {
+        Ok(0)
+    }
 
     /// Waits until bytes that were not yet received are there on any bus, or until `deadline`. A line that is
     /// gone has no input.
