@@ -28,7 +28,7 @@ const LAST_PATIENCE_S: f64 = 1.0;
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct RunPlan {
-    /// What to do: of a horse gait, speed and posture; of arms the stroke.
+    /// What to do: of a horse gait, speed and posture; of arms the stroke; of a figure the pose.
     pub motion: Plan,
     /// How targets are solved.
     pub method: Method,
@@ -125,6 +125,7 @@ pub fn run_recorded<P: Ports>(
             (Some(gait), Some(horse.command.speed_m_s), "walked for the time asked")
         }
         Plan::Tentacle(_) => (None, None, "moved for the time asked"),
+        Plan::Figure(_) => (None, None, "stood for the time asked"),
     };
     let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);

@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::model::Gait;
+use crate::model::Motion;
 use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
 use crate::run::Status;
 use crate::signals::Permission;
@@ -36,14 +36,18 @@ pub(super) struct StatusLine {
 }
 
 impl StatusLine {
-    /// Of a robot with these gaits.
-    pub(super) fn start(gaits: &[Gait]) -> StatusLine {
+    /// Of a robot that moves so.
+    pub(super) fn start(motion: &Motion) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let gaits = Names(gaits.iter().map(|gait| gait.name.clone()).collect());
+        let names = Names(match motion {
+            Motion::Horse(horse) => horse.gaits.iter().map(|gait| gait.name.clone()).collect(),
+            Motion::Tentacle(_) => Vec::new(),
+            Motion::Figure(figure) => figure.poses.iter().map(|pose| pose.name.clone()).collect(),
+        });
         StatusLine {
             sender: Some(sender),
-            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &gaits))),
+            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &names))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
             has_said_loss: false,
@@ -78,11 +82,11 @@ impl Drop for StatusLine {
     }
 }
 
-fn print_all(lines: &Receiver<Line>, is_terminal: bool, gaits: &Names) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
-            Line::Status(status, order) => (gaits.line_of(&status, order), is_terminal),
+            Line::Status(status, order) => (names.line_of(&status, order), is_terminal),
             Line::Note(words) => (words.to_owned(), false),
         };
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
@@ -111,7 +115,7 @@ fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
 
-/// Names of the robot's gaits, for people.
+/// Names of the robot's gaits, or of its poses, for people.
 struct Names(Vec<String>);
 
 impl Names {
@@ -122,7 +126,10 @@ impl Names {
             (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
             (_, Activity::Limp) => "limp".to_owned(),
             (_, Activity::Rising) => "rising".to_owned(),
-            (_, Activity::Performing) => status.stroke.unwrap_or("moving").to_owned(),
+            (_, Activity::Performing) => match order {
+                Order::Take(pose) => format!("-> {}", self.0.get(pose).map_or("stand", String::as_str)),
+                _ => status.stroke.unwrap_or("moving").to_owned(),
+            },
             (_, Activity::Parked) => "parked".to_owned(),
             (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
@@ -150,8 +157,10 @@ impl Names {
     /// What a robot on its feet does, and of what was asked.
     fn motion(&self, status: &Status, order: Order) -> String {
         let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
-        if matches!(order, Order::Perform(_)) {
-            return "at rest".to_owned();
+        match order {
+            Order::Perform(_) => return "at rest".to_owned(),
+            Order::Take(pose) => return self.0.get(pose).cloned().unwrap_or_default(),
+            _ => {}
         }
         let Order::Drive(asked) = order else {
             return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));

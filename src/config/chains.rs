@@ -6,8 +6,8 @@ use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
-use super::{arms, meters};
-use crate::model::{ArmSettings, Chain, Joint, TendonDrive};
+use super::{arms, ball, meters};
+use crate::model::{ArmSettings, Chain, Joint, TendonDrive, hinges_in_place, is_ball_joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -46,6 +46,10 @@ impl Limb {
         tendons: Option<TendonDrive>,
     ) -> Limb {
         Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons }
+    }
+
+    pub(super) fn joints(&self) -> &[Joint] {
+        &self.joints
     }
 }
 
@@ -122,13 +126,17 @@ fn read_chain<'a>(
         );
     }
 
+    let joints: Option<Vec<Joint>> = joints.into_iter().collect();
+    if let Some(joints) = &joints {
+        refuse_balls_of_other_hinges(section, joints);
+    }
     let limb = || {
         let rpy = rpy?.map(f64::to_radians);
         Some(Limb {
             name: name?.to_owned(),
             root_m: meters(root?),
             root_rotation: rotation(rpy),
-            joints: joints.into_iter().collect::<Option<_>>()?,
+            joints: joints?,
             tendons: None,
         })
     };
@@ -157,6 +165,7 @@ fn read_joint<'a>(
     section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);
+    let ball = ball::read(section);
     Some(Joint {
         name: format!("{}.{}", chain?, name?),
         axis: axis?,
@@ -165,9 +174,22 @@ fn read_joint<'a>(
         stiffness: stiffness?,
         mass_kg: mass_kg?,
         center_m: meters(center?),
-        ball: None,
+        ball: ball?,
         servo: servo?,
     })
+}
+
+/// The range of a ball joint is that of hinges which make one.
+fn refuse_balls_of_other_hinges(section: &Section<'_>, joints: &[Joint]) {
+    for (place, _) in joints.iter().enumerate().filter(|(_, joint)| joint.ball.is_some()) {
+        if !is_ball_joint(&joints[hinges_in_place(joints, place)]) {
+            section.fault(
+                &format!("joint[{place}].ball"),
+                "no such key but on the last of two or three hinges in one place (link_mm = [0, 0, 0] of the others), of \
+                 which the first turn about y and z, or z and y, and a third, if any, about x, the limb's own direction",
+            );
+        }
+    }
 }
 
 fn read_axis(section: &Section<'_>) -> Option<DVec3> {

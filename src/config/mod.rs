@@ -16,15 +16,17 @@
 //! | `[trunk]` | `mass_kg`, `center_mm` |
 //! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
-//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
+//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo`, (`ball` none: its own range alone) |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
-//! | `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
+//! | `[[chain.joint.ball]]`, `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
+//! | `[motion]` | `kind` = `"figure"`, `legs` = { `left`, `right` }, `stand_height_mm`, `sit_height_mm`, (`soft_stop_deg` 5) |
+//! | `[[motion.pose]]` | of a figure: `name`, `time_s`, (`height_mm` standing), (`pitch_deg` 0), (`roll_deg` 0), (`sway_mm` 0), (`turn` = [{ `joint`, `angle_deg` }] as in the pose `stand`) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
@@ -32,6 +34,7 @@ mod ball;
 mod buses;
 mod chains;
 mod fault;
+mod figure;
 mod gaits;
 mod keys;
 mod motion;
@@ -165,8 +168,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
-    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_))) = (on_trip, &motion) {
-        let expected = "\"stop\", or no such key: arms hang on without a joint, a horse falls";
+    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_) | Motion::Figure(_))) = (on_trip, &motion) {
+        let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
         file.fault("safety.tripped_servo", expected);
     }
     if let Some(rate_hz) = rate_hz {

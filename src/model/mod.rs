@@ -5,6 +5,7 @@
 
 mod arm;
 pub mod ball_joint;
+mod figure;
 mod firmware;
 mod gait;
 mod kinematics;
@@ -17,8 +18,11 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
-pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
+pub use arm::{
+    ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, hinges_in_place, is_ball_joint, link_length,
+};
 pub use ball_joint::BallJoint;
+pub use figure::{FigureMotion, FigurePose};
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
@@ -131,6 +135,8 @@ pub enum Motion {
     Horse(HorseMotion),
     /// Arms that move like an octopus'.
     Tentacle(TentacleMotion),
+    /// A human figure on two feet.
+    Figure(FigureMotion),
 }
 
 impl Motion {
@@ -138,15 +144,23 @@ impl Motion {
     pub fn horse(&self) -> Option<&HorseMotion> {
         match self {
             Motion::Horse(horse) => Some(horse),
-            Motion::Tentacle(_) => None,
+            Motion::Tentacle(_) | Motion::Figure(_) => None,
         }
     }
 
     /// The settings of a rig of arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
         match self {
-            Motion::Horse(_) => None,
             Motion::Tentacle(tentacle) => Some(tentacle),
+            Motion::Horse(_) | Motion::Figure(_) => None,
+        }
+    }
+
+    /// The settings of a figure, if it is one.
+    pub fn figure(&self) -> Option<&FigureMotion> {
+        match self {
+            Motion::Figure(figure) => Some(figure),
+            Motion::Horse(_) | Motion::Tentacle(_) => None,
         }
     }
 }

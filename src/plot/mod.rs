@@ -16,7 +16,7 @@ pub use course::{Change, Course, CourseError, FootRange, Frame, Span, Subject};
 pub use feet::feet;
 pub use footfalls::footfalls;
 pub use joints::joints;
-pub use poses::poses;
+pub use poses::{front, poses};
 
 /// A picture could not be drawn.
 #[derive(Debug, thiserror::Error)]

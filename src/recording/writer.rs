@@ -18,7 +18,7 @@ use super::scene;
 use super::topics::{self, TOPICS, Topic};
 use crate::bus::{ServoGoal, Slot};
 use crate::model::{Chain, Robot};
-use crate::signals::Aim;
+use crate::signals::{Aim, Targets};
 use crate::units::Time;
 
 /// What is written more than this long ago survives whatever happens.
@@ -210,13 +210,21 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     messages::Servos { timestamp, servos: servos.collect() }
 }
 
+/// Whether a place was asked for of the tip of chain number `chain`.
+fn is_aimed(targets: &Targets, chain: usize) -> bool {
+    match targets.aim {
+        Aim::Tips | Aim::Arms => true,
+        Aim::Soles => targets.feet.iter().any(|foot| foot.chain == chain),
+        Aim::Limp | Aim::Pose | Aim::Joint(_) => false,
+    }
+}
+
 fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Feet<'r> {
     let targets = &sample.targets;
     let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
     let is_placed = !targets.feet.is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
-        let target =
-            matches!(sample.targets.aim, Aim::Tips | Aim::Arms).then_some(sample.targets.tips_in_body[index]);
+        let target = is_aimed(targets, index).then_some(targets.tips_in_body[index]);
         let joints = &sample.state.joints[chain.joints.clone()];
         let measured = joints
             .iter()

@@ -1,20 +1,12 @@
 //! The pose of an arm: each hinge's angle with its sine and cosine, its place and its axis.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 
+use super::super::ball::{self, Axis};
 use super::super::pose::{Angle, SMALL_TURN_RAD, small_turn};
 use super::smooth::rest_bend;
 use crate::model::ball_joint::SwingTwist;
 use crate::model::{ArmGeometry, BallJoint, Chain, Joint};
-
-/// Coordinate axis of its own frame that a hinge turns about. An arm's hinges have no others, which makes a turn half
-/// the arithmetic of one about any axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Axis {
-    X,
-    Y,
-    Z,
-}
 
 /// A hinge and where the solve has it.
 #[derive(Debug, Clone, Copy)]
@@ -62,32 +54,9 @@ pub(super) struct Pose {
     next: usize,
 }
 
-impl Axis {
-    fn turn(self, angle: f64) -> DQuat {
-        match self {
-            Axis::X => DQuat::from_rotation_x(angle),
-            Axis::Y => DQuat::from_rotation_y(angle),
-            Axis::Z => DQuat::from_rotation_z(angle),
-        }
-    }
-
-    /// The turn about it that brings x as near to `way`, in the hinge's frame, as it can; none by a twist.
-    pub(super) fn aim(self, way: DVec3) -> f64 {
-        match self {
-            Axis::X => 0.0,
-            Axis::Y => (-way.z).atan2(way.x),
-            Axis::Z => way.y.atan2(way.x),
-        }
-    }
-}
-
 impl Hinge {
     fn new(joint: &Joint, ball: usize) -> Hinge {
-        let (axis, along) = match joint.axis.abs().max_position() {
-            0 => (Axis::X, joint.axis.x),
-            1 => (Axis::Y, joint.axis.y),
-            _ => (Axis::Z, joint.axis.z),
-        };
+        let (axis, sense) = Axis::of(joint);
         let (low, high) = joint.goal_range_rad();
         let rest_rad = match axis {
             Axis::X => 0.0,
@@ -96,7 +65,7 @@ impl Hinge {
         };
         Hinge {
             axis,
-            sense: along.signum(),
+            sense,
             link_m: joint.link_m.x,
             range_rad: (low, high),
             stiffness: joint.stiffness,
@@ -265,11 +234,8 @@ impl Pose {
     pub(super) fn bring_into_range(&self, ball: usize, angles: &mut [f64]) -> bool {
         let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
         let hinges = &self.hinges[*first..*end];
-        let turn = hinges
-            .iter()
-            .zip(&*angles)
-            .fold(DQuat::IDENTITY, |turn, (hinge, angle)| turn * hinge.axis.turn(hinge.sense * angle));
-        let asked = SwingTwist::of(turn);
+        let axes = hinges.iter().map(|hinge| (hinge.axis, hinge.sense));
+        let asked = SwingTwist::of(ball::turn(axes.clone(), angles));
         let mut held = range.nearest(asked);
         let can_twist = hinges.iter().any(|hinge| hinge.axis == Axis::X);
         if !can_twist {
@@ -279,19 +245,7 @@ impl Pose {
         if held == asked {
             return false;
         }
-        let mut left = held.turn();
-        let last = hinges.iter().rposition(|hinge| hinge.axis != Axis::X);
-        for (index, (hinge, angle)) in hinges.iter().zip(angles).enumerate() {
-            let way = left * DVec3::X;
-            let sign = if way.x < 0.0 && Some(index) != last { -1.0 } else { 1.0 };
-            let aim = match hinge.axis {
-                // Once the link points where it is to, what is left is twist.
-                Axis::X => SwingTwist::of(left).twist_rad,
-                Axis::Y | Axis::Z => hinge.axis.aim(way * sign),
-            };
-            *angle = hinge.sense * aim;
-            left = hinge.axis.turn(-aim) * left;
-        }
+        ball::write_angles(axes, held, angles);
         true
     }
 }
