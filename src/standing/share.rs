@@ -121,9 +121,12 @@ impl Sharing {
         let mut first = None;
         for (place, column) in self.free.iter().enumerate() {
             let (now, then) = (self.x[*column], self.z[place]);
-            if then <= 0.0 && now / (now - then) < way || then <= 0.0 && now <= 0.0 {
-                way = if now > 0.0 { now / (now - then) } else { 0.0 };
-                first = Some(place);
+            if then > 0.0 {
+                continue;
+            }
+            let until = if now > 0.0 { now / (now - then) } else { 0.0 };
+            if until < way {
+                (way, first) = (until, Some(place));
             }
         }
         for (place, column) in self.free.iter().enumerate() {
