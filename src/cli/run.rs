@@ -388,6 +388,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     if let Some(feet) = &report.feet {
         say!("  {feet}");
     }
+    if let Some(body) = &report.body {
+        say!("  {body}");
+    }
     if let Some(arms) = &report.arms {
         say!("  {arms}");
     }

@@ -8,6 +8,7 @@ pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
+mod physics;
 pub mod servo_model;
 pub mod tendon;
 mod tentacle;
@@ -20,6 +21,7 @@ use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use physics::{Foot, Ground, Physics, Step};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -45,6 +47,8 @@ pub struct Robot {
     pub motion: Motion,
     /// What keeps it from harm.
     pub safety: SafetySettings,
+    /// The body of the simulated robot; none where its joints turn freely.
+    pub physics: Option<Physics>,
     /// What it does when it stops.
     pub stop_action: StopAction,
 }
@@ -63,6 +67,8 @@ pub struct Chain {
     pub joints: Range<usize>,
     /// What bends it, where that is not a servo in every joint.
     pub tendons: Option<TendonDrive>,
+    /// What it stands on, where it does.
+    pub foot: Option<Foot>,
 }
 
 /// A hinge and the link behind it.
