@@ -2,7 +2,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::super::{BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk};
+use super::super::{
+    BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk,
+};
 use super::{GRAVITY, Hinge, RigidBody};
 use crate::model::COUNTS_PER_RAD;
 
