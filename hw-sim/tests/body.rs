@@ -46,7 +46,12 @@ fn chain(root_m: [f64; 3], links: Vec<Link>, foot: Option<Foot>) -> Chain {
 /// Links in a row on a base in the air.
 fn arm(joints: usize) -> BodyConfig {
     let arm = chain([0.0; 3], (0..joints).map(link).collect(), None);
-    BodyConfig { trunk: Trunk { is_fixed: true, ..trunk() }, chains: vec![arm], ground: Ground::default(), motor_steps: 1 }
+    BodyConfig {
+        trunk: Trunk { is_fixed: true, ..trunk() },
+        chains: vec![arm],
+        ground: Ground::default(),
+        motor_steps: 1,
+    }
 }
 
 /// Four straight legs with round feet.
@@ -54,7 +59,12 @@ fn table(ground: Ground) -> BodyConfig {
     let foot = Foot::Round { radius_m: 0.01, width_m: 0.03 };
     let leg = |(shaft, (x, y))| chain([x, y, 0.0], vec![link(shaft)], Some(foot));
     let roots = [(-0.1, 0.08), (0.1, 0.08), (-0.1, -0.08), (0.1, -0.08)];
-    BodyConfig { trunk: trunk(), chains: roots.into_iter().enumerate().map(leg).collect(), ground, motor_steps: 1 }
+    BodyConfig {
+        trunk: trunk(),
+        chains: roots.into_iter().enumerate().map(leg).collect(),
+        ground,
+        motor_steps: 1,
+    }
 }
 
 fn shaft(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {

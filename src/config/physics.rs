@@ -38,7 +38,8 @@ fn refuse_what_has_no_body(file: &Section<'_>, chains: &[ChainEntry<'_>], motion
     }
     if let Some(Motion::Horse(_)) = motion {
         for (chain, _) in limbs().filter(|(_, limb)| !limb.has_foot()) {
-            let expected = "a foot, as foot = { radius_mm = 10, width_mm = 30 }: in physics a leg stands on it";
+            let expected =
+                "a foot, as foot = { radius_mm = 10, width_mm = 30 }: in physics a leg stands on it";
             file.fault(&format!("{}.foot", chain.key), expected);
         }
     }
@@ -62,7 +63,8 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
     let is_free = !matches!(motion, Some(Motion::Tentacle(_)));
     let trunk_box = match is_free {
         true => {
-            let meaning = "the edges of the box that the trunk is, in mm along x, y, z; its middle is trunk.center_mm";
+            let meaning =
+                "the edges of the box that the trunk is, in mm along x, y, z; its middle is trunk.center_mm";
             section.numbers::<3>("trunk_box_mm", meaning, Limits::Positive).map(Some)
         }
         false => Some(None),
@@ -110,24 +112,26 @@ fn read_ground(section: &Section<'_>) -> Option<Ground> {
 
 /// Reads the foot of a chain; `Some(None)` where it has none.
 pub(super) fn read_foot(chain: &Section<'_>) -> Option<Option<Foot>> {
-    let meaning = "what the chain stands on: a round sole across it (radius_mm, width_mm) or a plate (size_mm)";
+    let meaning =
+        "what the chain stands on: a round sole across it (radius_mm, width_mm) or a plate (size_mm)";
     chain.describe_default("foot", &format!("{meaning}, a table"), "none: it ends in a point");
     if !chain.has("foot") {
         return Some(None);
     }
-    chain.section("foot", meaning, |foot| {
-        let edges = "the edges of a plate in mm along x, y, z";
-        foot.describe_default("size_mm", &format!("{edges}, a list of 3 numbers"), "a round sole");
-        if foot.has("size_mm") {
-            let size = foot.numbers::<3>("size_mm", edges, Limits::Positive);
-            let meaning = "the middle of a plate, from the tip, in mm";
-            let middle = foot.vector_or("middle_mm", meaning, glam::DVec3::ZERO);
-            return Some(Foot::Plate { size_m: meters(size?.into()), middle_m: meters(middle?) });
-        }
-        let radius = foot.number("radius_mm", "the radius of a round sole in mm", Limits::Positive);
-        let meaning = "the width of a round sole in mm, between the middles of its round ends";
-        let width = foot.number("width_mm", meaning, Limits::NotNegative);
-        Some(Foot::Round { radius_m: radius? / 1000.0, width_m: width? / 1000.0 })
-    })
-    .map(Some)
+    chain
+        .section("foot", meaning, |foot| {
+            let edges = "the edges of a plate in mm along x, y, z";
+            foot.describe_default("size_mm", &format!("{edges}, a list of 3 numbers"), "a round sole");
+            if foot.has("size_mm") {
+                let size = foot.numbers::<3>("size_mm", edges, Limits::Positive);
+                let meaning = "the middle of a plate, from the tip, in mm";
+                let middle = foot.vector_or("middle_mm", meaning, glam::DVec3::ZERO);
+                return Some(Foot::Plate { size_m: meters(size?.into()), middle_m: meters(middle?) });
+            }
+            let radius = foot.number("radius_mm", "the radius of a round sole in mm", Limits::Positive);
+            let meaning = "the width of a round sole in mm, between the middles of its round ends";
+            let width = foot.number("width_mm", meaning, Limits::NotNegative);
+            Some(Foot::Round { radius_m: radius? / 1000.0, width_m: width? / 1000.0 })
+        })
+        .map(Some)
 }

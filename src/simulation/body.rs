@@ -31,7 +31,8 @@ pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
 /// Place of each joint's servo among all, bus by bus, as the simulated buses have them.
 fn shafts(robot: &Robot) -> Vec<Option<usize>> {
     let on = |bus: usize| robot.joints.iter().filter_map(|joint| joint.servo).filter(move |of| of.bus == bus);
-    let mut next: Vec<usize> = (0..robot.buses.len()).map(|bus| (0..bus).map(|bus| on(bus).count()).sum()).collect();
+    let mut next: Vec<usize> =
+        (0..robot.buses.len()).map(|bus| (0..bus).map(|bus| on(bus).count()).sum()).collect();
     let place = |joint: &Joint| {
         let next = next.get_mut(joint.servo?.bus)?;
         *next += 1;
@@ -61,7 +62,8 @@ fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]
 fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
     let (low, high) = joint.range_rad;
     let beyond = STOP_RAD.max(STOP_SHARE * (high - low));
-    let (zero_counts, is_reversed) = joint.servo.map_or((0.0, false), |servo| (servo.zero_count, servo.reversed));
+    let (zero_counts, is_reversed) =
+        joint.servo.map_or((0.0, false), |servo| (servo.zero_count, servo.reversed));
     body::Link {
         axis: joint.axis.to_array(),
         end_m: joint.link_m.to_array(),
@@ -69,7 +71,12 @@ fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::
         center_m: joint.center_m.to_array(),
         radius_m,
         stops_rad: (low - beyond, high + beyond),
-        servo: ShaftLink { shaft, zero_counts, is_reversed, rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2 },
+        servo: ShaftLink {
+            shaft,
+            zero_counts,
+            is_reversed,
+            rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2,
+        },
     }
 }
 

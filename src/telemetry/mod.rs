@@ -20,7 +20,9 @@ use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
 use joints::JointObserver;
-pub use report::{ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report};
+pub use report::{
+    ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report,
+};
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::super::{BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk};
+use super::super::{
+    BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk,
+};
 use super::{GRAVITY, Hinge, RigidBody};
 use crate::model::COUNTS_PER_RAD;
 
@@ -66,6 +68,8 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
         soles: Vec::new(),
         pushes: Vec::new(),
         up: ground_turn * Vector::Z,
+        mass_kg: config.mass_kg(),
+        is_held: false,
         motor_steps: config.motor_steps,
         waited: 0,
         torques: vec![0.0; shafts.len()],
