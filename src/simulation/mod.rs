@@ -12,11 +12,11 @@ use crate::model::{Protocol, Robot};
 /// How far outside its range a limp joint may lie, share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
 
-/// Longest time a limp robot takes to lie still where it was put down, s.
+/// Longest time a limp robot that is put down takes to lie still, s.
 const SETTLE_S: f64 = 3.0;
 
 /// A simulated world of `robot`'s buses, each joint at a random place in or a little outside its range; in physics, it
-/// then sinks to the ground.
+/// is then put down on the ground.
 ///
 /// # Errors
 /// When `faults` names a bus or servo the robot does not have.
@@ -35,7 +35,8 @@ pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, Bu
     world_from_pose(robot, &pose, seed, faults)
 }
 
-/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad); in physics, it then sinks to the ground.
+/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad); in physics, it is
+/// then put down on the ground.
 ///
 /// # Errors
 /// When `faults` names a bus or servo the robot does not have.
@@ -48,7 +49,7 @@ pub fn world_from_pose(
     let buses = buses(robot, pose);
     let Some(physics) = &robot.physics else { return World::new(&buses, faults.clone(), seed) };
     let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
-    world.settle(SETTLE_S);
+    world.put_down(SETTLE_S);
     Ok(world)
 }
 

@@ -136,6 +136,12 @@ pub struct BodyError {
 }
 
 impl BodyConfig {
+    /// Mass of all of it, kg.
+    pub fn mass_kg(&self) -> f64 {
+        let links = self.chains.iter().flat_map(|chain| &chain.links);
+        self.trunk.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
+    }
+
     /// Whether all of it can be.
     pub(super) fn check(&self) -> Result<(), BodyError> {
         let positive = |what: &str, value: f64| {

@@ -125,19 +125,22 @@ impl World {
         Ok(world)
     }
 
-    /// Lets the limp robot sink to the ground, or its limbs hang, before time begins: until it lies still, for at most
-    /// `longest_s` seconds that do not count. Does nothing where joints carry nothing.
-    pub fn settle(&mut self, longest_s: f64) {
+    /// Puts the limp robot down before time begins: hands keep the trunk level while its limbs give way, and then let
+    /// go. Each takes until it lies still, or `longest_s` seconds that do not count. Does nothing where joints carry
+    /// nothing.
+    pub fn put_down(&mut self, longest_s: f64) {
         if self.body.state().is_none() {
             return;
         }
-        let mut still_ns = 0;
-        let mut ns = 0;
         self.torques.fill(0.0);
-        while ns < nanoseconds(longest_s) && still_ns < SETTLED_NS {
-            self.body.step(STEP_S, &mut self.shafts, &self.torques);
-            ns += STEP_NS;
-            still_ns = if self.is_still() { still_ns + STEP_NS } else { 0 };
+        for is_held in [true, false] {
+            self.body.hold_trunk(is_held);
+            let (mut ns, mut still_ns) = (0, 0);
+            while ns < nanoseconds(longest_s) && still_ns < SETTLED_NS {
+                self.body.step(STEP_S, &mut self.shafts, &self.torques);
+                ns += STEP_NS;
+                still_ns = if self.is_still() { still_ns + STEP_NS } else { 0 };
+            }
         }
         self.observe(0, 0.0);
     }

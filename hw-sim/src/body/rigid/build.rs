@@ -68,6 +68,8 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
         soles: Vec::new(),
         pushes: Vec::new(),
         up: ground_turn * Vector::Z,
+        mass_kg: config.mass_kg(),
+        is_held: false,
         motor_steps: config.motor_steps,
         waited: 0,
         torques: vec![0.0; shafts.len()],

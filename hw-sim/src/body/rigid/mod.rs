@@ -18,6 +18,10 @@ const STOP: (f64, f64) = (60.0, 0.3);
 /// Friction that holds a shaft that is stuck, whatever the load, N m.
 const STUCK_NM: f64 = 1e3;
 
+/// How stiffly hands keep a trunk level, N m/rad and N m s/rad for each kg of the robot, and how they brake its way
+/// over the ground, N s/m for each kg.
+const HANDS: (f64, f64, f64) = (10.0, 0.3, 20.0);
+
 /// One hinge between two bodies.
 #[derive(Debug)]
 struct Hinge {
@@ -55,6 +59,9 @@ pub struct RigidBody {
     motor_steps: u32,
     /// The ground's normal.
     up: Vector,
+    /// All of it, kg.
+    mass_kg: f64,
+    is_held: bool,
     state: BodyState,
 }
 
@@ -159,6 +166,14 @@ impl RigidBody {
             trunk.add_force_at_point(force, place, true);
         }
         self.torques.fill(0.0);
+        if self.is_held {
+            let trunk = &mut self.world.bodies[self.trunk];
+            let (stiffness, damping, brake) = HANDS;
+            let tilt = (trunk.rotation() * Vector::Z).cross(self.up);
+            let way = trunk.linvel() - self.up * trunk.linvel().dot(self.up);
+            trunk.add_torque(self.mass_kg * (stiffness * tilt - damping * trunk.angvel()), true);
+            trunk.add_force(-brake * self.mass_kg * way, true);
+        }
     }
 
     /// Reads what came out of a step of `dt_s`; of none, before the first.
@@ -245,6 +260,10 @@ impl Body for RigidBody {
 
     fn push(&mut self, push: &Push) {
         self.pushes.push(*push);
+    }
+
+    fn hold_trunk(&mut self, is_held: bool) {
+        self.is_held = is_held;
     }
 
     fn state(&self) -> Option<&BodyState> {
