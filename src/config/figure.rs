@@ -123,7 +123,9 @@ fn read_pose<'a>(
 /// A joint and its angle, rad.
 fn read_turn(section: &Section<'_>, joints: &[Named<'_>]) -> Option<(usize, f64)> {
     let names: Vec<Option<&str>> = joints.iter().map(|named| Some(named.joint.name.as_str())).collect();
-    let joint = section.reference("joint", "the name of a joint, its chain's before it", &names)?;
+    let joint = section.reference("joint", "the name of a joint, its chain's before it", &names);
+    let angle = section.number("angle_deg", "its angle in degrees", Limits::Any);
+    let (joint, angle) = (joint?, angle?);
     let Named { joint: turned, is_leg } = joints.get(joint)?;
     if *is_leg {
         let expected = "a joint that is not a leg's: feet stay on the ground, and legs follow height_mm, pitch_deg, \
@@ -131,7 +133,6 @@ fn read_turn(section: &Section<'_>, joints: &[Named<'_>]) -> Option<(usize, f64)
         section.fault("joint", expected);
         return None;
     }
-    let angle = section.number("angle_deg", "its angle in degrees", Limits::Any)?;
     let (low, high) = turned.range_rad;
     if !(low..=high).contains(&angle.to_radians()) {
         let (low, high) = (low.to_degrees(), high.to_degrees());

@@ -64,7 +64,7 @@ impl Sag {
     /// Writes the correction of this cycle, `dt_s` after the last one. Off its feet there is none: whoever takes over
     /// starts from the last goals, which have it in them.
     pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
-        let is_on_feet = targets.aim == Aim::Tips && !targets.feet.is_empty();
+        let is_on_feet = matches!(targets.aim, Aim::Tips | Aim::Soles) && !targets.feet.is_empty();
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
             self.share = 0.0;
             joints.sag_rad.fill(0.0);
