@@ -90,9 +90,9 @@ impl Telemetry {
     pub fn new(robot: &Robot) -> Telemetry {
         Telemetry {
             buses: BusObserver::new(robot),
-            feet: robot.motion.horse().map(|_| FootObserver::new(robot)),
+            feet: robot.motion.tentacle().is_none().then(|| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
-            body: robot.motion.horse().map(|_| BodyObserver::new(robot)),
+            body: robot.motion.tentacle().is_none().then(|| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),
             cycles: 0,
             late_cycles: 0,
