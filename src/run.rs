@@ -273,7 +273,7 @@ fn repeat<P: Ports>(
         } else if is_recording_lost {
             wanted = Order::Stop;
             // The end that was planned has nothing to do with it.
-            if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {
+            if stopper == Stopper::Nobody && cycle.activity() != Activity::Done {
                 stopper = Stopper::Recording;
             }
         }
@@ -281,7 +281,7 @@ fn repeat<P: Ports>(
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
         }
-        if cycle.generator().activity() == Activity::Done {
+        if cycle.activity() == Activity::Done {
             last_cycles += 1;
             let since_s = f64::from(last_cycles) * robot.period_s();
             // Every servo has answered an exchange that told it the last goals.
@@ -305,7 +305,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
     let drive = cycle.generator().drive();
     Status {
         time_s,
-        activity: cycle.generator().activity(),
+        activity: cycle.activity(),
         gait: drive.and_then(Drive::gait),
         stroke: cycle.generator().stroke(),
         yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),

@@ -187,6 +187,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         motion: motion?,
         safety: safety?,
         stop_action: stop_action?,
+        reflex: None,
+        yielding: None,
     })
 }
 

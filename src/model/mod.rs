@@ -8,6 +8,7 @@ pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
+mod reflex;
 pub mod servo_model;
 pub mod tendon;
 mod tentacle;
@@ -20,6 +21,7 @@ use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -47,6 +49,10 @@ pub struct Robot {
     pub safety: SafetySettings,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// What it does when it falls; none where the file says nothing.
+    pub reflex: Option<ReflexSettings>,
+    /// What an arm does that is loaded beyond its limit; none where the file says nothing.
+    pub yielding: Option<YieldSettings>,
 }
 
 /// A limb: joints from the body outwards.

@@ -172,6 +172,8 @@ fn robot() -> Robot {
             on_trip: crate::model::OnTrip::Stop,
         },
         stop_action: StopAction::Hold,
+        reflex: None,
+        yielding: None,
     }
 }
 
