@@ -114,7 +114,7 @@ impl Line {
                     turn_ends: now + self.client.turn_deadline(),
                 }
             }
-            Err(PortError::Gone { .. }) => State::Gone,
+            Err(_) => State::Gone,
         };
     }
 
@@ -135,7 +135,7 @@ impl Line {
             match ports.receive(self.bus, &mut piece) {
                 Ok(0) => break,
                 Ok(count) => self.client.feed(piece.get(..count).unwrap_or_default()),
-                Err(PortError::Gone { .. }) => {
+                Err(_) => {
                     self.state = State::Gone;
                     return None;
                 }
