@@ -42,6 +42,7 @@ pub mod safety;
 pub mod service;
 pub mod signals;
 pub mod simulation;
+pub mod standing;
 pub mod telemetry;
 pub mod units;
 pub mod urdf;
