@@ -168,6 +168,8 @@ pub fn run_recorded<P: Ports>(
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
         arms: cycle.telemetry().arms_report(),
+        falls: cycle.reflex().report(),
+        arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
@@ -331,6 +333,8 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &st
         (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
+    } else if let Some(falls) = cycle.reflex().report().filter(|_| cycle.reflex().is_down()) {
+        (Outcome::Fallen, format!("{falls}: set it on its feet and start it again"))
     } else {
         (planned.0, planned.1.to_owned())
     };

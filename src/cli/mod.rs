@@ -48,11 +48,13 @@ const BAD_INPUT: u8 = 2;
 const STOPPED_BY_SAFETY: u8 = 3;
 /// A replay found nothing wrong, but could not judge all of the run.
 const NOT_ALL_JUDGED: u8 = 4;
+/// The robot fell and lies limp.
+const FALLEN: u8 = 5;
 
 /// Drives servo-driven horses and octopus arms on real or simulated servo buses.
 ///
 /// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
-/// be judged, 1 anything else.
+/// be judged, 5 fallen and limp, 1 anything else.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
 struct Arguments {

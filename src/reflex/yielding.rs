@@ -6,9 +6,10 @@
 //!            over its load for a time             rests, and long enough
 //! Holding --------------------------> Yielding -------------------------> Returning
 //!    ^                                   ^                                   |  |
-//!    |                                   +---------- loaded again -----------+  |
+//!    |                                   +---- loaded again, thrice at most -+  |
 //!    +------------------------------ back where it was to be -------------------+
 //! ```
+//! What is there each time it returns is no hand: a jam is left to safety.
 
 use std::ops::Range;
 
@@ -18,14 +19,17 @@ use crate::signals::{JointState, JointTargets, State};
 
 /// Joints rest while they turn slower than this, rad/s.
 const REST_RAD_S: f64 = 0.1;
+/// How often in a row it gives way.
+const IN_A_ROW: u32 = 3;
 /// An arm that is never let rest returns all the same after so many times its least, against the hand.
 const LONGEST: f64 = 10.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Holding { over_s: f64 },
-    Yielding { since_s: f64 },
-    Returning { since_s: f64, over_s: f64 },
+    /// For the `time`-th time in a row.
+    Yielding { since_s: f64, time: u32 },
+    Returning { since_s: f64, over_s: f64, time: u32 },
 }
 
 const HOLDING: Phase = Phase::Holding { over_s: 0.0 };
@@ -120,24 +124,26 @@ impl Phase {
     ) -> Phase {
         let count = |over_s: f64| if is_overloaded { over_s + dt_s } else { 0.0 };
         match self {
-            Phase::Holding { over_s } if count(over_s) > settings.after_s => Phase::Yielding { since_s: 0.0 },
+            Phase::Holding { over_s } if count(over_s) > settings.after_s => {
+                Phase::Yielding { since_s: 0.0, time: 1 }
+            }
             Phase::Holding { over_s } => Phase::Holding { over_s: count(over_s) },
-            Phase::Yielding { since_s } => {
+            Phase::Yielding { since_s, time } => {
                 let is_still = measured.iter().all(|joint| joint.speed_rad_s.abs() < REST_RAD_S);
                 let since_s = since_s + dt_s;
                 let is_over = since_s >= settings.for_s && is_still;
                 if is_over || since_s >= LONGEST * settings.for_s {
-                    Phase::Returning { since_s: 0.0, over_s: 0.0 }
+                    Phase::Returning { since_s: 0.0, over_s: 0.0, time }
                 } else {
-                    Phase::Yielding { since_s }
+                    Phase::Yielding { since_s, time }
                 }
             }
-            Phase::Returning { over_s, .. } if count(over_s) > settings.after_s => {
-                Phase::Yielding { since_s: 0.0 }
+            Phase::Returning { over_s, time, .. } if time < IN_A_ROW && count(over_s) > settings.after_s => {
+                Phase::Yielding { since_s: 0.0, time: time + 1 }
             }
             Phase::Returning { since_s, .. } if since_s + dt_s >= settings.return_s => HOLDING,
-            Phase::Returning { since_s, over_s } => {
-                Phase::Returning { since_s: since_s + dt_s, over_s: count(over_s) }
+            Phase::Returning { since_s, over_s, time } => {
+                Phase::Returning { since_s: since_s + dt_s, over_s: count(over_s), time }
             }
         }
     }
