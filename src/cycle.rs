@@ -10,7 +10,7 @@ use crate::model::Robot;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::reflex::{Charge, Reflex, Yielding};
 use crate::safety::Safety;
-use crate::signals::{JointTargets, Permission, State, Targets};
+use crate::signals::{JointTargets, Permission, State, Targets, TrueBody};
 use crate::telemetry::{CycleRecord, Telemetry};
 use crate::units::Time;
 
@@ -127,6 +127,7 @@ impl<'r> Controller<'r> {
             interventions: self.interventions,
             is_held: self.is_held,
             dt_s: self.robot.period_s(),
+            truth: None,
         }
     }
 }
@@ -154,6 +155,7 @@ pub struct Cycle<'r, P> {
     buses: Buses<P>,
     slots: Vec<Slot>,
     telemetry: Telemetry,
+    truth: Option<TrueBody>,
     times: Option<CycleTimes>,
 }
 
@@ -177,6 +179,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
             buses,
             slots: vec![Slot::Missing; robot.joints.len()],
             telemetry: Telemetry::new(robot),
+            truth: None,
             times: None,
         }
     }
@@ -195,7 +198,9 @@ impl<'r, P: Ports> Cycle<'r, P> {
         self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
         self.controller.learn(gap_s, &self.slots);
-        self.telemetry.observe(self.robot, &self.controller.record(&self.slots));
+        self.truth = self.buses.ports_mut().true_body();
+        let record = CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) };
+        self.telemetry.observe(self.robot, &record);
         self.telemetry.observe_buses(self.buses.statistics());
 
         let ended = self.buses.ports_mut().now();
@@ -206,7 +211,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
 
     /// The last cycle.
     pub fn record(&self) -> CycleRecord<'_> {
-        self.controller.record(&self.slots)
+        CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) }
     }
 
     /// When the last cycle was; all zero before the first.

@@ -187,6 +187,23 @@ pub struct BodyEstimate {
     pub is_in_contact: Vec<bool>,
 }
 
+/// What a simulated robot truly does, whatever it knows of that itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueBody {
+    /// Origin of the body frame, m; here and below in a world whose origin is on the ground under the start.
+    pub position_m: DVec3,
+    /// Turn from the body frame to the world.
+    pub turn: DQuat,
+    /// Velocity of the body frame's origin, m/s.
+    pub velocity_m_s: DVec3,
+    /// Height of that origin above the ground's plane, m.
+    pub height_m: f64,
+    /// Force of the ground on the trunk, N.
+    pub trunk_contact_n: f64,
+    /// The trunk lies on the ground or is turned over.
+    pub is_fallen: bool,
+}
+
 /// One joint as its servo last reported it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {

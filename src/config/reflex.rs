@@ -101,12 +101,12 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
 }
 
 fn read_detector(section: &Section<'_>) -> Option<Detector> {
+    let words = "the rule by which a fall is certain: one of \"lean\" (where the trunk will be), \"rate\" (how fast it turns)";
+    section.describe_default("detector", words, "\"lean\"");
     let rule = match section.has("detector") {
         true => section.choice("detector", "the rule by which a fall is certain", &RULES),
         false => Some(Rule::Lean),
     };
-    let words = "the rule by which a fall is certain: one of \"lean\" (where the trunk will be), \"rate\" (how fast it turns)";
-    section.describe_default("detector", words, "\"lean\"");
     let only_of = |keys: &[&'static str], rule: &str| {
         for key in keys.iter().filter(|key| section.has(key)) {
             section.fault(key, format!("no such key: it belongs to detector = \"{rule}\""));

@@ -8,6 +8,7 @@ pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
+mod physics;
 mod reflex;
 pub mod servo_model;
 pub mod tendon;
@@ -21,6 +22,7 @@ use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use physics::{Foot, Ground, Physics, Step};
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
@@ -47,6 +49,8 @@ pub struct Robot {
     pub motion: Motion,
     /// What keeps it from harm.
     pub safety: SafetySettings,
+    /// The body of the simulated robot; none where its joints turn freely.
+    pub physics: Option<Physics>,
     /// What it does when it stops.
     pub stop_action: StopAction,
     /// What it does when it falls; none where the file says nothing.
@@ -69,6 +73,8 @@ pub struct Chain {
     pub joints: Range<usize>,
     /// What bends it, where that is not a servo in every joint.
     pub tendons: Option<TendonDrive>,
+    /// What it stands on, where it does.
+    pub foot: Option<Foot>,
 }
 
 /// A hinge and the link behind it.
