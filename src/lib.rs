@@ -44,5 +44,6 @@ pub mod signals;
 pub mod simulation;
 pub mod standing;
 pub mod telemetry;
+pub mod trial;
 pub mod units;
 pub mod urdf;

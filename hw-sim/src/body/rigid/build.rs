@@ -169,6 +169,7 @@ fn insert_chain(
             sign,
             known_rad: zero_rad,
             friction_nm: shaft.friction_nm,
+            torque_nm: 0.0,
         });
         let end = Vector::from_array(link.end_m);
         if !is_fixed && end.length() > 0.0 {
