@@ -19,7 +19,9 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
+use super::{
+    BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole,
+};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::model::Robot;

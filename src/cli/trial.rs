@@ -11,7 +11,7 @@ use super::load::load;
 use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
 use crate::model::ReflexMode;
 use crate::plot::{self, FallRow};
-use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, Trials, TrialError, Tried};
+use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
 
 /// Columns of the progress bar.
 const BAR: u64 = 40;
@@ -56,7 +56,8 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     let trials = Trials::new(robot).map_err(bad_input)?;
     let page = options.into.as_deref().map(|path| read_page(path).map(|page| (path, page))).transpose()?;
     options.picture.as_deref().map_or(Ok(()), refuse_inputs)?;
-    let tried = trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
+    let tried =
+        trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
     let summary = Summary::of(&tried);
     let tables = format!("{}\n\n{summary}", headline(options, &trials));
     if options.is_json {
@@ -103,7 +104,10 @@ fn read_page(path: &Path) -> Result<[String; 2]> {
     let parts = text.split_once(BEGIN).and_then(|(head, rest)| Some((head, rest.split_once(END)?.1)));
     let (head, foot) = parts.ok_or_else(|| {
         let (begin, end) = (BEGIN.trim_end(), END.trim_end());
-        BadInput(format!("{}: expected the lines '{begin}' and '{end}', between which tables go", path.display()))
+        BadInput(format!(
+            "{}: expected the lines '{begin}' and '{end}', between which tables go",
+            path.display()
+        ))
     })?;
     Ok([head.to_owned(), foot.to_owned()])
 }
@@ -126,7 +130,10 @@ fn picture(trials: &Trials, tried: &[Tried]) -> Result<String> {
     let falls = tried.iter().filter(|tried| tried.off.fallen_s.is_some() && tried.reflex.is_some());
     let hardest = falls.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
     let Some(Tried { scene, .. }) = hardest else {
-        return Err(BadInput("--picture: none of these trials was a fall; more of them may have one".to_owned()).into());
+        return Err(BadInput(
+            "--picture: none of these trials was a fall; more of them may have one".to_owned(),
+        )
+        .into());
     };
     draw(trials, scene)
 }

@@ -329,9 +329,10 @@ impl<'a> Section<'a> {
             return None;
         };
         let path = self.path(key);
-        let values = items.iter().enumerate().map(|(place, item)| {
-            self.limited(&element(&path, place), item.get_ref(), meaning, Limits::Any)
-        });
+        let values = items
+            .iter()
+            .enumerate()
+            .map(|(place, item)| self.limited(&element(&path, place), item.get_ref(), meaning, Limits::Any));
         let values: Vec<Option<f64>> = values.collect();
         values.into_iter().collect()
     }

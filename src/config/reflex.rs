@@ -38,7 +38,8 @@ pub(super) fn read(
         file.fault("reflex", "no such section: arms on a base do not fall; [yield] is for their loads");
         return None;
     }
-    file.section("reflex", "what the robot does when it falls", |section| read_reflex(section, joints)).map(Some)
+    file.section("reflex", "what the robot does when it falls", |section| read_reflex(section, joints))
+        .map(Some)
 }
 
 fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<ReflexSettings> {

@@ -4,11 +4,13 @@
 //! tentacles and figures.
 
 mod arm;
+mod balance;
 pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
 mod physics;
+mod posture;
 mod reflex;
 pub mod servo_model;
 pub mod tendon;
@@ -20,9 +22,11 @@ use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
+pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use physics::{Foot, Ground, Physics, Step};
+pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
@@ -51,6 +55,8 @@ pub struct Robot {
     pub safety: SafetySettings,
     /// The body of the simulated robot; none where its joints turn freely.
     pub physics: Option<Physics>,
+    /// How it keeps its balance on its feet; none where it does not. Acts only where there is [`Robot::physics`].
+    pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
     /// What it does when it falls; none where the file says nothing.

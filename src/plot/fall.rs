@@ -46,7 +46,8 @@ pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, Pl
     let pixels_a_metre = (width - 2.0 * SIDE) / (high.x - low.x).max(1e-3);
     let row_height = NAME + (high.z - low.z) * pixels_a_metre + BELOW;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred pixels")]
-    let height = (HEAD + row_height * f64::from(u32::try_from(rows.len()).unwrap_or(1))).clamp(1.0, 1e4) as u32;
+    let height =
+        (HEAD + row_height * f64::from(u32::try_from(rows.len()).unwrap_or(1))).clamp(1.0, 1e4) as u32;
     picture(height, |area| {
         let title = format!(
             "A push of {:.2} N s, {:.0} degrees to the left of ahead, seen across it: it goes to the right",
@@ -98,7 +99,9 @@ fn figure(robot: &Robot, scene: &Scene, first: &Snapshot, pose: &Snapshot) -> Fi
     let middle = robot.trunk_center_m;
     // Two of its faces and what joins them: every edge once or more.
     let corner = |x: f64, y: f64, z: f64| seen(middle + half * DVec3::new(x, y, z));
-    let face = |x: f64| [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(y, z)| corner(x, y, z));
+    let face = |x: f64| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(y, z)| corner(x, y, z))
+    };
     let trunk = face(-1.0).into_iter().chain(face(1.0)).collect();
     let limbs = robot.chains.iter().map(|chain| {
         let angles = pose.angles_rad.get(chain.joints.clone()).unwrap_or_default();

@@ -125,10 +125,14 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     }
     assert_eq!(scene.see((0.9, 0.0), [3.0, 0.0, 0.0], 0.3), ["falling", "settling"]);
     assert!((scene.targets.torque_share - 0.1).abs() < 1e-9);
-    let follows =
-        |scene: &Scene<'_>| scene.targets.pose_rad.iter().zip(&scene.state.joints).all(|(a, b)| {
-            (a - b.position_rad).abs() < 1e-12
-        });
+    let follows = |scene: &Scene<'_>| {
+        scene
+            .targets
+            .pose_rad
+            .iter()
+            .zip(&scene.state.joints)
+            .all(|(a, b)| (a - b.position_rad).abs() < 1e-12)
+    };
     assert!(follows(&scene), "goals follow the joints");
     scene.state.joints[3].position_rad -= 0.4;
     scene.state.joints[3].speed_rad_s = -2.0;
@@ -284,9 +288,12 @@ fn numbers_that_are_none_and_a_silent_unit_tell_of_no_fall() {
 #[test]
 fn a_unit_lost_in_the_middle_of_a_fall_ends_it_limp() {
     let robot = horse(ReflexMode::Reflex);
-    for lose in [|body: &mut BodyEstimate| body.is_known = false, |body: &mut BodyEstimate| {
-        body.roll_rad = f64::NAN;
-    }] {
+    for lose in [
+        |body: &mut BodyEstimate| body.is_known = false,
+        |body: &mut BodyEstimate| {
+            body.roll_rad = f64::NAN;
+        },
+    ] {
         let mut scene = Scene::new(&robot);
         scene.see((0.0, 0.0), [0.0; 3], 0.1);
         scene.see((0.0, 0.4), [0.0, 3.0, 0.0], 0.05);

@@ -26,10 +26,19 @@ const LONGEST: f64 = 10.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Holding { over_s: f64 },
+    Holding {
+        over_s: f64,
+    },
     /// For the `time`-th time in a row.
-    Yielding { since_s: f64, time: u32 },
-    Returning { since_s: f64, over_s: f64, time: u32 },
+    Yielding {
+        since_s: f64,
+        time: u32,
+    },
+    Returning {
+        since_s: f64,
+        over_s: f64,
+        time: u32,
+    },
 }
 
 const HOLDING: Phase = Phase::Holding { over_s: 0.0 };

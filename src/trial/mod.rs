@@ -120,12 +120,7 @@ impl Trials {
     ///
     /// # Errors
     /// The first that occurred.
-    pub fn try_all(
-        &self,
-        runs: u64,
-        seed: u64,
-        tell: impl Fn(u64) + Sync,
-    ) -> Result<Vec<Tried>, TrialError> {
+    pub fn try_all(&self, runs: u64, seed: u64, tell: impl Fn(u64) + Sync) -> Result<Vec<Tried>, TrialError> {
         let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
         let results = Mutex::new(Vec::new());
         let work = || {

@@ -64,7 +64,8 @@ impl Summary {
             .iter()
             .filter_map(|tried| Some((&tried.off, tried.reflex.as_ref()?, tried.passive.as_ref()?)))
             .collect();
-        let of = |pick: fn(&(&Observed, &Observed, &Observed)) -> f64| met.iter().map(pick).collect::<Vec<_>>();
+        let of =
+            |pick: fn(&(&Observed, &Observed, &Observed)) -> f64| met.iter().map(pick).collect::<Vec<_>>();
         let leads: Vec<f64> = falls.iter().filter_map(|tried| tried.lead_s()).collect();
         Summary {
             fell: Share::of(tried.iter().map(|tried| tried.off.fallen_s.is_some())),
@@ -126,8 +127,15 @@ impl fmt::Display for Summary {
         writeln!(f, "| told, and never came: false alarms | {} |", share(&self.false_alarms))?;
         writeln!(f, "| falls whose direction was the push's | {} |", share(&self.direction))?;
         let least = self.least_lead_s.map_or_else(String::new, |least_s| format!("; least {least_s:.2} s"));
-        writeln!(f, "\nFrom then until the trunk met the ground: median {} s{least}.\n", figure(self.lead_s, 2))?;
-        writeln!(f, "| mean over all falls (95 % interval) | reflex | passive | off | less than passive | less than off |")?;
+        writeln!(
+            f,
+            "\nFrom then until the trunk met the ground: median {} s{least}.\n",
+            figure(self.lead_s, 2)
+        )?;
+        writeln!(
+            f,
+            "| mean over all falls (95 % interval) | reflex | passive | off | less than passive | less than off |"
+        )?;
         writeln!(f, "|---|---|---|---|---|---|")?;
         writeln!(
             f,

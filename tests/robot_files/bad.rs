@@ -416,9 +416,27 @@ const REFLEX: &[Bad] = &[
         &["belongs to detector = \"rate\""],
     ),
     bad("[0, 60, 10, 90, 60]", "@[0, 60, 10]", "reflex.pose[0].angles_deg", "[0, 60, 10]", &["5 numbers"]),
-    bad("[0, 60, 10, 90", "@[0, 60, 50, 90", "reflex.pose[0].angles_deg[2]", "50", &["lf.hip", "-45.0 to 45.0"]),
-    bad("\"forward\"", "@\"down\"", "reflex.fall[0].direction", "\"down\"", &["which way it falls", "\"twisting\""]),
-    bad("at_s = 0.25", "at_s = @0.05", "reflex.fall[0].key[1].at_s", "0.05", &["after that of the key before it, 0.1"]),
+    bad(
+        "[0, 60, 10, 90",
+        "@[0, 60, 50, 90",
+        "reflex.pose[0].angles_deg[2]",
+        "50",
+        &["lf.hip", "-45.0 to 45.0"],
+    ),
+    bad(
+        "\"forward\"",
+        "@\"down\"",
+        "reflex.fall[0].direction",
+        "\"down\"",
+        &["which way it falls", "\"twisting\""],
+    ),
+    bad(
+        "at_s = 0.25",
+        "at_s = @0.05",
+        "reflex.fall[0].key[1].at_s",
+        "0.05",
+        &["after that of the key before it, 0.1"],
+    ),
     bad(
         "pose = \"spread\"",
         "pose = @\"spred\"",
@@ -440,8 +458,20 @@ const REFLEX: &[Bad] = &[
         &["at least one key pose"],
     ),
     bad("lying = \"upright\"", "@lying = \"up\"", "reflex.get_up[0].lying", "\"up\"", &["what is down"]),
-    bad("torque_share = 0.7", "torque_share = @0", "reflex.fall[0].key[0].torque_share", "0", &["above 0 and at most 1"]),
-    bad("[reflex]\n", "@[yield]\nload_share = 0.5\n[reflex]\n", "yield", "[yield]", &["a horse stands on its legs"]),
+    bad(
+        "torque_share = 0.7",
+        "torque_share = @0",
+        "reflex.fall[0].key[0].torque_share",
+        "0",
+        &["above 0 and at most 1"],
+    ),
+    bad(
+        "[reflex]\n",
+        "@[yield]\nload_share = 0.5\n[reflex]\n",
+        "yield",
+        "[yield]",
+        &["a horse stands on its legs"],
+    ),
 ];
 
 #[test]
@@ -587,7 +617,15 @@ fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
     let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
     assert_eq!(
         said,
-        "horse.toml:49: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
+        "horse.toml:50: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
          bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
     );
+}
+
+#[test]
+fn balance_without_physics_is_told() {
+    let with_balance = GOOD.to_owned() + "\n[balance]\nroll_rate_gain_s = 1\n";
+    let error = refused(&with_balance);
+    let told: Vec<&str> = error.faults.iter().map(|fault| fault.key.as_str()).collect();
+    assert_eq!(told, ["balance", "balance.roll_rate_gain_s"]);
 }
