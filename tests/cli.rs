@@ -350,7 +350,9 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
     assert_eq!(scripts, tested, "every script is tried here");
     for (script, expected, says) in cases {
         let (file, path) = (format!("config/faults/{script}.toml"), scratch(&format!("{script}.json")));
-        let arguments = ["run", HORSE, "--virtual", "--faults", &file, "--report", text(&path)];
+        // What goes wrong on the buses is the same for joints that turn freely.
+        let arguments =
+            ["run", HORSE, "--virtual", "--no-physics", "--faults", &file, "--report", text(&path)];
         let (stdout, stderr, code) = texts(&output(&arguments));
         assert_eq!(code, Some(expected), "{script}: {stdout}{stderr}");
         assert!(stdout.contains(says), "{script}: no '{says}' in {stdout}");
