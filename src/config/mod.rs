@@ -25,11 +25,13 @@
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
 //! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
 //! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
+//! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2); acts where there is `[physics]` |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
+mod balance;
 mod ball;
 mod buses;
 mod chains;
@@ -168,6 +170,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
+    let balance = balance::read(file);
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
     if let (Some(OnTrip::Freeze), Some(Motion::Horse(_))) = (on_trip, &motion) {
         let expected = "\"stop\", or no such key: arms hang on without a joint, a horse falls";
@@ -191,6 +194,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         motion: motion?,
         safety: safety?,
         physics: physics?,
+        balance: balance?,
         stop_action: stop_action?,
     })
 }

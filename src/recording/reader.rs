@@ -311,6 +311,7 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
                 excursion_m: plan.excursion_m,
                 plane_way_m: plan.plane_way_m,
                 is_swing: plan.is_swing,
+                load_share: f64::from(u8::from(!plan.is_swing)),
                 swing_acceleration_m_s2: plan.swing_acceleration_m_s2,
             });
         }

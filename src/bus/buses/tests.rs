@@ -173,6 +173,7 @@ fn robot() -> Robot {
             on_trip: crate::model::OnTrip::Stop,
         },
         physics: None,
+        balance: None,
         stop_action: StopAction::Hold,
     }
 }
