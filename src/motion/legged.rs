@@ -23,6 +23,9 @@ pub trait OnFeet {
     /// Goes on by `dt_s`, as `command` says; without one, to its stand.
     fn step(&mut self, dt_s: f64, state: &State, command: Option<Self::Command>);
 
+    /// Stands as it stood up, as if it had never done anything.
+    fn stand_anew(&mut self);
+
     /// True once it stands as it stood up, and will go on to.
     fn is_standing(&self) -> bool;
 
@@ -47,6 +50,7 @@ pub trait OnFeet {
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
+/// After a fall it begins anew with `Gather`.
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
 /// `Sink`. What it does on its feet is the [`OnFeet`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of
 /// every motion. With the stop action `hold` the robot stays as it is instead of sinking or folding: `Held`.
@@ -107,6 +111,13 @@ impl<D: OnFeet> LeggedGenerator<D> {
             *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
         }
         self.write_targets(targets);
+    }
+
+    /// Goes to the sitting pose from the last goals, and rises.
+    pub fn begin_anew(&mut self, state: &State) {
+        self.drive.stand_anew();
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }
 
     fn change_phase(&mut self, state: &State, order: Order) {

@@ -111,15 +111,6 @@ impl Poise {
         Stance { rise_m, pitch_rad, roll_rad, sway_m, forward_m }
     }
 
-    fn stand_anew(&mut self) {
-        (self.pose, self.time_s, self.duration_s) = (0, 0.0, 0.0);
-        self.trunk = numbers(self.plan.stance(0)).map(Glide::at);
-        let angles = self.plan.settings.poses.first().map_or(&[][..], |stand| &stand.angles_rad);
-        for (glide, angle) in self.joints.iter_mut().zip(angles) {
-            *glide = Glide::at(*angle);
-        }
-    }
-
     /// Sets out for another pose.
     fn set_out(&mut self, pose: usize, state: &State) {
         let (Some(to), Some(to_rad)) = (self.plan.settings.poses.get(pose), self.plan.pose_rad.get(pose))
@@ -167,6 +158,15 @@ impl OnFeet for Poise {
         let wanted = command.unwrap_or(0);
         if wanted != self.pose {
             self.set_out(wanted, state);
+        }
+    }
+
+    fn stand_anew(&mut self) {
+        (self.pose, self.time_s, self.duration_s) = (0, 0.0, 0.0);
+        self.trunk = numbers(self.plan.stance(0)).map(Glide::at);
+        let angles = self.plan.settings.poses.first().map_or(&[][..], |stand| &stand.angles_rad);
+        for (glide, angle) in self.joints.iter_mut().zip(angles) {
+            *glide = Glide::at(*angle);
         }
     }
 

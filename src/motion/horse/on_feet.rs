@@ -24,6 +24,10 @@ impl OnFeet for Drive {
         Drive::step(self, dt_s, command);
     }
 
+    fn stand_anew(&mut self) {
+        Drive::stand_anew(self);
+    }
+
     fn is_standing(&self) -> bool {
         Drive::is_standing(self)
     }
