@@ -29,6 +29,7 @@ pub struct Sag {
     wanted_rad: Vec<f64>,
     /// How much of the correction is in, 0 to 1.
     share: f64,
+    lean_brake_hz: f64,
 }
 
 /// What is known of a joint.
@@ -58,6 +59,7 @@ impl Sag {
             legs: soles.iter().map(|sole| sole.chain).collect(),
             wanted_rad: vec![0.0; robot.joints.len()],
             share: 0.0,
+            lean_brake_hz: robot.balance.map_or(0.0, |balance| balance.lean_brake_hz),
         })
     }
 
@@ -74,7 +76,8 @@ impl Sag {
         for foot in &targets.feet {
             self.loads[foot.chain] = foot.load_share;
         }
-        self.standing.solve(&joints.angles_rad, &trunk(targets, state), &self.loads);
+        let trunk = trunk(targets, state, self.lean_brake_hz);
+        self.standing.solve(&joints.angles_rad, &trunk, &self.loads);
         self.work_out(joints, state);
         self.share = (self.share + dt_s / FADE_S).min(1.0);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
@@ -138,14 +141,22 @@ impl Sag {
     }
 }
 
-/// How the trunk lies: as measured, or as planned where that is not known.
-fn trunk(targets: &Targets, state: &State) -> TrunkMotion {
+/// How the trunk lies: as measured, or as planned where that is not known. What turns over is to be braked: the acceleration
+/// that holds the posture (the source's 4.1) beyond what stiff joints do by themselves.
+fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
     if !state.body.is_known {
         let turn: DQuat = targets.trunk_turn;
         (_, pitch_rad, roll_rad) = turn.to_euler(EulerRot::ZYX);
     }
-    TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2: DVec3::ZERO }
+    let mut acceleration_m_s2 = DVec3::ZERO;
+    if state.body.is_known && state.body.rate_rad_s.is_finite() {
+        let rate = state.body.rate_rad_s;
+        // On its soles the trunk goes where it turns to.
+        let speed_m_s = targets.trunk_in_world.z * DVec3::new(rate.y, -rate.x, 0.0);
+        acceleration_m_s2 = -lean_brake_hz * speed_m_s;
+    }
+    TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2 }
 }
 
 /// As much of a correction as leaves the goal in its range; none that pushes a joint further out.

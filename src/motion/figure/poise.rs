@@ -39,7 +39,13 @@ impl Stance {
         let to_body = targets.trunk_turn.inverse();
         targets.feet.clear();
         for (chain, in_world) in legs.into_iter().zip(soles) {
-            targets.feet.push(FootTarget { chain, in_world, load_share: 1.0, ..FootTarget::default() });
+            targets.feet.push(FootTarget {
+                chain,
+                in_world,
+                plane_way_m: self.forward_m,
+                load_share: 1.0,
+                ..FootTarget::default()
+            });
             if let (Some(tip), Some(turn)) =
                 (targets.tips_in_body.get_mut(chain), targets.sole_turns.get_mut(chain))
             {
