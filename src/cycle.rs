@@ -6,10 +6,11 @@ use crate::bus::{Buses, Ports, Slot};
 use crate::counts::{self, Goals};
 use crate::estimate;
 use crate::ik::{Limbs, Method};
+use crate::imu::Imu;
 use crate::model::Robot;
 use crate::motion::{Generator, Order, Plan};
 use crate::safety::Safety;
-use crate::signals::{JointTargets, Permission, State, Targets};
+use crate::signals::{ImuReading, JointTargets, Permission, State, Targets};
 use crate::telemetry::{CycleRecord, Telemetry};
 use crate::units::Time;
 
@@ -25,6 +26,7 @@ pub struct Controller<'r> {
     targets: Targets,
     joints: JointTargets,
     goals: Goals,
+    imu: ImuReading,
     state: State,
     // About the last cycle.
     order: Order,
@@ -48,6 +50,7 @@ impl<'r> Controller<'r> {
             targets: Targets::new(robot),
             joints: JointTargets::new(robot),
             goals: Goals::limp(robot),
+            imu: ImuReading::default(),
             state: State::new(robot),
             order: Order::Go,
             is_held: false,
@@ -75,9 +78,10 @@ impl<'r> Controller<'r> {
         &self.goals
     }
 
-    /// From replies to what is known: the second half. One slot a joint.
-    pub fn learn(&mut self, gap_s: f64, slots: &[Slot]) {
-        estimate::update(self.robot, gap_s, slots, &mut self.state);
+    /// From replies, one slot a joint, and the word of the inertial measurement unit to what is known: the second half.
+    pub fn learn(&mut self, gap_s: f64, slots: &[Slot], imu: &ImuReading) {
+        self.imu = *imu;
+        estimate::update(self.robot, gap_s, slots, imu, &mut self.state);
     }
 
     /// The same for a robot without buses: every joint is where it was told to be, and a limp one stays where it is.
@@ -100,6 +104,7 @@ impl<'r> Controller<'r> {
             joints: &self.joints,
             goals: self.goals.servos(),
             slots,
+            imu: &self.imu,
             state: &self.state,
             interventions: self.interventions,
             is_held: self.is_held,
@@ -130,6 +135,7 @@ pub struct Cycle<'r, P> {
     controller: Controller<'r>,
     buses: Buses<P>,
     slots: Vec<Slot>,
+    imu: Imu,
     telemetry: Telemetry,
     times: Option<CycleTimes>,
 }
@@ -153,6 +159,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
             controller: Controller::with_generator(robot, generator, method),
             buses,
             slots: vec![Slot::Missing; robot.joints.len()],
+            imu: Imu::new(robot),
             telemetry: Telemetry::new(robot),
             times: None,
         }
@@ -171,7 +178,8 @@ impl<'r, P: Ports> Cycle<'r, P> {
         let decided = self.buses.ports_mut().now();
         self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
-        self.controller.learn(gap_s, &self.slots);
+        self.imu.read(self.buses.ports_mut());
+        self.controller.learn(gap_s, &self.slots, self.imu.reading());
         self.telemetry.observe(self.robot, &self.controller.record(&self.slots));
         self.telemetry.observe_buses(self.buses.statistics());
 

@@ -1,11 +1,15 @@
 //! From replies to what is known of the robot. A lost reply leaves the last one standing, and ageing.
 
+use glam::DVec3;
+
 use crate::counts;
 use crate::model::Robot;
-use crate::signals::{JointState, Slot, State};
+use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State};
 
-/// Updates `state` with the replies of a cycle that began `gap_s` after the one before; one slot a joint.
-pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {
+/// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with what
+/// the inertial measurement unit last said.
+pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
+    update_body(robot, imu, &mut state.body);
     for ((known, joint), slot) in state.joints.iter_mut().zip(&robot.joints).zip(slots) {
         match (slot, &joint.servo) {
             (Slot::Fresh(reply), Some(servo)) => *known = counts::measured(servo, reply),
@@ -17,8 +21,18 @@ pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {
     }
 }
 
+fn update_body(robot: &Robot, imu: &ImuReading, body: &mut BodyEstimate) {
+    body.is_known = robot.imu.as_ref().is_some_and(|settings| imu.is_known && imu.age_s <= settings.stale_s);
+    if !body.is_known {
+        (body.roll_rad, body.pitch_rad, body.rate_rad_s) = (0.0, 0.0, DVec3::ZERO);
+        return;
+    }
+    (body.roll_rad, body.pitch_rad, body.rate_rad_s) = (imu.roll_rad, imu.pitch_rad, imu.rate_rad_s);
+    body.yaw_rad = imu.yaw_rad;
+}
+
 /// Updates `state` where there are no buses: every joint is at its goal, and one of which nothing is known yet in
-/// the middle of its range.
+/// the middle of its range; the trunk lies level and still.
 pub fn at_goals(robot: &Robot, state: &mut State) {
     for ((known, joint), goal_rad) in state.joints.iter_mut().zip(&robot.joints).zip(&state.goal_rad) {
         let position_rad = if known.is_known { *goal_rad } else { joint.middle_rad() };
@@ -30,4 +44,5 @@ pub fn at_goals(robot: &Robot, state: &mut State) {
             ..JointState::default()
         };
     }
+    state.body.is_known = true;
 }

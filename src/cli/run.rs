@@ -391,6 +391,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     if let Some(arms) = &report.arms {
         say!("  {arms}");
     }
+    if let Some(imu) = &report.imu {
+        say!("  {imu}");
+    }
     if report.servo_restarts > 0 {
         say!("  servos that tripped: {} restarts", report.servo_restarts);
     }

@@ -22,6 +22,8 @@
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
+//! | `[imu]` | (`rate_hz` 200), (`baud` 115200), (`rpy_deg` 0 0 0), (`delay_ms` 5), (`stale_s` 0.1), (`lost_speed_share` 0.5); none at all: no unit |
+//! | `[imu.noise]` | (`acceleration_m_s2` 0.03), (`acceleration_bias_m_s2` 0.1), (`rate_deg_s` 0.1), (`rate_bias_deg_s` 0.1), (`angle_deg` 0.1), (`angle_drift_deg` 0.3): of a simulated unit |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
@@ -33,6 +35,7 @@ mod buses;
 mod chains;
 mod fault;
 mod gaits;
+mod imu;
 mod keys;
 mod motion;
 mod nearest;
@@ -162,6 +165,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let chains = chains::read(file, &mut servos);
     let all_read = chains.iter().all(|chain| chain.limb.is_some());
     servos.refuse_idle_buses(file, all_read);
+    let imu = imu::read(file, rate_hz);
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
@@ -187,6 +191,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         motion: motion?,
         safety: safety?,
         stop_action: stop_action?,
+        imu: imu?,
     })
 }
 

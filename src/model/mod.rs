@@ -7,6 +7,7 @@ mod arm;
 pub mod ball_joint;
 mod firmware;
 mod gait;
+mod imu;
 mod kinematics;
 pub mod servo_model;
 pub mod tendon;
@@ -20,6 +21,7 @@ use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use imu::{IMU_BAUDS, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -47,6 +49,8 @@ pub struct Robot {
     pub safety: SafetySettings,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// The inertial measurement unit in its trunk; none where it has none.
+    pub imu: Option<ImuSettings>,
 }
 
 /// A limb: joints from the body outwards.

@@ -20,6 +20,8 @@ enum Scope {
     Servos,
     /// Servos, once: no `for_s`.
     ServosOnce,
+    /// The inertial measurement unit: no `bus` or `id`.
+    Imu,
 }
 
 /// A kind as it is written.
@@ -36,7 +38,7 @@ const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> K
     Kind { word, scope, own: None, make }
 }
 
-static KINDS: [Kind; 16] = [
+static KINDS: [Kind; 20] = [
     kind("silent", Scope::Servos, |_| FaultKind::Silent),
     Kind {
         own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
@@ -68,6 +70,10 @@ static KINDS: [Kind; 16] = [
         own: Some(("celsius", "the temperature of the servo", -40.0..=200.0)),
         ..kind("hot", Scope::Servos, |celsius| FaultKind::Hot { celsius })
     },
+    kind("imu-silent", Scope::Imu, |_| FaultKind::ImuSilent),
+    kind("imu-frozen", Scope::Imu, |_| FaultKind::ImuFrozen),
+    kind("imu-garbled", Scope::Imu, |_| FaultKind::ImuGarbled),
+    kind("imu-unplugged", Scope::Imu, |_| FaultKind::ImuUnplugged),
 ];
 
 /// Keys a fault may have, whatever its kind; those from `for_s` on not in every kind.
@@ -207,7 +213,7 @@ impl<'a> Section<'a> {
         for key in &KEYS[2..] {
             let belongs = match *key {
                 "for_s" => !matches!(kind.scope, Scope::Host | Scope::ServosOnce),
-                "bus" => kind.scope != Scope::Host,
+                "bus" => !matches!(kind.scope, Scope::Host | Scope::Imu),
                 "id" => matches!(kind.scope, Scope::Servos | Scope::ServosOnce),
                 own_key => own == Some(own_key),
             };

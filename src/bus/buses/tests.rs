@@ -172,6 +172,7 @@ fn robot() -> Robot {
             on_trip: crate::model::OnTrip::Stop,
         },
         stop_action: StopAction::Hold,
+        imu: None,
     }
 }
 
