@@ -261,7 +261,7 @@ fn on_ground(ground: Ground, config: &ImuConfig) -> World {
         box_middle_m: [0.0; 3],
         box_size_m: [0.3, 0.2, 0.1],
     };
-    let body = BodyConfig { trunk, chains: Vec::new(), ground };
+    let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
     let mut world = World::with_body(&[], FaultScript::default(), 1, &body).unwrap();
     world.fit_imu(config, 1).unwrap();
     world

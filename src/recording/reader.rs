@@ -214,6 +214,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     let buses: Option<messages::Buses<'_>> = read(cycle, topics::BUSES)?;
     // Not in a recording of a robot that has none.
     let imu: Option<messages::Imu> = read(cycle, topics::IMU)?;
+    let truth: Option<messages::TrueBody> = read(cycle, topics::TRUE_BODY)?;
     let (Some(times), Some(motion), Some(states), Some(goals)) = (times, motion, states, goals) else {
         return Ok(None);
     };
@@ -249,6 +250,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
         };
         sample.state.body.is_known = imu.is_acted_on;
     }
+    sample.truth = truth.map(Into::into);
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;
     read_feet(robot, &feet, &mut sample)?;
@@ -323,6 +325,7 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
                 excursion_m: plan.excursion_m,
                 plane_way_m: plan.plane_way_m,
                 is_swing: plan.is_swing,
+                load_share: f64::from(u8::from(!plan.is_swing)),
                 swing_acceleration_m_s2: plan.swing_acceleration_m_s2,
             });
         }

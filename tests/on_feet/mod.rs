@@ -107,6 +107,7 @@ impl<'r> OnFeet<'r> {
                 interventions,
                 is_held: false,
                 dt_s,
+                truth: None,
             },
         );
     }

@@ -47,7 +47,7 @@ const IMU: &[Bad] = &[
     bad("baud = 38400\nrpy", "@baud = 1000000\nrpy", "imu.baud", "1000000", &["115200", "921600"]),
     bad("delay_ms = 4", "@delay_ms = -1", "imu.delay_ms", "-1", &["from 0 to 100"]),
     bad(
-        "stale_s = 0.2",
+        "stale_s = 0.21",
         "@stale_s = 0.02",
         "imu.stale_s",
         "0.02",
@@ -563,7 +563,15 @@ fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
     let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
     assert_eq!(
         said,
-        "horse.toml:49: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
+        "horse.toml:50: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
          bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
     );
+}
+
+#[test]
+fn balance_without_physics_is_told() {
+    let with_balance = GOOD.to_owned() + "\n[balance]\nroll_rate_gain_s = 1\n";
+    let error = refused(&with_balance);
+    let told: Vec<&str> = error.faults.iter().map(|fault| fault.key.as_str()).collect();
+    assert_eq!(told, ["balance", "balance.roll_rate_gain_s"]);
 }

@@ -1,10 +1,13 @@
 //! From replies to what is known of the robot. A lost reply leaves the last one standing, and ageing.
 
+mod legs;
+
 use glam::DVec3;
 
 use crate::counts;
 use crate::model::Robot;
 use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State};
+pub use legs::Legs;
 
 /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with what
 /// the inertial measurement unit last said.
