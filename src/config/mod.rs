@@ -63,7 +63,7 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use crate::model::{Motion, OnTrip, Robot, SafetySettings, StopAction};
+use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
@@ -71,7 +71,7 @@ use number::Limits;
 use reader::{File, Section};
 pub use script::{load_script, parse_script};
 use source::Source;
-pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
+pub use unit::{Unit, UnitBus, UnitFile, UnitImu, UnitJoint, default_unit_path, load_unit, parse_unit};
 pub use unit_write::{rewrite_unit, write_unit};
 
 /// Slower than this, no loop holds a robot.
@@ -171,6 +171,14 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let all_read = chains.iter().all(|chain| chain.limb.is_some());
     servos.refuse_idle_buses(file, all_read);
     let imu = imu::read(file, rate_hz);
+    if matches!(imu, Some(Some(_)))
+        && let Some(bus) = buses.iter().position(|bus| bus.name == Some(IMU_LINE))
+    {
+        file.fault(
+            &format!("bus[{bus}].name"),
+            "another name: the inertial measurement unit's line has this one",
+        );
+    }
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());

@@ -109,14 +109,14 @@ impl Imu {
 
 /// What `sample` says of the trunk; its age left at 0.
 pub fn in_body(sample: &RawSample, settings: &ImuSettings) -> ImuReading {
-    let DVec3 { x: roll, y: pitch, z: yaw } = sample.angles_rad() * settings.angle_signs;
+    let DVec3 { x: roll, y: pitch, z: yaw } = sample.angles_rad();
     // From the body's axes to the unit's to the world's.
     let attitude = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll) * settings.rotation.inverse();
     let (yaw_rad, pitch_rad, roll_rad) = attitude.to_euler(EulerRot::ZYX);
     ImuReading {
         is_known: true,
         age_s: 0.0,
-        rate_rad_s: settings.rotation * (sample.rate_rad_s() * settings.rate_signs),
+        rate_rad_s: settings.rotation * (sample.rate_rad_s() * settings.rate_sign),
         specific_force_m_s2: settings.rotation * sample.specific_force_m_s2(),
         roll_rad,
         pitch_rad,

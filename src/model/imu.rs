@@ -1,11 +1,13 @@
 //! The inertial measurement unit in the trunk: what is expected of it, and how it is built in.
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 
 /// Rates a WitMotion unit can measure at, Hz (WT901 datasheet v20-0702, 5.2.9); those a loop has no use for left out.
 pub const IMU_RATES_HZ: [u32; 5] = [20, 50, 100, 125, 200];
 /// Line rates it can be set to, bit/s (5.2.10).
 pub const IMU_BAUDS: [u32; 9] = [4_800, 9_600, 19_200, 38_400, 57_600, 115_200, 230_400, 460_800, 921_600];
+/// What the unit's line is called where buses have names: in `--port`, and in messages.
+pub const IMU_LINE: &str = "imu";
 /// Bytes of one measurement: acceleration, turn rate and angle, a frame of 11 each (5.1).
 pub const IMU_SAMPLE_BYTES: u32 = 33;
 
@@ -18,10 +20,8 @@ pub struct ImuSettings {
     pub baud: u32,
     /// Turn from the unit's axes to the body frame.
     pub rotation: DQuat,
-    /// +1 or -1: by what the turn rate about each of the unit's axes is multiplied so that it turns right-handed.
-    pub rate_signs: DVec3,
-    /// The same for the angles it tells: roll, pitch, yaw.
-    pub angle_signs: DVec3,
+    /// -1 for a unit that tells its turn rates left-handed, else 1.
+    pub rate_sign: f64,
     /// Age of a measurement when its first byte leaves the unit, s.
     pub delay_s: f64,
     /// A measurement older than this is not acted on, s.

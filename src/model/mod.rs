@@ -25,7 +25,7 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
-pub use imu::{IMU_BAUDS, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
+pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use servo_model::{Protocol, Registers, ServoModel};
