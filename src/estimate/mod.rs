@@ -2,7 +2,7 @@
 
 mod legs;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3, EulerRot};
 
 use crate::counts;
 use crate::model::Robot;
@@ -30,8 +30,11 @@ fn update_body(robot: &Robot, imu: &ImuReading, body: &mut BodyEstimate) {
         (body.roll_rad, body.pitch_rad, body.rate_rad_s) = (0.0, 0.0, DVec3::ZERO);
         return;
     }
-    (body.roll_rad, body.pitch_rad, body.rate_rad_s) = (imu.roll_rad, imu.pitch_rad, imu.rate_rad_s);
-    body.yaw_rad = imu.yaw_rad;
+    // It has turned on since that was measured.
+    let then = DQuat::from_euler(EulerRot::ZYX, imu.yaw_rad, imu.pitch_rad, imu.roll_rad);
+    let now = then * DQuat::from_scaled_axis(imu.rate_rad_s * imu.age_s);
+    (body.yaw_rad, body.pitch_rad, body.roll_rad) = now.to_euler(EulerRot::ZYX);
+    body.rate_rad_s = imu.rate_rad_s;
 }
 
 /// Updates `state` where there are no buses: every joint is at its goal, and one of which nothing is known yet in

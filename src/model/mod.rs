@@ -12,6 +12,7 @@ mod imu;
 mod kinematics;
 mod physics;
 mod posture;
+mod reflex;
 pub mod servo_model;
 pub mod tendon;
 mod tentacle;
@@ -28,6 +29,7 @@ pub use firmware::Firmware;
 pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
+pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -61,6 +63,10 @@ pub struct Robot {
     pub stop_action: StopAction,
     /// The inertial measurement unit in its trunk; none where it has none.
     pub imu: Option<ImuSettings>,
+    /// What it does when it falls; none where the file says nothing.
+    pub reflex: Option<ReflexSettings>,
+    /// What an arm does that is loaded beyond its limit; none where the file says nothing.
+    pub yielding: Option<YieldSettings>,
 }
 
 /// A limb: joints from the body outwards.

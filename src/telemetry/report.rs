@@ -12,6 +12,7 @@ use super::imu::{ImuObserver, ImuReport};
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
+use crate::reflex::ReflexReport;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -21,6 +22,8 @@ pub enum Outcome {
     Completed,
     /// Safety stopped it.
     StoppedBySafety,
+    /// It fell, and lies limp.
+    Fallen,
     /// Something else ended it.
     Failed,
 }
@@ -71,6 +74,12 @@ pub struct Report {
     /// The inertial measurement unit; none on a robot that has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuReport>,
+    /// Falls, as the robot noticed them; none where its file says nothing of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falls: Option<ReflexReport>,
+    /// How often an arm gave way to a load; none where its file says nothing of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_yields: Option<u32>,
     /// How often a servo that had tripped was restarted.
     pub servo_restarts: u64,
     /// Each bus.
@@ -85,6 +94,7 @@ impl Outcome {
         match self {
             Outcome::Completed => "completed",
             Outcome::StoppedBySafety => "stopped-by-safety",
+            Outcome::Fallen => "fallen",
             Outcome::Failed => "failed",
         }
     }

@@ -176,6 +176,8 @@ fn robot() -> Robot {
         balance: None,
         stop_action: StopAction::Hold,
         imu: None,
+        reflex: None,
+        yielding: None,
     }
 }
 

@@ -21,6 +21,7 @@ const HEARD_S: f64 = 1.0;
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
+/// After a fall it begins anew with `Gather`.
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
 /// `Sink`. What it does on its feet is the [`Drive`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action
 /// `hold` the robot stays as it is instead of sinking or folding: `Held`.
@@ -97,6 +98,13 @@ impl HorseGenerator {
         self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };
         let is_heard = self.heard_for_s >= HEARD_S;
         self.drive.limit_speed(if is_heard { 1.0 } else { share });
+    }
+
+    /// Goes to the sitting pose from the last goals, and rises.
+    pub fn begin_anew(&mut self, state: &State) {
+        self.drive.stand_anew();
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }
 
     fn change_phase(&mut self, state: &State, order: Order) {
