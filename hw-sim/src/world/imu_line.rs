@@ -12,7 +12,7 @@ impl World {
     /// [`BuildError::BadImu`] names the first number that cannot be.
     pub fn fit_imu(&mut self, config: &ImuConfig, seed: u64) -> Result<(), BuildError> {
         let faults = std::mem::take(&mut self.imu_faults);
-        self.imu = Some(Imu::new(config, faults, self.now_ns, seed)?);
+        self.imu = Some(Box::new(Imu::new(config, faults, self.now_ns, seed)?));
         Ok(())
     }
 

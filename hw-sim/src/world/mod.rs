@@ -56,7 +56,7 @@ pub struct World {
     torques: Vec<f64>,
     body: Box<dyn Body + Send>,
     stalls: HostStalls,
-    imu: Option<Imu>,
+    imu: Option<Box<Imu>>,
     /// Those of the unit that may yet be fitted.
     imu_faults: ImuFaults,
     /// Pushes: from when, until when (exclusive), ns, and what.
@@ -202,7 +202,7 @@ impl World {
     /// When to come back for a host that is served in pieces, as a USB adapter does: when a burst will have
     /// crossed a line whole, or a piece of it will have got through an adapter. None while every line rests.
     pub fn next_handover_ns(&self) -> Option<u64> {
-        let imu = self.imu.as_ref().and_then(Imu::next_handover_ns);
+        let imu = self.imu.as_ref().and_then(|imu| imu.next_handover_ns());
         self.buses.iter().filter_map(Bus::next_handover_ns).chain(imu).min()
     }
 
