@@ -22,7 +22,7 @@ use hippocamp::motion::tentacle::TentaclePlan;
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
-use hippocamp::signals::{Feedback, Permission, ServoGoal};
+use hippocamp::signals::{Feedback, ImuReading, Permission, ServoGoal};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
@@ -420,6 +420,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
             late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
             lowest_v: 5.0,
+            is_imu_lost: false,
             is_recording_lost: false,
         };
         let (instruction, note) = show.instruction(&status);
@@ -429,7 +430,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         restarts += u64::from(restart.is_some());
         let goals = goals.servos().to_vec();
         servos.exchange(&goals, restart, activity == Activity::Performing);
-        controller.learn(dt_s, &servos.slots);
+        controller.learn(dt_s, &servos.slots, &ImuReading::default());
         let record = controller.record(&servos.slots);
         telemetry.observe(&robot, &record);
         activity = record.activity;

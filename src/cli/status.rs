@@ -153,7 +153,8 @@ impl Names {
             count => format!(", {count} frozen"),
         };
         let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
-        format!("{:6.1} s {doing}{servos}{frozen}{loss}{late}", status.time_s)
+        let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
+        format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
     }
 
     /// What a robot on its feet does, and of what was asked.
@@ -238,6 +239,7 @@ mod tests {
         late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
+        is_imu_lost: false,
         is_recording_lost: false,
     };
 
@@ -302,6 +304,11 @@ mod tests {
             let line = line_of(&Status { permission, ..WALKING });
             assert!(line.contains("BY SAFETY") && !line.contains("m/s"), "{line}");
         }
+    }
+
+    #[test]
+    fn an_imu_that_is_lost_is_told() {
+        assert!(line_of(&Status { is_imu_lost: true, ..WALKING }).ends_with(", NO IMU"));
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod ball_joint;
 mod figure;
 mod firmware;
 mod gait;
+mod imu;
 mod kinematics;
 mod physics;
 mod posture;
@@ -29,6 +30,7 @@ pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
 pub use figure::{FigureMotion, FigurePose};
 pub use firmware::Firmware;
+pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
@@ -63,6 +65,8 @@ pub struct Robot {
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// The inertial measurement unit in its trunk; none where it has none.
+    pub imu: Option<ImuSettings>,
     /// What it does when it falls; none where the file says nothing.
     pub reflex: Option<ReflexSettings>,
     /// What an arm does that is loaded beyond its limit; none where the file says nothing.

@@ -11,6 +11,9 @@ const RISE_S: f64 = 1.5;
 /// Time to stand before it does anything, and after, s.
 pub(super) const STAND_S: f64 = 0.3;
 
+/// How long the trunk's attitude is to be known again before the robot goes as fast as before, s.
+const HEARD_S: f64 = 1.0;
+
 /// What a robot does on its feet, and how it is put there.
 pub trait OnFeet {
     /// What an operator can ask of it.
@@ -37,6 +40,9 @@ pub trait OnFeet {
 
     /// Height of the body above the ground, sitting and standing, m.
     fn heights_m(&self) -> (f64, f64);
+
+    /// Goes no faster than this share of its top speed from now on; of no matter to what does not walk.
+    fn limit_speed(&mut self, _share: f64) {}
 
     /// Writes the targets for a body whose posture begins `height_m` above the ground.
     fn write(&self, height_m: f64, targets: &mut Targets);
@@ -78,6 +84,10 @@ pub struct LeggedGenerator<D> {
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
+    /// Share of its top speed without feedback of the trunk's attitude; none where there never is any.
+    lost_speed_share: Option<f64>,
+    /// How long that has been there without a break, s.
+    heard_for_s: f64,
 }
 
 impl<D: OnFeet> LeggedGenerator<D> {
@@ -92,6 +102,8 @@ impl<D: OnFeet> LeggedGenerator<D> {
             torque_ramp_s: robot.safety.torque_ramp_s,
             slow_rate_rad_s: robot.safety.slow_rate_rad_s,
             stop_action: robot.stop_action,
+            lost_speed_share: robot.imu.as_ref().map(|imu| imu.lost_speed_share),
+            heard_for_s: 0.0,
         }
     }
 
@@ -103,6 +115,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
         self.change_phase(state, order);
+        self.slow_down_unheard(dt_s, state);
         if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
             let command = self.drive.command(order, self.now_s - *from, self.move_for_s);
             self.drive.step(dt_s, state, command);
@@ -111,6 +124,15 @@ impl<D: OnFeet> LeggedGenerator<D> {
             *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
         }
         self.write_targets(targets);
+    }
+
+    /// A robot that cannot feel how its trunk lies goes slower; and as before once that has been felt for a while, so that
+    /// one that is heard off and on does not change its speed all the time.
+    fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
+        let Some(share) = self.lost_speed_share else { return };
+        self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };
+        let is_heard = self.heard_for_s >= HEARD_S;
+        self.drive.limit_speed(if is_heard { 1.0 } else { share });
     }
 
     /// Goes to the sitting pose from the last goals, and rises.

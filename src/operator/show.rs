@@ -137,6 +137,7 @@ mod tests {
             late_cycles: 0,
             hottest_c,
             lowest_v: 5.0,
+            is_imu_lost: false,
             is_recording_lost: false,
         }
     }

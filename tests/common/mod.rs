@@ -338,6 +338,10 @@ impl Ports for SharedPorts {
         self.0.borrow_mut().receive(bus, into)
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.borrow_mut().receive_imu(into)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.0.borrow_mut().wait_for_input(deadline);
     }

@@ -44,6 +44,10 @@ impl OnFeet for Drive {
         (self.plan().settings.sit_height_m, self.plan().settings.stand_height_m)
     }
 
+    fn limit_speed(&mut self, share: f64) {
+        Drive::limit_speed(self, share);
+    }
+
     fn write(&self, height_m: f64, targets: &mut Targets) {
         targets.aim = Aim::Tips;
         Drive::write(self, height_m, targets);
