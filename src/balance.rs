@@ -80,3 +80,73 @@ impl Balance {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::config;
+    use crate::signals::FootTarget;
+
+    const LEFT_HIND: usize = 0;
+    const LEFT_FORE: usize = 1;
+    const RIGHT_HIND: usize = 2;
+
+    /// Feet moved once the feedback is all in, of a robot that goes ahead at 0.1 m/s and whose trunk does as `turn` has it.
+    fn moved(turn: impl Fn(&mut State)) -> Vec<DVec3> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+        let robot = config::load(&path).unwrap().robot;
+        let mut balance = Balance::new(&robot);
+        let (mut targets, mut state) = (Targets::new(&robot), State::new(&robot));
+        targets.aim = Aim::Tips;
+        let foot = |chain| FootTarget { chain, excursion_m: 0.02, ..FootTarget::default() };
+        targets.feet.extend((0..4).map(foot));
+        let feet: Vec<DVec3> = robot.chains.iter().map(|chain| chain.root_m - DVec3::Z * 0.19).collect();
+        state.body.is_known = true;
+        for cycle in 0..100 {
+            targets.tips_in_body.copy_from_slice(&feet);
+            if cycle > 0 {
+                turn(&mut state);
+            }
+            balance.step(0.01, 0.1, &state, &mut targets);
+        }
+        targets.tips_in_body.iter().zip(&feet).map(|(moved, foot)| *moved - *foot).collect()
+    }
+
+    #[test]
+    fn legs_are_shorter_where_the_trunk_rises() {
+        // The right side sinks.
+        let feet = moved(|state| state.body.rate_rad_s.x = 0.5);
+        assert!((feet[LEFT_HIND].z - 0.1 * 0.5 * 0.06).abs() < 1e-12, "{feet:?}");
+        assert!((feet[RIGHT_HIND].z + 0.1 * 0.5 * 0.06).abs() < 1e-12, "{feet:?}");
+        // The nose sinks.
+        let feet = moved(|state| state.body.rate_rad_s.y = 0.5);
+        assert!((feet[LEFT_FORE].z + 0.05 * 0.5 * 0.085).abs() < 1e-12, "{feet:?}");
+        assert!((feet[LEFT_HIND].z - 0.05 * 0.5 * 0.085).abs() < 1e-12, "{feet:?}");
+        // Nothing moves a foot by more than a tenth of its leg.
+        let feet = moved(|state| state.body.rate_rad_s.x = 1e3);
+        assert!((feet[LEFT_HIND].z - 0.019).abs() < 1e-12, "{feet:?}");
+    }
+
+    #[test]
+    fn who_is_turned_to_the_left_takes_longer_steps_on_the_left() {
+        let feet = moved(|state| state.body.yaw_rad = TAU + 0.03);
+        // 0.2 m/s a radian are 6 mm/s of 100.
+        assert!((feet[LEFT_FORE].x - 0.06 * 0.02).abs() < 1e-12, "{feet:?}");
+        assert!((feet[RIGHT_HIND].x + 0.06 * 0.02).abs() < 1e-12, "{feet:?}");
+    }
+
+    #[test]
+    fn what_is_not_known_moves_nothing() {
+        let feet = moved(|state| {
+            state.body.is_known = false;
+            state.body.rate_rad_s.x = 0.5;
+        });
+        assert!(feet.iter().all(|moved| moved.length() <= 0.0), "{feet:?}");
+        let feet = moved(|state| state.body.rate_rad_s.x = f64::NAN);
+        assert!(feet.iter().all(|moved| moved.length() <= 0.0), "{feet:?}");
+    }
+}
