@@ -8,7 +8,9 @@ pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
+pub mod segments;
 pub mod servo_model;
+mod shared_range;
 pub mod tendon;
 mod tentacle;
 
@@ -21,8 +23,9 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
-pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
+pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
