@@ -318,6 +318,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
         root_rotation: glam::DQuat::IDENTITY,
         joints: 0..joints.len(),
         tendons: None,
+        foot: None,
     };
     let arm = ArmGeometry::of(&chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };

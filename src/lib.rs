@@ -15,6 +15,7 @@
 //!
 //! Inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
 
+pub mod balance;
 pub mod bus;
 pub mod calibration;
 pub mod capability;

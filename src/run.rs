@@ -167,6 +167,7 @@ pub fn run_recorded<P: Ports>(
         loop_times: cycle.telemetry().loop_report(),
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
+        body: cycle.telemetry().body_report(),
         arms: cycle.telemetry().arms_report(),
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),

@@ -10,15 +10,15 @@
 //! cones, each a pyramid of four edges. All bodies count as moving as one with the trunk: no joint accelerations, and no
 //! terms of speed, which are small at these speeds.
 
-mod posture;
+mod sag;
 mod share;
 #[cfg(test)]
 mod tests;
 
 use glam::{DQuat, DVec3};
 
-use crate::model::Robot;
-use posture::Posture;
+use crate::model::{Chain, Foot, Posture, Robot};
+pub use sag::Sag;
 use share::Sharing;
 
 /// Standard gravity, m/s^2.
@@ -44,6 +44,32 @@ pub struct Sole {
     pub points_m: Vec<DVec3>,
     /// How far the ground is below each of them, m: the radius of what is round, 0 for corners.
     pub radius_m: f64,
+}
+
+impl Sole {
+    /// The soles of the feet of `robot`, in the order of its chains.
+    pub fn all_of(robot: &Robot) -> Vec<Sole> {
+        let sole = |(chain, limb): (usize, &Chain)| {
+            let to_link = limb.root_rotation.inverse();
+            let (points, radius_m) = match limb.foot? {
+                Foot::Round { radius_m, width_m } => {
+                    let side = DVec3::Y * (0.5 * width_m);
+                    (if width_m > 0.0 { vec![side, -side] } else { vec![DVec3::ZERO] }, radius_m)
+                }
+                Foot::Plate { size_m, middle_m } => {
+                    let half = 0.5 * size_m;
+                    let corner = |x: f64, y: f64| middle_m + DVec3::new(x * half.x, y * half.y, -half.z);
+                    (vec![corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(-1.0, -1.0)], 0.0)
+                }
+            };
+            Some(Sole {
+                chain,
+                points_m: points.into_iter().map(|point| to_link * point).collect(),
+                radius_m,
+            })
+        };
+        robot.chains.iter().enumerate().filter_map(sole).collect()
+    }
 }
 
 /// How the trunk lies, and is to be accelerated.
@@ -143,6 +169,11 @@ impl Standing {
     /// a tenth of a metre or the robot's size: 0 where the feet can carry it as asked.
     pub fn miss_share(&self) -> f64 {
         self.miss_share
+    }
+
+    /// The robot as it was last bent.
+    pub(crate) fn posture(&self) -> &Posture {
+        &self.posture
     }
 
     fn place_points(&mut self, up: DVec3) {

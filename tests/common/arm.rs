@@ -108,7 +108,7 @@ impl<'r> Arm<'r> {
             }
         }
         let wanted_m = self.clearance_wanted_m();
-        assert!(self.clearance_m >= 0.9 * wanted_m, "{command:?}: {} m of {wanted_m} m", self.clearance_m);
+        assert!(self.clearance_m >= wanted_m, "{command:?}: {} m of {wanted_m} m", self.clearance_m);
     }
 }
 

@@ -21,6 +21,9 @@ use guarded::{Guarded, Near};
 const APPROACH_S: f64 = 5.0;
 /// How fast what an arm was turned aside fades, as a share of it, 1/s.
 const RETURN_S: f64 = 2.0;
+/// More than the distance there should be, as a share of it: safety may hold single joints back, which turns an arm a
+/// little otherwise than was found good here.
+const RESERVE_SHARE: f64 = 0.25;
 /// Corrections in one cycle.
 const PASSES: u32 = 8;
 /// Distances this much short of what they should be are good, m.
@@ -53,7 +56,7 @@ impl Clearance {
         Clearance {
             arms: tentacle.arms.iter().map(|arm| Guarded::new(robot, arm)).collect(),
             base: tentacle.base_radius_m.map(|radius_m| (robot.trunk_center_m, radius_m)),
-            distance_m: tentacle.clearance_m,
+            distance_m: (1.0 + RESERVE_SHARE) * tentacle.clearance_m,
             period_s: robot.period_s(),
             last: None,
         }

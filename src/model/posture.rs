@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DQuat, DVec3};
 
-use crate::model::Robot;
+use super::{Chain, Robot};
 
 /// Smallest length that lengths are compared with, m.
 const LEAST_SIZE_M: f64 = 0.1;
@@ -28,7 +28,7 @@ struct Limb {
 /// A robot of hinges in one posture. Body frame throughout. Arms on tendons count as weightless: their winches turn no
 /// link.
 #[derive(Debug, Clone)]
-pub(super) struct Posture {
+pub struct Posture {
     trunk: (f64, DVec3),
     limbs: Vec<Limb>,
     hinges: Vec<Hinge>,
@@ -43,8 +43,9 @@ pub(super) struct Posture {
 }
 
 impl Posture {
-    pub(super) fn new(robot: &Robot) -> Posture {
-        let limb = |chain: &crate::model::Chain| Limb {
+    /// Of `robot`, not bent yet.
+    pub fn new(robot: &Robot) -> Posture {
+        let limb = |chain: &Chain| Limb {
             root_m: chain.root_m,
             root_turn: chain.root_rotation,
             joints: if chain.tendons.is_some() { 0..0 } else { chain.joints.clone() },
@@ -74,7 +75,7 @@ impl Posture {
     }
 
     /// Bends all joints to `angles_rad`.
-    pub(super) fn bend(&mut self, angles_rad: &[f64]) {
+    pub fn bend(&mut self, angles_rad: &[f64]) {
         let (mut mass_kg, mut moment) = (self.trunk.0, self.trunk.1 * self.trunk.0);
         for (limb, tip) in self.limbs.iter().zip(&mut self.tips) {
             let (mut place, mut turn) = (limb.root_m, limb.root_turn);
@@ -94,7 +95,7 @@ impl Posture {
     }
 
     /// Writes the torque of every joint that holds its limb against `gravity` (m/s^2), nothing touching it.
-    pub(super) fn hold(&self, gravity: DVec3, torques_nm: &mut [f64]) {
+    pub fn hold(&self, gravity: DVec3, torques_nm: &mut [f64]) {
         torques_nm.fill(0.0);
         for limb in &self.limbs {
             let (mut mass_kg, mut moment) = (0.0, DVec3::ZERO);
@@ -108,27 +109,27 @@ impl Posture {
     }
 
     /// Torque about `joint` of a unit force at `place_m`, along each axis.
-    pub(super) fn lever(&self, joint: usize, place_m: DVec3) -> DVec3 {
+    pub fn lever(&self, joint: usize, place_m: DVec3) -> DVec3 {
         self.axes[joint].cross(place_m - self.places[joint])
     }
 
     /// The joints of a chain that turn links.
-    pub(super) fn joints_of(&self, chain: usize) -> Range<usize> {
+    pub fn joints_of(&self, chain: usize) -> Range<usize> {
         self.limbs[chain].joints.clone()
     }
 
     /// Place and turn of a chain's tip.
-    pub(super) fn tip(&self, chain: usize) -> (DVec3, DQuat) {
+    pub fn tip(&self, chain: usize) -> (DVec3, DQuat) {
         self.tips[chain]
     }
 
     /// Mass of the whole robot, kg, and its centre, m.
-    pub(super) fn mass(&self) -> (f64, DVec3) {
+    pub fn mass(&self) -> (f64, DVec3) {
         self.whole
     }
 
     /// A length to compare lengths with, m.
-    pub(super) fn size_m(&self) -> f64 {
+    pub fn size_m(&self) -> f64 {
         self.size_m
     }
 }
