@@ -11,6 +11,7 @@ mod gait;
 mod kinematics;
 mod physics;
 mod posture;
+mod reflex;
 pub mod segments;
 pub mod servo_model;
 mod shared_range;
@@ -28,6 +29,7 @@ pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
+pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
 pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
@@ -60,6 +62,10 @@ pub struct Robot {
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// What it does when it falls; none where the file says nothing.
+    pub reflex: Option<ReflexSettings>,
+    /// What an arm does that is loaded beyond its limit; none where the file says nothing.
+    pub yielding: Option<YieldSettings>,
 }
 
 /// A limb: joints from the body outwards.

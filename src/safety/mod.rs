@@ -178,7 +178,7 @@ impl Safety {
             let on_s = joint.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
             joint.torque_on_s = Some(on_s);
             let rise = (on_s / self.settings.torque_ramp_s).min(1.0);
-            let torque_share = self.settings.torque_share * rise.min(targets.torque_share);
+            let torque_share = self.settings.torque_share * rise.min(targets.torque_shares[index]);
             self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
         }
         self.keep_shared_ranges(dt_s, state);

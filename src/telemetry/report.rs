@@ -11,6 +11,7 @@ use super::arms::ArmObserver;
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
+use crate::reflex::ReflexReport;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -20,6 +21,8 @@ pub enum Outcome {
     Completed,
     /// Safety stopped it.
     StoppedBySafety,
+    /// It fell, and lies limp.
+    Fallen,
     /// Something else ended it.
     Failed,
 }
@@ -67,6 +70,12 @@ pub struct Report {
     /// Arms; none on a rig without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arms: Option<ArmsReport>,
+    /// Falls, as the robot noticed them; none where its file says nothing of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falls: Option<ReflexReport>,
+    /// How often an arm gave way to a load; none where its file says nothing of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_yields: Option<u32>,
     /// How often a servo that had tripped was restarted.
     pub servo_restarts: u64,
     /// Each bus.
@@ -81,6 +90,7 @@ impl Outcome {
         match self {
             Outcome::Completed => "completed",
             Outcome::StoppedBySafety => "stopped-by-safety",
+            Outcome::Fallen => "fallen",
             Outcome::Failed => "failed",
         }
     }
