@@ -210,6 +210,6 @@ fn read_tentacle(
         clearance_m: clearance_mm? / 1000.0,
         grip_share: grip?,
         pole: pole?,
-        path: path?,
+        path: path?.map(Box::new),
     })
 }

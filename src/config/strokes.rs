@@ -75,10 +75,12 @@ fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Strok
             };
             Some(Stroke::Reach { point_in_body: point?, direction: direction? })
         }
-        Kind::Path => match (section.has("points_mm") | section.has("speed_mm_s"), tentacle.path) {
-            (false, Some(path)) => Some(Stroke::Path(path)),
-            _ => read_path(section).map(Stroke::Path),
-        },
+        Kind::Path => {
+            match (section.has("points_mm") | section.has("speed_mm_s"), tentacle.path.as_deref()) {
+                (false, Some(path)) => Some(Stroke::Path(*path)),
+                _ => read_path(section).map(Stroke::Path),
+            }
+        }
         Kind::Wind => {
             match (section.has("radius_mm") | section.has("point_mm") | section.has("axis"), tentacle.pole) {
                 (false, Some(pole)) => Some(Stroke::Wind(pole)),

@@ -38,7 +38,7 @@ pub struct TentacleMotion {
     /// What to wind round while the operator does not say.
     pub pole: Option<Pole>,
     /// Where a tip goes along while the operator does not say.
-    pub path: Option<TipPath>,
+    pub path: Option<Box<TipPath>>,
 }
 
 /// One arm: a chain that is an arm ([`super::ArmGeometry`]), and its part in the motion.

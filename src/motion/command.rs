@@ -178,7 +178,7 @@ impl Stroke {
             "reach" => {
                 tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None })
             }
-            "path" => tentacle.path.map(Stroke::Path),
+            "path" => tentacle.path.as_deref().copied().map(Stroke::Path),
             "wind" => tentacle.pole.map(Stroke::Wind),
             name => Stroke::PLACELESS.iter().find(|(known, _)| *known == name).map(|(_, stroke)| *stroke),
         }
