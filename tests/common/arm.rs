@@ -1,4 +1,5 @@
 //! An arm without buses, and what it can be told to do.
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts and times are small")]
 
 use glam::DVec3;
 use hippocamp::capability::TentacleCapability;
