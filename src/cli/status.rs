@@ -19,6 +19,7 @@ const WAITING: usize = 16;
 const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// What is printed.
+#[expect(clippy::large_enum_variant, reason = "the loop hands it over without allocating")]
 enum Line {
     Status(Status, Order),
     /// A line of its own.

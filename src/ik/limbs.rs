@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::soft_stop::SoftStops;
-use super::{ArmSolution, ArmSolver, HandOver, Method, SectionSolver, SoleSolver, SoleTarget, Solver};
+use super::{
+    ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, SoleSolver, SoleTarget, Solver,
+};
 use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
@@ -12,6 +14,8 @@ use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 pub struct Limbs {
     method: Method,
     limbs: Vec<Limb>,
+    /// Of arms.
+    clearance: Option<Clearance>,
 }
 
 #[derive(Debug, Clone)]
@@ -42,9 +46,9 @@ enum Bender {
 impl Limbs {
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
-        let bending = match &robot.motion {
-            Motion::Tentacle(tentacle) => tentacle.bending,
-            Motion::Horse(_) | Motion::Figure(_) => Bending::default(),
+        let (bending, clearance) = match &robot.motion {
+            Motion::Horse(_) | Motion::Figure(_) => (Bending::default(), None),
+            Motion::Tentacle(tentacle) => (tentacle.bending, Some(Clearance::new(robot, tentacle))),
         };
         let limb = |chain: &Chain| Limb {
             joints: chain.joints.clone(),
@@ -55,7 +59,7 @@ impl Limbs {
                 (SoleSolver::new(chain, joints), SoftStops::new(joints, figure.soft_stop_rad))
             }),
         };
-        Limbs { method, limbs: robot.chains.iter().map(limb).collect() }
+        Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance }
     }
 
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
@@ -97,6 +101,14 @@ impl Limbs {
                 if let Some(arm) = &mut limb.arm {
                     arm.hand_over.pass(&joints.angles_rad[limb.joints.clone()]);
                 }
+            }
+        }
+        if let Some(clearance) = &mut self.clearance {
+            match targets.aim {
+                _ if joints.not_finite.is_some() => clearance.pass(),
+                Aim::Arms => clearance.keep(Mode::Strokes, &mut joints.angles_rad),
+                Aim::Pose => clearance.keep(Mode::Pose, &mut joints.angles_rad),
+                _ => clearance.pass(),
             }
         }
     }

@@ -15,7 +15,6 @@
 //! solve to the next, never hides what it could not reach.
 
 mod arm;
-mod ball;
 mod ccd;
 mod chain;
 mod finish;
@@ -33,7 +32,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Chain, Joint};
-pub use arm::{ArmSolution, ArmSolver, HandOver, SectionSolver};
+pub use arm::{ArmSolution, ArmSolver, Clearance, HandOver, Mode, SectionSolver};
 use chain::ChainSolver;
 use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;

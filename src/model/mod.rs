@@ -14,7 +14,9 @@ mod kinematics;
 mod physics;
 mod posture;
 mod reflex;
+pub mod segments;
 pub mod servo_model;
+mod shared_range;
 pub mod tendon;
 mod tentacle;
 
@@ -35,8 +37,9 @@ pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
-pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
+pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
 
 /// A whole robot.
 #[derive(Debug, Clone)]

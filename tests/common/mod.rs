@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+pub(crate) mod arm;
 pub(crate) mod bare;
 pub(crate) mod built;
 pub(crate) mod frames;

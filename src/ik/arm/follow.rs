@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3};
 
-use super::super::ball::Axis;
 use super::super::pose::Angle;
 use super::pose::Pose;
+use crate::model::Axis;
 
 impl Pose {
     /// Points each link at its place in turn, as far as the ranges let it; what one misses the next makes good.

@@ -2,16 +2,14 @@
 
 use glam::{DMat3, DVec3};
 
-use super::super::ball::{self, Axis};
 use super::super::pose::{Angle, SMALL_TURN_RAD, small_turn};
 use super::smooth::rest_bend;
-use crate::model::ball_joint::SwingTwist;
-use crate::model::{ArmGeometry, BallJoint, Chain, Joint};
+use crate::model::{ArmGeometry, Axis, Chain, Joint, SharedRange};
 
 /// A hinge and where the solve has it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hinge {
-    // What is fixed.
+    // What is fixed. An arm's hinges turn about coordinate axes, which makes a turn half the arithmetic of one about any.
     pub(super) axis: Axis,
     /// 1, or -1 where it turns about the axis backwards.
     pub(super) sense: f64,
@@ -39,7 +37,7 @@ pub(super) struct Hinge {
 pub(super) struct Ball {
     pub(super) first: usize,
     pub(super) end: usize,
-    pub(super) range: Option<BallJoint>,
+    pub(super) range: Option<SharedRange>,
 }
 
 /// An arm's fixed geometry and its pose.
@@ -121,7 +119,8 @@ impl Pose {
         let mut hinges = Vec::with_capacity(joints.len());
         let mut balls = Vec::with_capacity(arm.joints.len());
         for (ball, joint) in arm.joints.iter().enumerate() {
-            let range = joint.range.clone();
+            let range =
+                joint.range.clone().map(|range| SharedRange::new(&joints[joint.hinges.clone()], range));
             balls.push(Ball { first: joint.hinges.start, end: joint.hinges.end, range });
             hinges.extend(joints[joint.hinges.clone()].iter().map(|joint| Hinge::new(joint, ball)));
         }
@@ -214,13 +213,13 @@ impl Pose {
     #[inline]
     pub(super) fn hold_ball(&mut self, ball: usize, from: (DVec3, DMat3)) -> (DVec3, DMat3) {
         let Ball { first, end, .. } = self.balls[ball];
-        if self.balls[ball].range.is_some() {
+        if let Some(range) = &self.balls[ball].range {
             let mut angles = [0.0; 3];
             let angles = &mut angles[..end - first];
             for (angle, hinge) in angles.iter_mut().zip(&self.hinges[first..end]) {
                 *angle = hinge.angle.rad;
             }
-            if self.bring_into_range(ball, angles) {
+            if range.bring_in(angles) {
                 for (hinge, angle) in self.hinges[first..end].iter_mut().zip(angles) {
                     hinge.angle = Angle::of(hinge.held(*angle));
                 }
@@ -228,24 +227,5 @@ impl Pose {
         }
         let hinges = self.hinges[first..end].iter_mut();
         hinges.fold(from, |(place, rotation), hinge| hinge.put(place, rotation))
-    }
-
-    /// Brings the `angles` of joint `ball` into the range its hinges share; says whether they were outside.
-    pub(super) fn bring_into_range(&self, ball: usize, angles: &mut [f64]) -> bool {
-        let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
-        let hinges = &self.hinges[*first..*end];
-        let axes = hinges.iter().map(|hinge| (hinge.axis, hinge.sense));
-        let asked = SwingTwist::of(ball::turn(axes.clone(), angles));
-        let mut held = range.nearest(asked);
-        let can_twist = hinges.iter().any(|hinge| hinge.axis == Axis::X);
-        if !can_twist {
-            // Two hinges have the twist that comes with their swing.
-            held.twist_rad = asked.twist_rad;
-        }
-        if held == asked {
-            return false;
-        }
-        ball::write_angles(axes, held, angles);
-        true
     }
 }
