@@ -28,6 +28,9 @@ pub struct RunHeader {
     pub walk_for_s: f64,
     /// How targets are solved.
     pub ik: Method,
+    /// True if joints turned freely, whatever the robot file says.
+    #[serde(default)]
+    pub no_physics: bool,
     /// Each joint's servo as it is mounted; none for a joint without.
     pub servos: Vec<Option<ServoHeader>>,
 }
@@ -59,6 +62,7 @@ impl RunHeader {
             task: Task::of(&plan.motion),
             walk_for_s: plan.move_for_s,
             ik: plan.method,
+            no_physics: robot.physics.is_none(),
             servos: robot.joints.iter().map(servo).collect(),
         }
     }
@@ -73,6 +77,9 @@ impl RunHeader {
 
     /// Makes `robot`, fresh from its file, the one that ran.
     pub fn apply_to(&self, robot: &mut Robot) {
+        if self.no_physics {
+            robot.physics = None;
+        }
         for (joint, header) in robot.joints.iter_mut().zip(&self.servos) {
             if let (Some(servo), Some(header)) = (&mut joint.servo, header) {
                 servo.zero_count = header.zero_count;
