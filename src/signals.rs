@@ -189,6 +189,8 @@ pub struct BodyEstimate {
     pub pitch_rad: f64,
     /// See `roll_rad`.
     pub yaw_rad: f64,
+    /// The unit's yaw when it was first heard, rad, from which `yaw_rad` counts; none before.
+    pub yaw_start_rad: Option<f64>,
     /// Turn rate, body frame, rad/s.
     pub rate_rad_s: DVec3,
     /// Velocity of the body frame's origin, body frame, m/s.
