@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use common::x_series::{CURRENT, mode, named, set, torque_on};
 use common::*;
-use hw_sim::body::{BodyConfig, Chain, Foot, Ground, Link, Push, ShaftLink, Trunk};
+use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
 
 /// An arm of one link on a base, level at count 2048 and up from there; its weight at its tip.
@@ -25,6 +25,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         root_rotation: [0.0, 0.0, 0.0, 1.0],
         carried_share: 0.0,
         links: vec![link],
+        balls: Vec::new(),
         foot: None,
     };
     let trunk = Trunk {
@@ -34,7 +35,13 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         box_middle_m: [0.0; 3],
         box_size_m: [0.1; 3],
     };
-    BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 }
+    BodyConfig {
+        trunk,
+        chains: vec![chain],
+        ground: Ground::default(),
+        joints: JointMechanics::default(),
+        motor_steps: 1,
+    }
 }
 
 fn world_with(model: &str, body: &BodyConfig) -> World {
@@ -106,7 +113,13 @@ fn a_push_lasts_as_long_as_it_is_told() {
     let standing = || {
         let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
         let ground = Ground { friction: 0.0, ..Ground::default() };
-        let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: Vec::new(),
+            ground,
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         World::with_body(&[feetech_bus(Vec::new())], FaultScript::default(), 1, &body).unwrap()
     };
     let mut world = standing();
@@ -120,7 +133,7 @@ fn a_push_lasts_as_long_as_it_is_told() {
 fn box_alone() -> BodyConfig {
     let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
     let ground = Ground { friction: 0.0, ..Ground::default() };
-    BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 }
+    BodyConfig { trunk, chains: Vec::new(), ground, joints: JointMechanics::default(), motor_steps: 1 }
 }
 
 fn scripted(text: &str, seed: u64, motor_steps: u32) -> World {
@@ -246,6 +259,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             root_rotation: [0.0, 0.0, 0.0, 1.0],
             carried_share: 0.0,
             links: vec![link],
+            balls: Vec::new(),
             foot: Some(foot),
         };
         let trunk = Trunk {
@@ -255,7 +269,13 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             box_middle_m: [0.0; 3],
             box_size_m: [0.05; 3],
         };
-        let body = BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: vec![chain],
+            ground: Ground::default(),
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         let mut world = world_with("STS3250", &body);
         exchange(&mut world, &feetech(1, 3, &[42, 0, 8]));
         exchange(&mut world, &feetech(1, 3, &[40, 1]));
