@@ -270,7 +270,8 @@ fn a_second_in_physics(bencher: Bencher, step_ms: u32) {
     robot.physics.as_mut().unwrap().step_ms = step_ms;
     let horse = robot.motion.horse().unwrap().clone();
     let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
-    let plan = plan.at_share(plan.gait_choice("walk-steady").unwrap(), 0.9);
+    let choice = plan.gait_choice("walk-steady").unwrap();
+    let plan = plan.at_share(choice, 0.9);
     let world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
     let mut buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
     buses.prepare(&robot).unwrap();
