@@ -185,6 +185,7 @@ fn no_operator_allocates() {
         gait: None,
         stroke: None,
         frozen: 0,
+        outage: None,
         speed_m_s: 0.0,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

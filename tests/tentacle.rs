@@ -22,7 +22,7 @@ use hippocamp::motion::tentacle::TentaclePlan;
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
-use hippocamp::signals::{Feedback, Permission, ServoGoal};
+use hippocamp::signals::{Feedback, Permission, Question, ServoGoal, Told};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
@@ -289,6 +289,11 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
     let report = watched(&robot, run_plan(&robot, Stroke::Rest, 1e9), &faults, order);
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!(report.servo_restarts, 2);
+    let told: Vec<&str> = report.outages.iter().map(|outage| outage.joint.as_str()).collect();
+    assert_eq!(told, ["arm.lift_2", "arm.sweep_10"]);
+    let words =
+        "joint arm.lift_2 (servo 3 on bus root) is left without torque: its servo has tripped: overload";
+    assert!(report.outages[0].reason.starts_with(words), "{}", report.outages[0].reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
 }
 
@@ -325,11 +330,19 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
         "cycles held in the walk; joints out at most, and in the last stroke"
     );
     assert_eq!(report.servo_restarts, 0, "let go before it tripped");
+    assert!(report.outages[0].reason.contains("(servo 3 on bus root)"), "{:?}", report.outages);
+    assert!(report.outages[0].reason.contains("does not follow its goal"), "{:?}", report.outages);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
     // The same jam stops a robot that is to stop.
     robot.safety.on_trip = OnTrip::Stop;
     let (report, held, _) = walked(&robot);
     assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
+}
+
+/// What is asked of one servo, or of its bus.
+struct Orders {
+    restart: Option<usize>,
+    question: Option<(usize, Question)>,
 }
 
 /// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.
@@ -345,7 +358,8 @@ struct Servos {
 }
 
 impl Servos {
-    fn exchange(&mut self, goals: &[ServoGoal], restart: Option<usize>, is_moving: bool) {
+    fn exchange(&mut self, goals: &[ServoGoal], orders: Orders, is_moving: bool) {
+        let Orders { restart, question } = orders;
         // Half a minute of strokes warms by a kelvin, and cools again; so a show gets hot now and then.
         let hot_c = if is_moving { 45.0 } else { 0.0 };
         self.warmth_c += (hot_c - self.warmth_c) * 2e-5;
@@ -367,9 +381,16 @@ impl Servos {
             }
             let is_away = self.away[index] > 0;
             self.away[index] = self.away[index].saturating_sub(1);
-            self.slots[index] = match is_away || loss {
-                true => Slot::Missing,
-                false => Slot::Fresh(Feedback {
+            // On their bus nobody is asked in the cycle of a restart, nor for feedback in that of a question.
+            let is_with = |of: Option<usize>| of.is_some_and(|of| (of < 12) == (index < 12));
+            self.slots[index] = match question {
+                _ if is_away || loss || is_with(restart) => Slot::Missing,
+                Some((of, Question::Alarms)) if is_with(Some(of)) => {
+                    Slot::Told(Told::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
+                }
+                // None of them has started anew but those that were told to.
+                Some((of, Question::Torque)) if is_with(Some(of)) => Slot::Told(Told::Torque(true)),
+                _ => Slot::Fresh(Feedback {
                     position: self.positions[index],
                     voltage_decivolt: 50,
                     temperature_c: (30.0 + self.warmth_c) as u8,
@@ -417,6 +438,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
             yaw_rate_rad_s: 0.0,
             permission: controller.record(&servos.slots).state.permission,
             frozen: 0,
+            outage: None,
             late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
             lowest_v: 5.0,
@@ -427,8 +449,9 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         let goals = controller.decide(dt_s, instruction.order);
         let restart = goals.restart();
         restarts += u64::from(restart.is_some());
+        let orders = Orders { restart, question: goals.question() };
         let goals = goals.servos().to_vec();
-        servos.exchange(&goals, restart, activity == Activity::Performing);
+        servos.exchange(&goals, orders, activity == Activity::Performing);
         controller.learn(dt_s, &servos.slots);
         let record = controller.record(&servos.slots);
         telemetry.observe(&robot, &record);

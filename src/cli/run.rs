@@ -120,8 +120,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
-    let gaits = robot.motion.horse().map_or(&[][..], |horse| &horse.gaits);
-    let status_line = StatusLine::start(gaits);
+    let status_line = StatusLine::start(robot);
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
@@ -390,6 +389,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     }
     if let Some(arms) = &report.arms {
         say!("  {arms}");
+    }
+    for outage in &report.outages {
+        say!("  at {:.1} s {}", outage.time_s, outage.reason);
     }
     if report.servo_restarts > 0 {
         say!("  servos that tripped: {} restarts", report.servo_restarts);

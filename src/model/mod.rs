@@ -20,7 +20,7 @@ use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
-pub use servo_model::{Protocol, Registers, ServoModel};
+pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
 

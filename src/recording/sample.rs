@@ -108,6 +108,7 @@ impl Sample {
         self.state.joints.clone_from(&record.state.joints);
         self.state.goal_rad.clone_from(&record.state.goal_rad);
         self.state.permission = record.state.permission;
+        self.state.outage = record.state.outage;
         self.goals.copy_from_slice(record.goals);
         self.slots.copy_from_slice(record.slots);
         for (sample, bus) in self.buses.iter_mut().zip(buses) {

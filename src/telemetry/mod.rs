@@ -12,13 +12,15 @@ mod report;
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
-use crate::signals::{JointTargets, State, Targets};
+use crate::signals::{JointTargets, Outage, State, Targets};
 use arms::ArmObserver;
 use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
 use joints::JointObserver;
-pub use report::{ArmsReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report};
+pub use report::{
+    ArmsReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome, Quantiles, Report,
+};
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
@@ -61,9 +63,13 @@ pub struct Telemetry {
     interventions: u64,
     held_cycles: u64,
     residual_max_m: f64,
+    outages: Vec<(u64, Outage)>,
     work_us: Histogram<u64>,
     late_us: Histogram<u64>,
 }
+
+/// Outages that are kept one by one; a run of many hours may have more.
+const OUTAGES_MAX: usize = 256;
 
 /// Longest time a histogram tells from longer ones, microseconds.
 const LONGEST_US: u64 = 60_000_000;
@@ -90,6 +96,7 @@ impl Telemetry {
             interventions: 0,
             held_cycles: 0,
             residual_max_m: 0.0,
+            outages: Vec::with_capacity(OUTAGES_MAX),
             work_us: histogram_us(),
             late_us: histogram_us(),
         }
@@ -102,6 +109,11 @@ impl Telemetry {
         self.held_cycles += u64::from(record.is_held);
         for residual_m in &record.joints.residual_m {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
+        }
+        if let Some(outage) = record.state.outage
+            && self.outages.len() < OUTAGES_MAX
+        {
+            self.outages.push((self.cycles, outage));
         }
         self.joints.observe(robot, record);
         if let Some(arms) = &mut self.arms {
