@@ -22,6 +22,7 @@ use hippocamp::motion::{Command, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
+use hippocamp::standing::{Sole, Standing, TrunkMotion};
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
 
@@ -317,6 +318,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
         root_rotation: glam::DQuat::IDENTITY,
         joints: 0..joints.len(),
         tendons: None,
+        foot: None,
     };
     let arm = ArmGeometry::of(&chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
@@ -368,5 +370,34 @@ fn arm_from_cold(bencher: Bencher, aim: &str) {
     bencher.bench_local(|| {
         cycle = (cycle + 37) % targets.len();
         solver.solve(black_box(&targets[cycle]), true, &mut [0.0; 24])
+    });
+}
+
+/// The weight of a horse shared over its feet, from one cycle of a trot to the next; and with no answer to start from.
+#[divan::bench(args = ["trot", "anew"])]
+fn standing(bencher: Bencher, case: &str) {
+    let (robot, plan, targets) = targets_of_a_period();
+    let (mut limbs, mut joints) = (Limbs::new(&robot, Method::CcdThenFinish), JointTargets::new(&robot));
+    joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
+    let poses: Vec<(Vec<f64>, Vec<f64>)> = targets
+        .iter()
+        .map(|targets| {
+            limbs.solve(targets, &mut joints);
+            let loads = targets.feet.iter().map(|foot| if foot.is_swing { 0.0 } else { 1.0 });
+            (joints.angles_rad.clone(), loads.collect())
+        })
+        .collect();
+    let points_m = vec![DVec3::Y * 0.015, DVec3::Y * -0.015];
+    let soles: Vec<Sole> =
+        (0..4).map(|chain| Sole { chain, points_m: points_m.clone(), radius_m: 0.01 }).collect();
+    let mut standing = Standing::new(&robot, &soles, 0.8);
+    let mut cycle = 0;
+    bencher.bench_local(|| {
+        cycle = (cycle + 1) % poses.len();
+        let (angles, loads) = &poses[cycle];
+        if case == "anew" {
+            standing.solve(angles, &TrunkMotion::default(), &[0.0; 4]);
+        }
+        standing.solve(black_box(angles), &TrunkMotion::default(), loads);
     });
 }

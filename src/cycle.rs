@@ -2,14 +2,16 @@
 
 use std::time::Duration;
 
+use crate::balance::Balance;
 use crate::bus::{Buses, Ports, Slot};
 use crate::counts::{self, Goals};
-use crate::estimate;
+use crate::estimate::{self, Legs};
 use crate::ik::{Limbs, Method};
 use crate::model::Robot;
 use crate::motion::{Generator, Order, Plan};
 use crate::safety::Safety;
-use crate::signals::{JointTargets, Permission, State, Targets};
+use crate::signals::{JointTargets, Permission, State, Targets, TrueBody};
+use crate::standing::Sag;
 use crate::telemetry::{CycleRecord, Telemetry};
 use crate::units::Time;
 
@@ -19,8 +21,12 @@ use crate::units::Time;
 pub struct Controller<'r> {
     robot: &'r Robot,
     generator: Generator,
+    balance: Balance,
     limbs: Limbs,
+    /// None where joints give way to nothing that is known.
+    sag: Option<Sag>,
     safety: Safety,
+    legs: Legs,
     // What the stages hand to each other.
     targets: Targets,
     joints: JointTargets,
@@ -43,8 +49,11 @@ impl<'r> Controller<'r> {
         Controller {
             robot,
             generator,
+            balance: Balance::new(robot),
             limbs: Limbs::new(robot, method),
+            sag: Sag::new(robot),
             safety: Safety::new(robot),
+            legs: Legs::new(robot),
             targets: Targets::new(robot),
             joints: JointTargets::new(robot),
             goals: Goals::limp(robot),
@@ -68,7 +77,11 @@ impl<'r> Controller<'r> {
         }
         self.is_held = self.state.permission == Permission::Hold;
         self.generator.step(dt_s, &self.state, order, &mut self.targets);
+        self.balance.step(dt_s, self.generator.speed_m_s(), &self.state, &mut self.targets);
         self.limbs.solve(&self.targets, &mut self.joints);
+        if let Some(sag) = &mut self.sag {
+            sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
+        }
         let command = self.safety.check(dt_s, gap_s, &self.joints, &mut self.state);
         self.interventions = command.interventions();
         counts::goals(self.robot, command, &mut self.goals);
@@ -78,6 +91,7 @@ impl<'r> Controller<'r> {
     /// From replies to what is known: the second half. One slot a joint.
     pub fn learn(&mut self, gap_s: f64, slots: &[Slot]) {
         estimate::update(self.robot, gap_s, slots, &mut self.state);
+        self.legs.update(gap_s, &self.targets.feet, &mut self.state);
     }
 
     /// The same for a robot without buses: every joint is where it was told to be, and a limp one stays where it is.
@@ -104,6 +118,7 @@ impl<'r> Controller<'r> {
             interventions: self.interventions,
             is_held: self.is_held,
             dt_s: self.robot.period_s(),
+            truth: None,
         }
     }
 }
@@ -131,6 +146,7 @@ pub struct Cycle<'r, P> {
     buses: Buses<P>,
     slots: Vec<Slot>,
     telemetry: Telemetry,
+    truth: Option<TrueBody>,
     times: Option<CycleTimes>,
 }
 
@@ -154,6 +170,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
             buses,
             slots: vec![Slot::Missing; robot.joints.len()],
             telemetry: Telemetry::new(robot),
+            truth: None,
             times: None,
         }
     }
@@ -172,7 +189,9 @@ impl<'r, P: Ports> Cycle<'r, P> {
         self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
         self.controller.learn(gap_s, &self.slots);
-        self.telemetry.observe(self.robot, &self.controller.record(&self.slots));
+        self.truth = self.buses.ports_mut().true_body();
+        let record = CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) };
+        self.telemetry.observe(self.robot, &record);
         self.telemetry.observe_buses(self.buses.statistics());
 
         let ended = self.buses.ports_mut().now();
@@ -183,7 +202,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
 
     /// The last cycle.
     pub fn record(&self) -> CycleRecord<'_> {
-        self.controller.record(&self.slots)
+        CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) }
     }
 
     /// When the last cycle was; all zero before the first.

@@ -15,6 +15,7 @@
 //!
 //! Inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
 
+pub mod balance;
 pub mod bus;
 pub mod calibration;
 pub mod capability;
@@ -40,6 +41,7 @@ pub mod safety;
 pub mod service;
 pub mod signals;
 pub mod simulation;
+pub mod standing;
 pub mod telemetry;
 pub mod units;
 pub mod urdf;

@@ -14,7 +14,7 @@ use crate::ik::Method;
 use crate::model::{Motion, Robot};
 use crate::motion::Plan;
 use crate::recording::{Ending, Recording, RunHeader, Sample, Task};
-use crate::telemetry::{FeetReport, JointsReport, Telemetry};
+use crate::telemetry::{BodyReport, FeetReport, JointsReport, Telemetry};
 
 /// Furthest a planned standing foot may be from where it landed, m: rounding.
 const SLIP_MAX_M: f64 = 1e-9;
@@ -36,6 +36,8 @@ pub struct Replay {
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
     pub feet: Option<FeetReport>,
+    /// The trunk, from what was recorded of it.
+    pub body: Option<BodyReport>,
     /// What should have held and did not, in words.
     pub violations: Vec<String>,
     /// Where the controller run again first does something else.
@@ -117,6 +119,7 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
         is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
         joints,
         feet,
+        body: telemetry.body_report(),
         violations: violations(&joints, feet.as_ref(), header.ik),
         difference,
     })

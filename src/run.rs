@@ -169,6 +169,7 @@ pub fn run_recorded<P: Ports>(
         loop_times: cycle.telemetry().loop_report(),
         joints: cycle.telemetry().joints_report(),
         feet: cycle.telemetry().feet_report(),
+        body: cycle.telemetry().body_report(),
         arms: cycle.telemetry().arms_report(),
         outages: cycle.telemetry().outage_reports(robot),
         servo_restarts: cycle.safety().restarts(),

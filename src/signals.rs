@@ -94,6 +94,9 @@ pub struct FootTarget {
     pub plane_way_m: f64,
     /// True in the air.
     pub is_swing: bool,
+    /// How much of its share of the weight it is to carry: 0 in the air, 1 while it stands; it changes smoothly before it
+    /// lifts and after it lands.
+    pub load_share: f64,
     /// Largest acceleration of this stride's swing curve, m/s^2; 0 in stance.
     pub swing_acceleration_m_s2: f64,
 }
@@ -113,6 +116,8 @@ pub struct JointTargets {
     pub not_finite: Option<usize>,
     /// Joint angles, rad.
     pub angles_rad: Vec<f64>,
+    /// What is added to each angle to make the goal, so that the joint stands at the angle under its load, rad.
+    pub sag_rad: Vec<f64>,
     /// What each chain's tip misses its target by, m; 0 where a pose was asked for.
     pub residual_m: Vec<f64>,
     /// What the ends of each arm's groups miss their targets by at most, m; 0 where others were asked for.
@@ -187,6 +192,23 @@ pub struct BodyEstimate {
     pub velocity_m_s: DVec3,
     /// Which chains' tips stand on the ground, one a chain.
     pub is_in_contact: Vec<bool>,
+}
+
+/// What a simulated robot truly does, whatever it knows of that itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueBody {
+    /// Origin of the body frame, m; here and below in a world whose origin is on the ground under the start.
+    pub position_m: DVec3,
+    /// Turn from the body frame to the world.
+    pub turn: DQuat,
+    /// Velocity of the body frame's origin, m/s.
+    pub velocity_m_s: DVec3,
+    /// Height of that origin above the ground's plane, m.
+    pub height_m: f64,
+    /// Force of the ground on the trunk, N.
+    pub trunk_contact_n: f64,
+    /// The trunk lies on the ground or is turned over.
+    pub is_fallen: bool,
 }
 
 /// One joint as its servo last reported it.
@@ -353,6 +375,7 @@ impl JointTargets {
             may_restart: false,
             not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],
+            sag_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
             group_residual_m: vec![0.0; robot.chains.len()],
             saturated: vec![0; robot.chains.len()],

@@ -47,6 +47,7 @@ impl Rig {
             root_rotation: DQuat::IDENTITY,
             joints: 0..joints.len(),
             tendons: None,
+            foot: None,
         };
         let arm = ArmGeometry::of(&chain, &joints).expect("an arm");
         Rig { chain, joints, arm }

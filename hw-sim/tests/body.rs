@@ -23,7 +23,7 @@ fn trunk() -> Trunk {
 }
 
 fn alone(ground: Ground) -> BodyConfig {
-    BodyConfig { trunk: trunk(), chains: Vec::new(), ground }
+    BodyConfig { trunk: trunk(), chains: Vec::new(), ground, motor_steps: 1 }
 }
 
 /// A link of 0.1 kg and 0.2 m that hangs down at angle 0 and turns about y.
@@ -35,7 +35,7 @@ fn link(shaft: usize) -> Link {
         center_m: [0.0, 0.0, -0.1],
         radius_m: 0.008,
         stops_rad: (-10.0, 10.0),
-        servo: ShaftLink { shaft, zero_counts: 0.0, is_reversed: false },
+        servo: ShaftLink { shaft, zero_counts: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
     }
 }
 
@@ -46,15 +46,25 @@ fn chain(root_m: [f64; 3], links: Vec<Link>, foot: Option<Foot>) -> Chain {
 /// Links in a row on a base in the air.
 fn arm(joints: usize) -> BodyConfig {
     let arm = chain([0.0; 3], (0..joints).map(link).collect(), None);
-    BodyConfig { trunk: Trunk { is_fixed: true, ..trunk() }, chains: vec![arm], ground: Ground::default() }
+    BodyConfig {
+        trunk: Trunk { is_fixed: true, ..trunk() },
+        chains: vec![arm],
+        ground: Ground::default(),
+        motor_steps: 1,
+    }
 }
 
 /// Four straight legs with round feet.
 fn table(ground: Ground) -> BodyConfig {
-    let foot = Foot { radius_m: 0.01, width_m: 0.03 };
+    let foot = Foot::Round { radius_m: 0.01, width_m: 0.03 };
     let leg = |(shaft, (x, y))| chain([x, y, 0.0], vec![link(shaft)], Some(foot));
     let roots = [(-0.1, 0.08), (0.1, 0.08), (-0.1, -0.08), (0.1, -0.08)];
-    BodyConfig { trunk: trunk(), chains: roots.into_iter().enumerate().map(leg).collect(), ground }
+    BodyConfig {
+        trunk: trunk(),
+        chains: roots.into_iter().enumerate().map(leg).collect(),
+        ground,
+        motor_steps: 1,
+    }
 }
 
 fn shaft(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {

@@ -17,7 +17,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         center_m: [length_m, 0.0, 0.0],
         radius_m: 0.005,
         stops_rad: (-3.0, 3.0),
-        servo: ShaftLink { shaft: 0, zero_counts: 2048.0, is_reversed: false },
+        servo: ShaftLink { shaft: 0, zero_counts: 2048.0, is_reversed: false, rotor_inertia_kg_m2: None },
     };
     let chain = Chain {
         root_m: [0.0; 3],
@@ -33,7 +33,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         box_middle_m: [0.0; 3],
         box_size_m: [0.1; 3],
     };
-    BodyConfig { trunk, chains: vec![chain], ground: Ground::default() }
+    BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 }
 }
 
 fn world_with(model: &str, body: &BodyConfig) -> World {
@@ -105,7 +105,7 @@ fn a_push_lasts_as_long_as_it_is_told() {
     let standing = || {
         let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
         let ground = Ground { friction: 0.0, ..Ground::default() };
-        let body = BodyConfig { trunk, chains: Vec::new(), ground };
+        let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
         World::with_body(&[feetech_bus(Vec::new())], FaultScript::default(), 1, &body).unwrap()
     };
     let mut world = standing();

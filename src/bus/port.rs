@@ -4,6 +4,7 @@
 //! event queue. All buses share it, so all are exchanged at the same time without a thread per bus.
 
 use crate::model::Robot;
+use crate::signals::TrueBody;
 use crate::units::Time;
 
 /// Why a port could not be used.
@@ -61,6 +62,12 @@ pub trait Ports {
 
     /// Waits until `deadline`, whatever arrives.
     fn wait_until(&mut self, deadline: Time);
+
+    /// What the robot truly does, which only a simulated body tells; none of hardware, and where simulated joints turn
+    /// freely.
+    fn true_body(&self) -> Option<TrueBody> {
+        None
+    }
 
     /// What the line of `bus` is called where it comes from, such as `/dev/ttyUSB0`, for messages to people;
     /// none where it has no such name.

@@ -2,9 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use glam::{DQuat, DVec3};
 use hw_sim::World;
 
 use super::port::{PortError, Ports};
+use crate::signals::TrueBody;
 use crate::units::Time;
 
 /// Ports of a simulated world.
@@ -92,6 +94,17 @@ impl Ports for SimPorts {
         self.catch_up();
         self.world.advance_to_input(deadline.0);
         self.sleep_to_world();
+    }
+
+    fn true_body(&self) -> Option<TrueBody> {
+        self.world.body().map(|state| TrueBody {
+            position_m: DVec3::from_array(state.position_m),
+            turn: DQuat::from_array(state.rotation),
+            velocity_m_s: DVec3::from_array(state.velocity_m_s),
+            height_m: state.height_m,
+            trunk_contact_n: state.trunk_contact_n,
+            is_fallen: state.is_fallen() || !state.is_finite,
+        })
     }
 
     fn wait_until(&mut self, deadline: Time) {

@@ -37,6 +37,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::ik::Method;
+use crate::model::Robot;
 
 /// Everything was done as asked.
 const COMPLETED: u8 = 0;
@@ -204,9 +205,21 @@ struct UnitArguments {
     /// Run on simulated buses and a virtual clock, as fast as it can.
     #[arg(long = "virtual", conflicts_with = "ports")]
     is_virtual: bool,
+    /// Let the joints of the simulated robot turn freely, even where its file has a [physics] section.
+    #[arg(long, conflicts_with = "ports")]
+    no_physics: bool,
     /// On hardware: keep the loop to this processor, counted from 0.
     #[arg(long, value_name = "N")]
     processor: Option<usize>,
+}
+
+impl UnitArguments {
+    /// Lets simulated joints turn freely if that was asked for.
+    fn take_physics_off(&self, robot: &mut Robot) {
+        if self.no_physics {
+            robot.physics = None;
+        }
+    }
 }
 
 /// Options of `jog`.
@@ -323,6 +336,9 @@ struct SimArguments {
     /// Where the limp joints are at the start, how the horns were put on, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
+    /// Let the joints turn freely, even where the robot file has a [physics] section.
+    #[arg(long)]
+    no_physics: bool,
     /// The unit file of the robot that is simulated [default: the robot file's name with .unit.toml for .toml, if
     /// there is one].
     #[arg(long, value_name = "FILE")]

@@ -33,7 +33,8 @@ pub(super) fn monitor(options: &MonitorArguments) -> Result<u8> {
         }
     }
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
-    let file = load_file(&options.robot, unit.as_ref())?;
+    let mut file = load_file(&options.robot, unit.as_ref())?;
+    options.unit.take_physics_off(&mut file.robot);
     let robot = &file.robot;
     if robot.buses.is_empty() {
         return Err(BadInput(format!("{} has no servos: it exists on paper only", robot.name)).into());

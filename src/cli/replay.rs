@@ -92,6 +92,9 @@ fn print_replay(robot: &Robot, replay: &Replay) {
     if let Some(feet) = &replay.feet {
         say!("  {feet}");
     }
+    if let Some(body) = &replay.body {
+        say!("  {body}");
+    }
     for violation in &replay.violations {
         say!("VIOLATED: {violation}");
     }

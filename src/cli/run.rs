@@ -59,7 +59,8 @@ impl Kind {
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
-    let loaded = load(&options.robot, unit.as_ref())?;
+    let mut loaded = load(&options.robot, unit.as_ref())?;
+    options.unit.take_physics_off(&mut loaded.file.robot);
     let robot = &loaded.file.robot;
     if robot.buses.is_empty() {
         let path = options.robot.display();
@@ -386,6 +387,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     );
     if let Some(feet) = &report.feet {
         say!("  {feet}");
+    }
+    if let Some(body) = &report.body {
+        say!("  {body}");
     }
     if let Some(arms) = &report.arms {
         say!("  {arms}");

@@ -6,8 +6,8 @@ use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
-use super::{arms, meters};
-use crate::model::{ArmSettings, Chain, Joint, TendonDrive};
+use super::{arms, meters, physics};
+use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -35,6 +35,7 @@ pub(super) struct Limb {
     root_rotation: DQuat,
     joints: Vec<Joint>,
     tendons: Option<TendonDrive>,
+    foot: Option<Foot>,
 }
 
 impl Limb {
@@ -45,7 +46,20 @@ impl Limb {
         joints: Vec<Joint>,
         tendons: Option<TendonDrive>,
     ) -> Limb {
-        Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons }
+        Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons, foot: None }
+    }
+
+    /// True if no servo turns its joints.
+    pub(super) fn is_on_paper(&self) -> bool {
+        self.joints.iter().all(|joint| joint.servo.is_none())
+    }
+
+    pub(super) fn has_tendons(&self) -> bool {
+        self.tendons.is_some()
+    }
+
+    pub(super) fn has_foot(&self) -> bool {
+        self.foot.is_some()
     }
 }
 
@@ -122,6 +136,7 @@ fn read_chain<'a>(
         );
     }
 
+    let foot = physics::read_foot(section);
     let limb = || {
         let rpy = rpy?.map(f64::to_radians);
         Some(Limb {
@@ -130,6 +145,7 @@ fn read_chain<'a>(
             root_rotation: rotation(rpy),
             joints: joints.into_iter().collect::<Option<_>>()?,
             tendons: None,
+            foot: foot?,
         })
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
@@ -207,8 +223,8 @@ pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
     for limb in limbs {
         let first = joints.len();
         joints.extend(limb.joints);
-        let Limb { name, root_m, root_rotation, tendons, .. } = limb;
-        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons });
+        let Limb { name, root_m, root_rotation, tendons, foot, .. } = limb;
+        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons, foot });
     }
     (chains, joints)
 }

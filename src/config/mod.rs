@@ -15,7 +15,7 @@
 //! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"`, `"sit-then-limp"`, or (the same, of arms) `"park-then-limp"` |
 //! | `[trunk]` | `mass_kg`, `center_mm` |
 //! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
-//! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0) |
+//! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), (`foot` = { `radius_mm`, `width_mm` } or { `size_mm`, (`middle_mm` 0 0 0) }) |
 //! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
 //! | `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
@@ -23,11 +23,15 @@
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
+//! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
+//! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
+//! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2); acts where there is `[physics]` |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
+mod balance;
 mod ball;
 mod buses;
 mod chains;
@@ -37,6 +41,7 @@ mod keys;
 mod motion;
 mod nearest;
 mod number;
+mod physics;
 mod reader;
 mod safety;
 mod script;
@@ -164,6 +169,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     servos.refuse_idle_buses(file, all_read);
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
+    let physics = physics::read(file, &chains, motion.as_ref());
+    let balance = balance::read(file);
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
     if let (Some(OnTrip::Freeze), Some(Motion::Horse(_))) = (on_trip, &motion) {
         let expected = "\"stop\", or no such key: arms hang on without a joint, a horse falls";
@@ -186,6 +193,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         buses: buses.into_iter().map(|entry| entry.bus).collect::<Option<_>>()?,
         motion: motion?,
         safety: safety?,
+        physics: physics?,
+        balance: balance?,
         stop_action: stop_action?,
     })
 }

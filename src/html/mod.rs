@@ -92,12 +92,12 @@ fn data(recording: &Recording) -> Data<'_> {
         trunk: frames
             .iter()
             .map(|sample| {
-                (sample.trunk_in_world(robot) * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0))
+                (sample.trunk_in_world(robot).0 * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0))
             })
             .collect(),
         turn: frames
             .iter()
-            .map(|sample| sample.targets.trunk_turn.to_array().map(|part| rounded(part, 1e5)))
+            .map(|sample| sample.trunk_in_world(robot).1.to_array().map(|part| rounded(part, 1e5)))
             .collect(),
         measured: (0..robot.joints.len())
             .map(|joint| {

@@ -30,6 +30,7 @@ fn chain_of(joints: &[(DVec3, f64, (f64, f64), f64)]) -> (Chain, Vec<Joint>) {
         root_rotation: DQuat::IDENTITY,
         joints: 0..joints.len(),
         tendons: None,
+        foot: None,
     };
     (chain, joints)
 }

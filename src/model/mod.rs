@@ -4,10 +4,13 @@
 //! tentacles and figures.
 
 mod arm;
+mod balance;
 pub mod ball_joint;
 mod firmware;
 mod gait;
 mod kinematics;
+mod physics;
+mod posture;
 pub mod servo_model;
 pub mod tendon;
 mod tentacle;
@@ -18,8 +21,11 @@ use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
 pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
+pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use physics::{Foot, Ground, Physics, Step};
+pub use posture::Posture;
 pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -45,6 +51,10 @@ pub struct Robot {
     pub motion: Motion,
     /// What keeps it from harm.
     pub safety: SafetySettings,
+    /// The body of the simulated robot; none where its joints turn freely.
+    pub physics: Option<Physics>,
+    /// How it keeps its balance on its feet; none where it does not. Acts only where there is [`Robot::physics`].
+    pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
 }
@@ -63,6 +73,8 @@ pub struct Chain {
     pub joints: Range<usize>,
     /// What bends it, where that is not a servo in every joint.
     pub tendons: Option<TendonDrive>,
+    /// What it stands on, where it does.
+    pub foot: Option<Foot>,
 }
 
 /// A hinge and the link behind it.

@@ -273,6 +273,8 @@ pub struct ServoModel {
     pub stall_torque_nm: f64,
     /// Current at stall at that voltage, A.
     pub stall_current_a: f64,
+    /// Share of the supply that its position loop, as shipped, puts on the motor for each radian of error.
+    pub position_gain_share_rad: f64,
     /// No-load speed at [`ServoModel::nominal_voltage_v`], rad/s.
     pub no_load_speed_rad_s: f64,
     /// Supply voltage the two figures above hold at, V.
@@ -301,6 +303,18 @@ pub struct ServoModel {
     pub source: &'static str,
 }
 
+/// Position P Gain of a Dynamixel: so many steps of PWM, of 885, for each 128th of a count (e-manual, Position PID
+/// Gain, and PWM Limit).
+const fn dynamixel_gain(p_gain: f64) -> f64 {
+    p_gain / 128.0 / 885.0 * 4096.0 / TAU
+}
+
+/// A quarter of P, as shipped 32, tenths of a percent for each count (Feetech wiki, `parameter/memory-sts.md`); 5.28 were
+/// measured on an STS3215 (kscalelabs/sysid, STS_3215_12V_20250317), where this is 5.21.
+const STS_GAIN: f64 = 0.25 * 32.0 * 0.001 * 4096.0 / TAU;
+/// Estimate: a fifteenth of a percent for each count; its table tells no factors.
+const SCS_GAIN: f64 = 15.0 * 0.001 * SCS_COUNTS_PER_TURN / TAU;
+
 const fn rpm(value: f64) -> f64 {
     value * TAU / 60.0
 }
@@ -317,6 +331,7 @@ const fn dynamixel_x(name: &'static str, model_number: u16, source: &'static str
         model_number,
         stall_torque_nm: 0.0,
         stall_current_a: 0.0,
+        position_gain_share_rad: dynamixel_gain(800.0),
         no_load_speed_rad_s: 0.0,
         nominal_voltage_v: 12.0,
         voltage_min_v: 10.0,
@@ -340,6 +355,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
         model_number,
         stall_torque_nm: 0.0,
         stall_current_a: 0.0,
+        position_gain_share_rad: STS_GAIN,
         no_load_speed_rad_s: 0.0,
         nominal_voltage_v: 12.0,
         voltage_min_v: 9.0,
@@ -361,6 +377,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
     ServoModel {
         stall_torque_nm: 0.52,
         stall_current_a: 1.47,
+        position_gain_share_rad: dynamixel_gain(400.0),
         no_load_speed_rad_s: rpm(103.0),
         nominal_voltage_v: 5.0,
         voltage_min_v: 3.7,
@@ -374,6 +391,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
     ServoModel {
         stall_torque_nm: 1.4,
         stall_current_a: 1.3,
+        position_gain_share_rad: dynamixel_gain(640.0),
         no_load_speed_rad_s: rpm(57.0),
         nominal_voltage_v: 11.1,
         voltage_min_v: 6.5,
@@ -422,6 +440,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
     ServoModel {
         stall_torque_nm: 0.226,
         stall_current_a: 1.0,
+        position_gain_share_rad: SCS_GAIN,
         no_load_speed_rad_s: rpm(100.0),
         nominal_voltage_v: 6.0,
         voltage_min_v: 4.8,
@@ -442,6 +461,19 @@ const SCS_COUNTS_PER_TURN: f64 = 1024.0 / 300.0 * 360.0;
 const VOLTAGE_STEP_V: f64 = 0.1;
 
 impl ServoModel {
+    /// Torque a radian of position error, with this supply, N m/rad.
+    pub fn stiffness_nm_rad(&self, supply_v: f64) -> f64 {
+        self.position_gain_share_rad * self.stall_torque_nm * supply_v / self.nominal_voltage_v
+    }
+
+    /// Torque of a motor that reports this share of its stall torque while it turns at `speed_rad_s`, N m. What Feetech
+    /// servos report is the share of the supply on the motor, so that what its own turning takes is left out.
+    pub fn torque_nm(&self, load_share: f64, speed_rad_s: f64) -> f64 {
+        let own =
+            if self.protocol == Protocol::Feetech { speed_rad_s / self.no_load_speed_rad_s } else { 0.0 };
+        (load_share - own) * self.stall_torque_nm
+    }
+
     /// Whether a servo that reports the supply `voltage_v` has more than it takes. It counts in steps of 0.1 V, so one
     /// step more may be the limit itself.
     pub fn is_too_much(&self, voltage_v: f64) -> bool {

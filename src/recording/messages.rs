@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::orders::OrderFields;
 use crate::motion::Activity;
-use crate::signals::{Aim, Feedback, Permission, Told};
+use crate::signals::{self, Aim, Feedback, Permission, Told};
 use crate::units::Time;
 
 /// Seconds and nanoseconds, as Foxglove has them.
@@ -234,6 +234,50 @@ pub struct PoseInFrame<'a> {
     pub frame_id: Cow<'a, str>,
     /// Where.
     pub pose: Pose,
+}
+
+/// `hippocamp.TrueBody`: see [`signals::TrueBody`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TrueBody {
+    /// When.
+    pub timestamp: Stamp,
+    /// Place and turn of the body frame in the world.
+    pub pose: Pose,
+    /// Velocity of its origin, m/s.
+    pub velocity: Vector3,
+    /// Height of its origin above the ground's plane, m.
+    pub height_m: f64,
+    /// Force of the ground on the trunk, N.
+    pub trunk_contact_n: f64,
+    /// The trunk lies on the ground or is turned over.
+    pub is_fallen: bool,
+}
+
+impl TrueBody {
+    /// Of `body` at `timestamp`.
+    pub fn new(body: &signals::TrueBody, timestamp: Stamp) -> TrueBody {
+        TrueBody {
+            timestamp,
+            pose: Pose::turned(body.position_m, body.turn),
+            velocity: body.velocity_m_s.into(),
+            height_m: body.height_m,
+            trunk_contact_n: body.trunk_contact_n,
+            is_fallen: body.is_fallen,
+        }
+    }
+}
+
+impl From<TrueBody> for signals::TrueBody {
+    fn from(body: TrueBody) -> signals::TrueBody {
+        signals::TrueBody {
+            position_m: body.pose.position.into(),
+            turn: body.pose.orientation.into(),
+            velocity_m_s: body.velocity.into(),
+            height_m: body.height_m,
+            trunk_contact_n: body.trunk_contact_n,
+            is_fallen: body.is_fallen,
+        }
+    }
 }
 
 /// `hippocamp.Motion`.

@@ -16,6 +16,7 @@
 //! | `/motion` | `hippocamp.Motion` | order, activity, planned speed, what safety permits |
 //! | `/buses` | `hippocamp.Buses` | each bus: exchange time, replies missing and damaged so far |
 //! | `/loop` | `hippocamp.Loop` | number and beginning of the cycle; how late, work and exchange times |
+//! | `/true_body` | `hippocamp.TrueBody` | what the simulated body truly does, where there is one |
 //! | `/tf` | `foxglove.FrameTransforms` | world to body |
 //! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, to look at; at most 50 a second |
 //!

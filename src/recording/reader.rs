@@ -212,6 +212,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     let feet: Option<messages::Feet<'_>> = read(cycle, topics::FEET)?;
     let trunk: Option<messages::PoseInFrame<'_>> = read(cycle, topics::TRUNK)?;
     let buses: Option<messages::Buses<'_>> = read(cycle, topics::BUSES)?;
+    let truth: Option<messages::TrueBody> = read(cycle, topics::TRUE_BODY)?;
     let (Some(times), Some(motion), Some(states), Some(goals)) = (times, motion, states, goals) else {
         return Ok(None);
     };
@@ -242,6 +243,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.targets.aim = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
     sample.targets.trunk_turn = trunk.pose.orientation.into();
+    sample.truth = truth.map(Into::into);
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;
     read_feet(robot, &feet, &mut sample)?;
@@ -322,6 +324,7 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
                 excursion_m: plan.excursion_m,
                 plane_way_m: plan.plane_way_m,
                 is_swing: plan.is_swing,
+                load_share: f64::from(u8::from(!plan.is_swing)),
                 swing_acceleration_m_s2: plan.swing_acceleration_m_s2,
             });
         }

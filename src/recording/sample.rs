@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::cycle::CycleTimes;
 use crate::model::{Chain, Robot};
 use crate::motion::{Activity, Order};
-use crate::signals::{JointTargets, State, Targets};
+use crate::signals::{JointTargets, State, Targets, TrueBody};
 use crate::telemetry::CycleRecord;
 
 /// One bus after a cycle.
@@ -53,6 +53,8 @@ pub struct Sample {
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,
+    /// What the robot truly does; only a simulated body tells.
+    pub truth: Option<TrueBody>,
     /// Each bus.
     pub buses: Vec<BusSample>,
 }
@@ -74,6 +76,7 @@ impl Sample {
             interventions: 0,
             is_held: false,
             dt_s: robot.period_s(),
+            truth: None,
             buses: vec![BusSample::default(); robot.buses.len()],
         }
     }
@@ -94,6 +97,7 @@ impl Sample {
         self.interventions = record.interventions;
         self.is_held = record.is_held;
         self.dt_s = record.dt_s;
+        self.truth = record.truth;
 
         self.targets.aim = record.targets.aim;
         self.targets.trunk_in_world = record.targets.trunk_in_world;
@@ -135,6 +139,7 @@ impl Sample {
             interventions: self.interventions,
             is_held: self.is_held,
             dt_s: self.dt_s,
+            truth: self.truth,
         }
     }
 
@@ -147,9 +152,16 @@ impl Sample {
         robot.chains.iter().map(limb).collect()
     }
 
-    /// Where to draw the trunk of `robot`, m: where it is planned; while nothing is planned, so that what hangs
-    /// lowest lies on the ground.
-    pub fn trunk_in_world(&self, robot: &Robot) -> DVec3 {
+    /// Where to draw the trunk of `robot`, m, and how it is turned: as it truly is, where that is known; else where it
+    /// is planned; while nothing is planned, so that what hangs lowest lies on the ground.
+    pub fn trunk_in_world(&self, robot: &Robot) -> (DVec3, DQuat) {
+        if let Some(truth) = &self.truth {
+            return (truth.position_m, truth.turn);
+        }
+        (self.planned_trunk_in_world(robot), self.targets.trunk_turn)
+    }
+
+    fn planned_trunk_in_world(&self, robot: &Robot) -> DVec3 {
         let planned = self.targets.trunk_in_world;
         if !self.targets.feet.is_empty() {
             return planned;

@@ -33,6 +33,7 @@ topics! {
     MOTION "/motion" "hippocamp.Motion" "Motion.json";
     BUSES "/buses" "hippocamp.Buses" "Buses.json";
     LOOP "/loop" "hippocamp.Loop" "Loop.json";
+    TRUE_BODY "/true_body" "hippocamp.TrueBody" "TrueBody.json";
     TRANSFORMS "/tf" "foxglove.FrameTransforms" "foxglove.FrameTransforms.json";
     SCENE "/scene" "foxglove.SceneUpdate" "foxglove.SceneUpdate.json";
 }

@@ -116,8 +116,12 @@ impl<W: Write> RecordingWriter<W> {
         self.put(topics::BUSES, cycle, at, |robot| buses(robot, sample, stamp))?;
         self.put(topics::LOOP, cycle, at, |_| loop_times(sample, stamp))?;
         self.put(topics::TRANSFORMS, cycle, at, |robot| {
-            scene::transforms(sample.trunk_in_world(robot), sample.targets.trunk_turn, stamp)
+            let (place, turn) = sample.trunk_in_world(robot);
+            scene::transforms(place, turn, stamp)
         })?;
+        if let Some(truth) = &sample.truth {
+            self.put(topics::TRUE_BODY, cycle, at, |_| messages::TrueBody::new(truth, stamp))?;
+        }
         if cycle.is_multiple_of(self.scene_every) {
             self.put(topics::SCENE, cycle, at, |robot| scene::scene(robot, sample, stamp))?;
         }

@@ -4,6 +4,7 @@
 //! the targets and from the measured joints. They never change anything and never allocate after start.
 
 mod arms;
+mod body;
 mod buses;
 mod feet;
 mod joints;
@@ -12,14 +13,16 @@ mod report;
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
-use crate::signals::{JointTargets, Outage, State, Targets};
+use crate::signals::{JointTargets, Outage, State, Targets, TrueBody};
 use arms::ArmObserver;
+use body::BodyObserver;
 use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
 use joints::JointObserver;
 pub use report::{
-    ArmsReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome, Quantiles, Report,
+    ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome,
+    Quantiles, Report,
 };
 
 /// One cycle, as the observers see it.
@@ -47,6 +50,8 @@ pub struct CycleRecord<'a> {
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,
+    /// What the robot truly does; only a simulated body tells.
+    pub truth: Option<TrueBody>,
 }
 
 /// Observes a whole run.
@@ -57,6 +62,8 @@ pub struct Telemetry {
     feet: Option<FootObserver>,
     /// None on a rig without arms.
     arms: Option<ArmObserver>,
+    /// None on a rig without feet.
+    body: Option<BodyObserver>,
     joints: JointObserver,
     cycles: u64,
     late_cycles: u64,
@@ -90,6 +97,7 @@ impl Telemetry {
             buses: BusObserver::new(robot),
             feet: robot.motion.horse().map(|_| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
+            body: robot.motion.horse().map(|_| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),
             cycles: 0,
             late_cycles: 0,
@@ -122,6 +130,9 @@ impl Telemetry {
         if let Some(feet) = &mut self.feet {
             feet.observe(robot, record);
         }
+        if let Some(body) = &mut self.body {
+            body.observe(record);
+        }
     }
 
     /// Notes that the next cycle does not follow on the last: what is judged from one cycle to the next begins anew.
@@ -129,6 +140,9 @@ impl Telemetry {
         self.joints.note_gap();
         if let Some(feet) = &mut self.feet {
             feet.note_gap();
+        }
+        if let Some(body) = &mut self.body {
+            body.note_gap();
         }
     }
 

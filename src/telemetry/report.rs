@@ -62,6 +62,9 @@ pub struct Report {
     /// Feet; none on a rig of arms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub feet: Option<FeetReport>,
+    /// The trunk; none on a rig of arms, and where nothing tells what it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodyReport>,
     /// Arms; none on a rig without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arms: Option<ArmsReport>,
@@ -150,6 +153,38 @@ pub struct FeetReport {
     pub swing_velocity_jump_max_m_s: f64,
     /// Distance inverse kinematics left, before rounding to counts.
     pub ik_residual_max_m: f64,
+}
+
+/// The trunk, from when the robot first stands until it begins to sit down. From the truth of a simulated body; on
+/// hardware from what the robot knows of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct BodyReport {
+    /// It lay on its trunk, or was more than 60 degrees from upright.
+    pub fell: bool,
+    /// Way the trunk went forward, as it was turned at each moment; backwards counts less.
+    pub distance_m: f64,
+    /// The same for each second of walking.
+    pub mean_speed_m_s: f64,
+    /// Largest roll, to either side.
+    pub roll_max_deg: f64,
+    /// Largest pitch, up or down.
+    pub pitch_max_deg: f64,
+    /// Furthest it was from its planned height above the ground's plane; none on hardware.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_error_max_m: Option<f64>,
+}
+
+impl fmt::Display for BodyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fell = if self.fell { "FELL; it" } else { "did not fall;" };
+        write!(
+            f,
+            "body: {fell} went {:.2} m, {:.3} m/s on the way; roll {:.1} and pitch {:.1} degrees at most",
+            self.distance_m, self.mean_speed_m_s, self.roll_max_deg, self.pitch_max_deg
+        )?;
+        let height = |metres: f64| format!("; {:.1} mm off its height at most", metres * 1e3);
+        f.write_str(&self.height_error_max_m.map_or_else(String::new, height))
+    }
 }
 
 /// Arms, while they perform.
@@ -273,6 +308,11 @@ impl Telemetry {
     /// Joints so far.
     pub fn joints_report(&self) -> JointsReport {
         self.joints.report()
+    }
+
+    /// The trunk so far; none on a rig of arms, and where nothing told what it does.
+    pub fn body_report(&self) -> Option<BodyReport> {
+        self.body.as_ref()?.report()
     }
 
     /// Arms so far; none on a rig without.

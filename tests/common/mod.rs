@@ -21,7 +21,7 @@ use hippocamp::model::{HorseMotion, Joint, Robot, Servo};
 use hippocamp::motion::horse::HorsePlan;
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::run::{RunPlan, run};
-use hippocamp::signals::Permission;
+use hippocamp::signals::{Permission, TrueBody};
 use hippocamp::telemetry::Report;
 use hippocamp::units::Time;
 use hippocamp::{config, simulation};
@@ -39,8 +39,13 @@ pub(crate) fn config_file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
 }
 
-/// A shipped robot.
+/// A shipped robot, its simulated joints turning freely.
 pub(crate) fn shipped(name: &str) -> Robot {
+    Robot { physics: None, ..in_physics(name) }
+}
+
+/// A shipped robot with its body on the ground.
+pub(crate) fn in_physics(name: &str) -> Robot {
     config::load(&config_file(name)).unwrap_or_else(|error| panic!("{error}")).robot
 }
 
@@ -339,5 +344,9 @@ impl Ports for SharedPorts {
 
     fn wait_until(&mut self, deadline: Time) {
         self.0.borrow_mut().wait_until(deadline);
+    }
+
+    fn true_body(&self) -> Option<TrueBody> {
+        self.0.borrow().true_body()
     }
 }

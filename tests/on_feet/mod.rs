@@ -106,6 +106,7 @@ impl<'r> OnFeet<'r> {
                 interventions,
                 is_held: false,
                 dt_s,
+                truth: None,
             },
         );
     }

@@ -533,7 +533,15 @@ fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
     let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
     assert_eq!(
         said,
-        "horse.toml:49: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
+        "horse.toml:50: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
          bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
     );
+}
+
+#[test]
+fn balance_without_physics_is_told() {
+    let with_balance = GOOD.to_owned() + "\n[balance]\nroll_rate_gain_s = 1\n";
+    let error = refused(&with_balance);
+    let told: Vec<&str> = error.faults.iter().map(|fault| fault.key.as_str()).collect();
+    assert_eq!(told, ["balance", "balance.roll_rate_gain_s"]);
 }

@@ -12,7 +12,8 @@ use crate::GOOD;
 const BEGIN: &str =
     "<!-- From here on made from the reader: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page -->\n";
 
-/// The texts that have every key between them: the good file, and what comes with the program.
+/// The texts that have every key between them: the good file, what comes with the program, and a horse on a flat foot
+/// before a step.
 fn samples() -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -21,7 +22,11 @@ fn samples() -> Vec<String> {
     files.retain(|path| !path.to_string_lossy().contains(".unit."));
     files.sort();
     let texts = files.iter().map(|path| fs::read_to_string(path).unwrap());
-    std::iter::once(GOOD.to_owned()).chain(texts).collect()
+    let horse = include_str!("../../config/horse.toml");
+    let round = "foot = { radius_mm = 10, width_mm = 30 }";
+    let flat = horse.replacen(round, "foot = { size_mm = [60, 40, 5] }", 1);
+    let step = "\n[[physics.step]]\nat_mm = 500\nlength_mm = 200\nheight_mm = 5\n";
+    std::iter::once(GOOD.to_owned()).chain(texts).chain([flat + step]).collect()
 }
 
 /// A section as it is headed in a file, and a key of it. What is inside braces stays with its key.

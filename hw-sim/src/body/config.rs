@@ -9,6 +9,8 @@ pub struct BodyConfig {
     pub chains: Vec<Chain>,
     /// What it stands on.
     pub ground: Ground,
+    /// Motor steps in one step of the body, 1 to 4: more are faster and coarser.
+    pub motor_steps: u32,
 }
 
 /// The trunk. Its frame: x forward, y left, z up.
@@ -69,15 +71,27 @@ pub struct ShaftLink {
     pub zero_counts: f64,
     /// A positive turn of the hinge is a falling count.
     pub is_reversed: bool,
+    /// Inertia of rotor and gears at the shaft, kg m^2, above 0, in the place of the servo model's.
+    pub rotor_inertia_kg_m2: Option<f64>,
 }
 
-/// A round sole across the leg: a capsule along the trunk's y axis, in the last link, round its tip.
+/// What a chain stands on, in its last link. Its axes are the trunk's where all of the chain's angles are 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
-    /// Radius, m, above 0.
-    pub radius_m: f64,
-    /// Between the middles of its round ends, m, not negative.
-    pub width_m: f64,
+pub enum Foot {
+    /// A round sole across the leg: a capsule along y, its middle the tip.
+    Round {
+        /// Radius, m, above 0.
+        radius_m: f64,
+        /// Between the middles of its round ends, m, not negative.
+        width_m: f64,
+    },
+    /// A flat sole: a box.
+    Plate {
+        /// Edges along x, y and z, m, above 0.
+        size_m: [f64; 3],
+        /// Its middle from the tip, m.
+        middle_m: [f64; 3],
+    },
 }
 
 /// The ground: a plane, and blocks on it.
@@ -122,6 +136,12 @@ pub struct BodyError {
 }
 
 impl BodyConfig {
+    /// Mass of all of it, kg.
+    pub fn mass_kg(&self) -> f64 {
+        let links = self.chains.iter().flat_map(|chain| &chain.links);
+        self.trunk.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
+    }
+
     /// Whether all of it can be.
     pub(super) fn check(&self) -> Result<(), BodyError> {
         let positive = |what: &str, value: f64| {
@@ -134,15 +154,28 @@ impl BodyConfig {
         for (place, chain) in self.chains.iter().enumerate() {
             for (joint, link) in chain.links.iter().enumerate() {
                 positive(&format!("radius of link {joint} of chain {place}"), link.radius_m)?;
+                if let Some(inertia) = link.servo.rotor_inertia_kg_m2 {
+                    positive(&format!("rotor inertia of link {joint} of chain {place}"), inertia)?;
+                }
                 let numbers = link.axis.iter().chain(&link.end_m).chain(&link.center_m);
                 if !numbers.chain([&link.mass_kg]).all(|number| number.is_finite()) || link.mass_kg < 0.0 {
                     let what = format!("link {joint} of chain {place}");
                     return Err(BodyError { what, expected: "finite numbers, and no mass below 0" });
                 }
             }
-            if let Some(foot) = &chain.foot {
-                positive(&format!("radius of the foot of chain {place}"), foot.radius_m)?;
+            match &chain.foot {
+                Some(Foot::Round { radius_m, .. }) => {
+                    positive(&format!("radius of the foot of chain {place}"), *radius_m)?;
+                }
+                Some(Foot::Plate { size_m, .. }) => size_m
+                    .iter()
+                    .try_for_each(|size| positive(&format!("edge of the foot of chain {place}"), *size))?,
+                None => {}
             }
+        }
+        if !(1..=4).contains(&self.motor_steps) {
+            let what = format!("{} motor steps in one of the body", self.motor_steps);
+            return Err(BodyError { what, expected: "1 to 4" });
         }
         for step in &self.ground.steps {
             positive("length of a step", step.length_m)?;

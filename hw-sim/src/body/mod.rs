@@ -76,6 +76,10 @@ pub trait Body {
     /// A force from outside acts during the next step only. Joints that carry nothing do not feel it.
     fn push(&mut self, _push: &Push) {}
 
+    /// Two hands take the trunk and keep it level, and where it is over the ground, or let it go. They carry none of its
+    /// weight. Joints that carry nothing have no trunk.
+    fn hold_trunk(&mut self, _is_held: bool) {}
+
     /// What the robot truly does; none where joints carry nothing.
     fn state(&self) -> Option<&BodyState> {
         None

@@ -5,6 +5,8 @@
 pub struct BodyState {
     /// Origin of the trunk's frame, world frame, m.
     pub position_m: [f64; 3],
+    /// Height of that origin above the ground's plane, steps left aside, m.
+    pub height_m: f64,
     /// Turn from the trunk's frame to the world's: unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
     /// Velocity of the trunk frame's origin, world frame, m/s.

@@ -22,6 +22,9 @@ use crate::wire::WireStatistics;
 const STEP_NS: u64 = 1_000_000;
 /// The same, s.
 const STEP_S: f64 = 1e-3;
+/// A body slower than this for so long lies still, rad/s and ns.
+const STILL_RAD_S: f64 = 0.01;
+const SETTLED_NS: u64 = 100_000_000;
 
 /// What a shaft truly does, whatever the registers say.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,8 +114,41 @@ impl World {
         body: &BodyConfig,
     ) -> Result<World, BuildError> {
         let mut world = World::new(buses, faults, seed)?;
+        for link in body.chains.iter().flat_map(|chain| &chain.links) {
+            if let (Some(shaft), Some(inertia)) =
+                (world.shafts.get_mut(link.servo.shaft), link.servo.rotor_inertia_kg_m2)
+            {
+                shaft.inertia_kg_m2 = inertia;
+            }
+        }
         world.body = Box::new(RigidBody::new(body, &world.shafts)?);
         Ok(world)
+    }
+
+    /// Puts the limp robot down before time begins: hands keep the trunk level while its limbs give way, and then let
+    /// go. Each takes until it lies still, or `longest_s` seconds that do not count. Does nothing where joints carry
+    /// nothing.
+    pub fn put_down(&mut self, longest_s: f64) {
+        if self.body.state().is_none() {
+            return;
+        }
+        self.torques.fill(0.0);
+        for is_held in [true, false] {
+            self.body.hold_trunk(is_held);
+            let (mut ns, mut still_ns) = (0, 0);
+            while ns < nanoseconds(longest_s) && still_ns < SETTLED_NS {
+                self.body.step(STEP_S, &mut self.shafts, &self.torques);
+                ns += STEP_NS;
+                still_ns = if self.is_still() { still_ns + STEP_NS } else { 0 };
+            }
+        }
+        self.observe(0, 0.0);
+    }
+
+    fn is_still(&self) -> bool {
+        let trunk = self.body.state().into_iter().flat_map(|state| state.rate_rad_s);
+        let joints = self.shafts.iter().map(|shaft| shaft.speed_rad_s);
+        trunk.chain(joints).all(|speed| speed.abs() < STILL_RAD_S)
     }
 
     /// What the robot truly does, after the last motor step; none where its joints carry nothing.

@@ -143,6 +143,7 @@ fn robot() -> Robot {
             root_rotation: DQuat::IDENTITY,
             joints: 0..5,
             tendons: None,
+            foot: None,
         }],
         joints: (0..5).map(joint).collect(),
         buses: vec![bus("left"), bus("right")],
@@ -171,6 +172,8 @@ fn robot() -> Robot {
             voltage_v: 9.5,
             on_trip: crate::model::OnTrip::Stop,
         },
+        physics: None,
+        balance: None,
         stop_action: StopAction::Hold,
     }
 }

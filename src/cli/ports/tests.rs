@@ -39,8 +39,14 @@ fn file(unit: &Unit) -> UnitFile {
 
 fn choose_with(unit: Option<&Unit>, ports: &[&str], is_simulation: bool) -> Result<Choice> {
     let ports = ports.iter().map(|text| text.parse().unwrap()).collect();
-    let options =
-        UnitArguments { unit: None, ports, simulate: is_simulation, is_virtual: false, processor: None };
+    let options = UnitArguments {
+        unit: None,
+        ports,
+        simulate: is_simulation,
+        is_virtual: false,
+        no_physics: false,
+        processor: None,
+    };
     choose(&options, &robot(), Path::new(ROBOT_FILE), unit.map(file).as_ref())
 }
 
@@ -88,6 +94,7 @@ fn who_asks_for_a_simulation_gets_one() {
             ports: Vec::new(),
             simulate: false,
             is_virtual: true,
+            no_physics: false,
             processor: None,
         };
         let choice = choose(&options, &robot(), Path::new(ROBOT_FILE), Some(&file(&unit))).unwrap();

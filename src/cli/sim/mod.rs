@@ -36,6 +36,10 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
     if let Some(unit) = &unit {
         unit.apply(&mut file.robot)?;
     }
+    // Servos out of the box lie on a bench.
+    if options.no_physics || options.factory_new {
+        file.robot.physics = None;
+    }
     let faults = options.faults.as_deref().map(|path| fault_script(&file.robot, path)).transpose()?;
     let rig = Rig::new(file.robot, options)?;
     let world = rig.world(options, &faults.unwrap_or_default())?;

@@ -283,6 +283,7 @@ mod tests {
             root_rotation: DQuat::from_scaled_axis(DVec3::new(0.4, -0.9, 0.2)),
             joints: 0..6,
             tendons: Some(drive.clone()),
+            foot: None,
         };
         (SectionSolver::new(&drive, &chain), drive, chain)
     }

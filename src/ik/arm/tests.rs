@@ -42,6 +42,7 @@ impl Rig {
             root_rotation: DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, -0.5)),
             joints: 0..joints.len(),
             tendons: None,
+            foot: None,
         };
         let arm = ArmGeometry::of(&chain, &joints).unwrap();
         Rig { chain, joints, arm }

@@ -12,12 +12,14 @@ use super::clock::StrideClock;
 use super::posture::Lean;
 use super::profile::{Rates, SpeedProfile};
 use crate::model::Bob;
-use crate::motion::curves::SwingCurve;
+use crate::motion::curves::{SwingCurve, smooth_step};
 use crate::signals::{FootTarget, Targets};
 
 /// Share of the fastest steady swing that one may reach while the speed changes: what steady ones leave of the
 /// servos' rate.
 const SWING_SPEED_SHARE: f64 = 1.02;
+/// Share of the swing time in which a foot takes its load, and again gives it up.
+const LOADING_SHARE: f64 = 0.2;
 /// A foot is on its neutral point when this close to it, m.
 const CENTRED_M: f64 = 1e-9;
 
@@ -79,6 +81,8 @@ pub struct FootPlace {
     pub plane_way_m: f64,
     /// True in the air.
     pub is_swing: bool,
+    /// How much of its share of the weight it is to carry, 0 to 1.
+    pub load_share: f64,
     /// Largest acceleration of this swing, m/s^2; 0 in stance.
     pub swing_acceleration_m_s2: f64,
 }
@@ -281,7 +285,8 @@ impl Walk {
 
     /// Where the feet are at time `s`, in the order of [`crate::model::LEG_NAMES`].
     pub fn feet(&self, s: f64) -> [FootPlace; 4] {
-        self.legs.map(|leg| {
+        std::array::from_fn(|index| {
+            let leg = self.legs[index];
             let excursion_m = self.excursion_m(&leg, s);
             let (is_swing, swing_acceleration_m_s2) = match leg.foot {
                 Foot::Stance { .. } => (false, 0.0),
@@ -294,9 +299,20 @@ impl Walk {
                 side_m: leg.side_m,
                 plane_way_m: self.way_m(&leg, s),
                 is_swing,
+                load_share: self.load_share(index, &leg, s),
                 swing_acceleration_m_s2,
             }
         })
+    }
+
+    /// How much of its share of the weight the foot of `leg` is to carry at time `s`: it grows after it has landed, and
+    /// falls before it lifts.
+    fn load_share(&self, index: usize, leg: &Leg, s: f64) -> f64 {
+        let Foot::Stance { since_s, .. } = leg.foot else { return 0.0 };
+        let lifts_s =
+            self.strides.and_then(|strides| self.next_event(&strides, index, leg)).map(|(at_s, _)| at_s);
+        let from_end_s = (s - since_s).min(lifts_s.map_or(f64::INFINITY, |at_s| at_s - s));
+        smooth_step(from_end_s / (LOADING_SHARE * self.swing.time_s))
     }
 
     /// Writes the tips and the plan at time `s` for a trunk that leans as `lean` has it, `sway_m` to the left of its
@@ -323,6 +339,7 @@ impl Walk {
                 excursion_m: foot.excursion_m,
                 plane_way_m: foot.plane_way_m,
                 is_swing: foot.is_swing,
+                load_share: foot.load_share,
                 swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
             });
         }

@@ -2,7 +2,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::super::{BodyConfig, BodyError, BodyState, Chain, FootState, Ground, Link, ShaftState, Trunk};
+use super::super::{
+    BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk,
+};
 use super::{GRAVITY, Hinge, RigidBody};
 use crate::model::COUNTS_PER_RAD;
 
@@ -65,6 +67,12 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
         grounds,
         soles: Vec::new(),
         pushes: Vec::new(),
+        up: ground_turn * Vector::Z,
+        mass_kg: config.mass_kg(),
+        is_held: false,
+        motor_steps: config.motor_steps,
+        waited: 0,
+        torques: vec![0.0; shafts.len()],
         state: BodyState::unseen(Vec::new()),
     };
     for (place, chain) in config.chains.iter().enumerate() {
@@ -171,16 +179,29 @@ fn insert_chain(
         (parent, anchor) = (child, Pose::from_translation(end));
     }
     if let Some(foot) = chain.foot.filter(|_| !is_fixed) {
-        let across = root_turn.inverse() * Vector::Y * (0.5 * foot.width_m);
-        let tip = anchor.translation;
         let number = body.soles.len();
-        let sole = ColliderBuilder::capsule_from_endpoints(tip - across, tip + across, foot.radius_m);
+        let (sole, middle) = sole(&foot, anchor.translation, root_turn.inverse());
         let sole = of_robot(sole.user_data(Part::Foot(number).mark()), config.ground.friction);
         body.world.insert_collider(sole, Some(parent));
-        body.soles.push((parent, tip));
+        body.soles.push((parent, middle));
         body.state.feet.push(FootState { chain: place, ..FootState::default() });
     }
     Ok(())
+}
+
+/// A foot at `tip`, with its middle; `turn` is from the trunk's axes to the link's. It has no mass of its own.
+fn sole(foot: &Foot, tip: Vector, turn: Rotation) -> (ColliderBuilder, Vector) {
+    match *foot {
+        Foot::Round { radius_m, width_m } => {
+            let across = turn * Vector::Y * (0.5 * width_m);
+            (ColliderBuilder::capsule_from_endpoints(tip - across, tip + across, radius_m), tip)
+        }
+        Foot::Plate { size_m: [x, y, z], middle_m } => {
+            let middle = tip + turn * Vector::from_array(middle_m);
+            let plate = ColliderBuilder::cuboid(0.5 * x, 0.5 * y, 0.5 * z);
+            (plate.position(Pose::from_parts(middle, turn)), middle)
+        }
+    }
 }
 
 /// Mass and inertia of a round rod along its link.

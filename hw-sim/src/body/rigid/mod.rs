@@ -18,6 +18,10 @@ const STOP: (f64, f64) = (60.0, 0.3);
 /// Friction that holds a shaft that is stuck, whatever the load, N m.
 const STUCK_NM: f64 = 1e3;
 
+/// How stiffly hands keep a trunk level, N m/rad and N m s/rad for each kg of the robot, and how they brake its way
+/// over the ground, N s/m for each kg.
+const HANDS: (f64, f64, f64) = (10.0, 0.3, 20.0);
+
 /// One hinge between two bodies.
 #[derive(Debug)]
 struct Hinge {
@@ -46,7 +50,18 @@ pub struct RigidBody {
     grounds: Vec<ColliderHandle>,
     /// Body and place in it of each foot's middle, as in [`BodyState::feet`].
     soles: Vec<(RigidBodyHandle, Vector)>,
+    /// Of the motor steps since the last of the body.
     pushes: Vec<Push>,
+    /// Sum of the torques in them, one a shaft, N m.
+    torques: Vec<f64>,
+    /// How many there were, and how many there are to a step of the body.
+    waited: u32,
+    motor_steps: u32,
+    /// The ground's normal.
+    up: Vector,
+    /// All of it, kg.
+    mass_kg: f64,
+    is_held: bool,
     state: BodyState,
 }
 
@@ -119,7 +134,9 @@ impl RigidBody {
         }
     }
 
-    fn drive(&mut self, shafts: &[ShaftState], torques: &[f64]) {
+    /// Puts on each body what acts on it: of the torques and pushes of the last motor steps the mean.
+    fn drive(&mut self, shafts: &[ShaftState]) {
+        let share = 1.0 / f64::from(self.motor_steps);
         let bodies = &mut self.world.bodies;
         bodies.iter_mut().for_each(|(_, body)| {
             body.reset_forces(true);
@@ -131,7 +148,7 @@ impl RigidBody {
             let speed = hinge.sign * shaft.speed_rad_s;
             let (low, high) = hinge.stops_rad;
             let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
-            let mut torque = hinge.sign * (torques[hinge.shaft] + shaft.load_nm);
+            let mut torque = hinge.sign * (share * self.torques[hinge.shaft] + shaft.load_nm);
             if beyond.abs() > 0.0 {
                 // A stop pushes back but never holds fast.
                 let stop = -STOP.0 * beyond - STOP.1 * speed;
@@ -143,10 +160,19 @@ impl RigidBody {
         }
         let trunk = &mut bodies[self.trunk];
         for push in self.pushes.drain(..) {
-            let force = Vector::from_array(push.force_n);
+            let force = share * Vector::from_array(push.force_n);
             let force = if push.frame == PushFrame::Trunk { trunk.rotation() * force } else { force };
             let place = trunk.position() * Vector::from_array(push.place_m);
             trunk.add_force_at_point(force, place, true);
+        }
+        self.torques.fill(0.0);
+        if self.is_held {
+            let trunk = &mut self.world.bodies[self.trunk];
+            let (stiffness, damping, brake) = HANDS;
+            let tilt = (trunk.rotation() * Vector::Z).cross(self.up);
+            let way = trunk.linvel() - self.up * trunk.linvel().dot(self.up);
+            trunk.add_torque(self.mass_kg * (stiffness * tilt - damping * trunk.angvel()), true);
+            trunk.add_force(-brake * self.mass_kg * way, true);
         }
     }
 
@@ -163,6 +189,7 @@ impl RigidBody {
             dt_s.map_or(Vector::ZERO, |dt_s| (velocity - Vector::from_array(self.state.velocity_m_s)) / dt_s);
         let specific = rotation.inverse() * (acceleration + Vector::Z * GRAVITY);
         self.state.position_m = position.to_array();
+        self.state.height_m = position.dot(self.up);
         self.state.rotation = rotation.to_array();
         self.state.velocity_m_s = velocity.to_array();
         self.state.rate_rad_s = (rotation.inverse() * trunk.angvel()).to_array();
@@ -203,8 +230,15 @@ impl Body for RigidBody {
             self.state.is_finite = false;
             return;
         }
+        self.torques.iter_mut().zip(torques).for_each(|(sum, torque)| *sum += torque);
+        self.waited += 1;
+        if self.waited < self.motor_steps {
+            return;
+        }
+        let dt_s = dt_s * f64::from(self.waited);
+        self.waited = 0;
         self.follow_shafts(shafts);
-        self.drive(shafts, torques);
+        self.drive(shafts);
         self.world.integration_parameters.dt = dt_s;
         self.world.step();
         for hinge in &mut self.hinges {
@@ -228,6 +262,10 @@ impl Body for RigidBody {
         self.pushes.push(*push);
     }
 
+    fn hold_trunk(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
     fn state(&self) -> Option<&BodyState> {
         Some(&self.state)
     }
@@ -238,6 +276,7 @@ impl BodyState {
     fn unseen(feet: Vec<FootState>) -> BodyState {
         BodyState {
             position_m: [0.0; 3],
+            height_m: 0.0,
             rotation: [0.0, 0.0, 0.0, 1.0],
             velocity_m_s: [0.0; 3],
             rate_rad_s: [0.0; 3],

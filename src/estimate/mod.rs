@@ -1,8 +1,11 @@
 //! From replies to what is known of the robot. A lost reply leaves the last one standing, and ageing.
 
+mod legs;
+
 use crate::counts;
 use crate::model::Robot;
 use crate::signals::{JointState, Slot, State, Told};
+pub use legs::Legs;
 
 /// Updates `state` with the replies of a cycle that began `gap_s` after the one before; one slot a joint.
 pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], state: &mut State) {

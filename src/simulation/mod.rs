@@ -1,4 +1,7 @@
-//! The simulated hardware of a robot file: the same buses and servos, limp, somewhere.
+//! The simulated hardware of a robot file: the same buses and servos, limp, somewhere; and, where the file has
+//! `[physics]`, the body they turn, put down on the ground.
+
+mod body;
 
 use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ServoConfig, World};
 use rand_pcg::Pcg64Mcg;
@@ -9,7 +12,11 @@ use crate::model::{Protocol, Robot};
 /// How far outside its range a limp joint may lie, share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
 
-/// A simulated world of `robot`'s buses, each joint at a random place in or a little outside its range.
+/// Longest time a limp robot that is put down takes to lie still, s.
+const SETTLE_S: f64 = 3.0;
+
+/// A simulated world of `robot`'s buses, each joint at a random place in or a little outside its range; in physics, it
+/// is then put down on the ground.
 ///
 /// # Errors
 /// When `faults` names a bus or servo the robot does not have.
@@ -28,7 +35,8 @@ pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, Bu
     world_from_pose(robot, &pose, seed, faults)
 }
 
-/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad).
+/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad); in physics, it is
+/// then put down on the ground.
 ///
 /// # Errors
 /// When `faults` names a bus or servo the robot does not have.
@@ -38,7 +46,11 @@ pub fn world_from_pose(
     seed: u64,
     faults: &FaultScript,
 ) -> Result<World, BuildError> {
-    World::new(&buses(robot, pose), faults.clone(), seed)
+    let buses = buses(robot, pose);
+    let Some(physics) = &robot.physics else { return World::new(&buses, faults.clone(), seed) };
+    let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
+    world.put_down(SETTLE_S);
+    Ok(world)
 }
 
 /// Reads a fault script, of a file called `file_name`, for the buses of `robot`.

@@ -1,0 +1,44 @@
+//! `[balance]`: how a robot keeps its balance on its feet.
+
+use super::number::Limits;
+use super::reader::Section;
+use crate::model::BalanceSettings;
+
+/// Gains that kept a horse of this size up in simulation, and half as large ones and twice as large ones too.
+const ROLL_RATE_S: f64 = 0.1;
+const PITCH_RATE_S: f64 = 0.05;
+const HEADING_M_S: f64 = 0.2;
+
+/// Reads `[balance]`; `Some(None)` where there is none.
+pub(super) fn read(file: &Section<'_>) -> Option<Option<BalanceSettings>> {
+    let meaning = "how it keeps its balance on its feet; acts where there is [physics]";
+    file.describe_default("balance", &format!("{meaning}, a table"), "none: it goes on as planned");
+    if !file.has("balance") {
+        return Some(None);
+    }
+    if !file.has("physics") {
+        file.fault("balance", "[physics] beside it: it is worked out from feet, masses and friction");
+    }
+    file.section("balance", meaning, read_settings).map(Some)
+}
+
+fn read_settings(section: &Section<'_>) -> Option<BalanceSettings> {
+    let sag =
+        section.flag_or("sag_correction", "whether goals make up for what loaded joints give way", true);
+    let gain = |key: &'static str, meaning: &str, largest: f64, default: f64| {
+        section.number_or(key, meaning, Limits::FromTo(0.0, largest), default)
+    };
+    let meaning = "how far a foot is raised, in m for each m it is to the left and rad/s of roll";
+    let roll_rate = gain("roll_rate_gain_s", meaning, 0.5, ROLL_RATE_S);
+    let meaning = "how far a foot is lowered, in m for each m it is ahead and rad/s of pitch";
+    let pitch_rate = gain("pitch_rate_gain_s", meaning, 0.5, PITCH_RATE_S);
+    let meaning =
+        "how much faster the left feet go, in m/s for each rad the trunk is turned to the left of its plan";
+    let heading = gain("heading_gain_m_s", meaning, 2.0, HEADING_M_S);
+    Some(BalanceSettings {
+        sag_correction: sag?,
+        roll_rate_s: roll_rate?,
+        pitch_rate_s: pitch_rate?,
+        heading_m_s: heading?,
+    })
+}

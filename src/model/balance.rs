@@ -1,0 +1,16 @@
+//! How a robot keeps its balance on its feet.
+
+/// What a robot does about how it lies and how its joints are loaded. A foot's place is that of its leg's root in the
+/// body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BalanceSettings {
+    /// Goals are moved by what joints give way under their load.
+    pub sag_correction: bool,
+    /// A foot is raised by this, the roll rate (rad/s) and its place to the left (m), s.
+    pub roll_rate_s: f64,
+    /// A foot is lowered by this, the pitch rate (rad/s) and its place ahead (m), s.
+    pub pitch_rate_s: f64,
+    /// How much faster the left feet go, and slower the right ones, for each radian the trunk is turned left of its
+    /// planned heading, m/s.
+    pub heading_m_s: f64,
+}

@@ -1,0 +1,102 @@
+//! The rigid body of a robot file: its links, masses and feet, each joint with the servo that turns it.
+
+use hw_sim::body::{self, BodyConfig, ShaftLink, Trunk};
+
+use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot};
+
+/// How far beyond its range a joint meets its mechanical stop: this share of the range's width, or this angle if that is
+/// more, rad.
+const STOP_SHARE: f64 = super::OUTSIDE_SHARE;
+const STOP_RAD: f64 = 0.035;
+
+/// The body of `robot`, as `physics` says.
+pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
+    let shafts = shafts(robot);
+    let trunk_box_m = physics.trunk_box_m;
+    BodyConfig {
+        trunk: Trunk {
+            is_fixed: trunk_box_m.is_none(),
+            mass_kg: robot.trunk_mass_kg,
+            center_m: robot.trunk_center_m.to_array(),
+            box_middle_m: robot.trunk_center_m.to_array(),
+            // A trunk that is bolted down weighs nothing and touches nothing.
+            box_size_m: trunk_box_m.map_or([0.1; 3], |edges| edges.to_array()),
+        },
+        chains: (0..robot.chains.len()).map(|chain| limb(robot, physics, chain, &shafts)).collect(),
+        ground: ground(&physics.ground),
+        motor_steps: physics.step_ms,
+    }
+}
+
+/// Place of each joint's servo among all, bus by bus, as the simulated buses have them.
+fn shafts(robot: &Robot) -> Vec<Option<usize>> {
+    let on = |bus: usize| robot.joints.iter().filter_map(|joint| joint.servo).filter(move |of| of.bus == bus);
+    let mut next: Vec<usize> =
+        (0..robot.buses.len()).map(|bus| (0..bus).map(|bus| on(bus).count()).sum()).collect();
+    let place = |joint: &Joint| {
+        let next = next.get_mut(joint.servo?.bus)?;
+        *next += 1;
+        Some(*next - 1)
+    };
+    robot.joints.iter().map(place).collect()
+}
+
+fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]) -> body::Chain {
+    let chain = &robot.chains[place];
+    let tentacle = robot.motion.tentacle();
+    let arm = tentacle.and_then(|tentacle| tentacle.arms.iter().find(|arm| arm.chain == place));
+    let radius_m = arm.map_or(physics.link_radius_m, |arm| arm.radius_m);
+    let links = robot.joints_of(chain).iter().zip(&shafts[chain.joints.clone()]);
+    body::Chain {
+        root_m: chain.root_m.to_array(),
+        root_rotation: chain.root_rotation.to_array(),
+        carried_share: match &robot.motion {
+            Motion::Tentacle(tentacle) => tentacle.carried_share,
+            Motion::Horse(_) => 0.0,
+        },
+        links: links.filter_map(|(joint, shaft)| Some(link(joint, (*shaft)?, radius_m, physics))).collect(),
+        foot: foot(chain),
+    }
+}
+
+fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
+    let (low, high) = joint.range_rad;
+    let beyond = STOP_RAD.max(STOP_SHARE * (high - low));
+    let (zero_counts, is_reversed) =
+        joint.servo.map_or((0.0, false), |servo| (servo.zero_count, servo.reversed));
+    body::Link {
+        axis: joint.axis.to_array(),
+        end_m: joint.link_m.to_array(),
+        mass_kg: joint.mass_kg,
+        center_m: joint.center_m.to_array(),
+        radius_m,
+        stops_rad: (low - beyond, high + beyond),
+        servo: ShaftLink {
+            shaft,
+            zero_counts,
+            is_reversed,
+            rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2,
+        },
+    }
+}
+
+fn foot(chain: &Chain) -> Option<body::Foot> {
+    Some(match chain.foot? {
+        Foot::Round { radius_m, width_m } => body::Foot::Round { radius_m, width_m },
+        Foot::Plate { size_m, middle_m } => {
+            body::Foot::Plate { size_m: size_m.to_array(), middle_m: middle_m.to_array() }
+        }
+    })
+}
+
+fn ground(ground: &Ground) -> body::Ground {
+    let steps = ground.steps.iter();
+    body::Ground {
+        friction: ground.friction,
+        slope_rad: ground.slope_rad,
+        uphill_rad: ground.uphill_rad,
+        steps: steps
+            .map(|step| body::Step { at_m: step.at_m, length_m: step.length_m, height_m: step.height_m })
+            .collect(),
+    }
+}

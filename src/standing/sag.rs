@@ -1,0 +1,155 @@
+//! What joints on position servos give way under their load, made up for in their goals.
+//!
+//! Comes in: the joint angles that are wanted, which feet carry how much, and how the trunk lies. Goes out:
+//! [`JointTargets::sag_rad`]. A servo turns its error into torque, so a joint that is to hold a torque stands off its goal
+//! by that torque over the servo's stiffness: the goal is moved by as much to the other side. No goal leaves its joint's
+//! range for it; what a joint cannot make up for, the others of its leg do, as far as the foot goes.
+
+use glam::{DMat3, DQuat, DVec3, EulerRot};
+
+use super::{Sole, Standing, TrunkMotion};
+use crate::model::Robot;
+use crate::signals::{Aim, JointTargets, State, Targets};
+
+/// Time in which the correction comes in once the robot is on its feet, s.
+const FADE_S: f64 = 0.5;
+/// Time constant of a change of load, s: in a trot one pair of feet takes over from the other at once.
+const SMOOTHING_S: f64 = 0.03;
+/// Damping of the way in which joints make up for others, m^2 of lever: keeps a stretched leg from leaping.
+const DAMPING_M2: f64 = 1e-5;
+
+/// The correction of one robot.
+#[derive(Debug, Clone)]
+pub struct Sag {
+    standing: Standing,
+    joints: Vec<SaggingJoint>,
+    loads: Vec<f64>,
+    /// Chains with a foot.
+    legs: Vec<usize>,
+    wanted_rad: Vec<f64>,
+    /// How much of the correction is in, 0 to 1.
+    share: f64,
+}
+
+/// What is known of a joint.
+#[derive(Debug, Clone, Copy)]
+struct SaggingJoint {
+    range_rad: (f64, f64),
+    /// Stiffness with a supply of 1 V, N m/rad, and the supply where none is reported, V; none without a servo.
+    stiffness: Option<(f64, f64)>,
+}
+
+impl Sag {
+    /// Of `robot`; none where it is not to be corrected, or stands on nothing that is known.
+    pub fn new(robot: &Robot) -> Option<Sag> {
+        let physics = robot.physics.as_ref()?;
+        robot.balance.filter(|balance| balance.sag_correction)?;
+        let soles = Sole::all_of(robot);
+        let joint = |joint: &crate::model::Joint| SaggingJoint {
+            range_rad: joint.goal_range_rad(),
+            stiffness: joint
+                .servo
+                .map(|servo| (servo.model.stiffness_nm_rad(1.0), servo.model.nominal_voltage_v)),
+        };
+        (!soles.is_empty()).then(|| Sag {
+            standing: Standing::new(robot, &soles, physics.ground.friction),
+            joints: robot.joints.iter().map(joint).collect(),
+            loads: vec![0.0; robot.chains.len()],
+            legs: soles.iter().map(|sole| sole.chain).collect(),
+            wanted_rad: vec![0.0; robot.joints.len()],
+            share: 0.0,
+        })
+    }
+
+    /// Writes the correction of this cycle, `dt_s` after the last one. Off its feet there is none: whoever takes over
+    /// starts from the last goals, which have it in them.
+    pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
+        let is_on_feet = targets.aim == Aim::Tips && !targets.feet.is_empty();
+        if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
+            self.share = 0.0;
+            joints.sag_rad.fill(0.0);
+            return;
+        }
+        self.loads.fill(0.0);
+        for foot in &targets.feet {
+            self.loads[foot.chain] = foot.load_share;
+        }
+        self.standing.solve(&joints.angles_rad, &trunk(targets, state), &self.loads);
+        self.work_out(joints, state);
+        self.share = (self.share + dt_s / FADE_S).min(1.0);
+        let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
+        for (sag, wanted) in joints.sag_rad.iter_mut().zip(&self.wanted_rad) {
+            *sag += pace * (self.share * wanted - *sag);
+        }
+    }
+
+    /// Torques and forces of the last cycle.
+    pub fn standing(&self) -> &Standing {
+        &self.standing
+    }
+
+    fn work_out(&mut self, targets: &JointTargets, state: &State) {
+        for (index, joint) in self.joints.iter().enumerate() {
+            let angle = targets.angles_rad[index];
+            let wanted = self.give_rad(index, joint, state);
+            self.wanted_rad[index] = within(joint, angle, wanted);
+        }
+        for leg in 0..self.legs.len() {
+            self.make_up(self.legs[leg], targets, state);
+        }
+    }
+
+    /// What a joint gives way, rad: the other way round, the correction it needs.
+    fn give_rad(&self, index: usize, joint: &SaggingJoint, state: &State) -> f64 {
+        let Some((per_volt, nominal_v)) = joint.stiffness else { return 0.0 };
+        let measured = &state.joints[index];
+        let supply_v = if measured.voltage_v > 0.0 { measured.voltage_v } else { nominal_v };
+        self.standing.torques_nm()[index] / (per_volt * supply_v)
+    }
+
+    /// The joints of a leg that have room make up for what the others leave its foot off its place.
+    fn make_up(&mut self, chain: usize, targets: &JointTargets, state: &State) {
+        let posture = self.standing.posture();
+        let tip = posture.tip(chain).0;
+        let joints = posture.joints_of(chain);
+        let (mut off_m, mut square) = (DVec3::ZERO, DMat3::from_diagonal(DVec3::splat(DAMPING_M2)));
+        for index in joints.clone() {
+            let lever = posture.lever(index, tip);
+            let left_rad = self.give_rad(index, &self.joints[index], state) - self.wanted_rad[index];
+            if left_rad.abs() > 0.0 {
+                off_m += lever * left_rad;
+            } else {
+                square += DMat3::from_cols(lever * lever.x, lever * lever.y, lever * lever.z);
+            }
+        }
+        if off_m.length() <= 0.0 {
+            return;
+        }
+        let pull = square.inverse() * off_m;
+        for index in joints {
+            let joint = self.joints[index];
+            let is_spent = (self.give_rad(index, &joint, state) - self.wanted_rad[index]).abs() > 0.0;
+            if !is_spent {
+                let more = posture.lever(index, tip).dot(pull);
+                self.wanted_rad[index] =
+                    within(&joint, targets.angles_rad[index], self.wanted_rad[index] + more);
+            }
+        }
+    }
+}
+
+/// How the trunk lies: as measured, or as planned where that is not known.
+fn trunk(targets: &Targets, state: &State) -> TrunkMotion {
+    let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
+    if !state.body.is_known {
+        let turn: DQuat = targets.trunk_turn;
+        (_, pitch_rad, roll_rad) = turn.to_euler(EulerRot::ZYX);
+    }
+    TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2: DVec3::ZERO }
+}
+
+/// As much of a correction as leaves the goal in its range; none that pushes a joint further out.
+fn within(joint: &SaggingJoint, angle_rad: f64, wanted_rad: f64) -> f64 {
+    let (low, high) = joint.range_rad;
+    wanted_rad.clamp((low - angle_rad).min(0.0), (high - angle_rad).max(0.0))
+}

@@ -1,0 +1,102 @@
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::{GRAVITY_M_S2, Sole, Standing, TrunkMotion};
+use crate::capability::HorseCapability;
+use crate::config;
+use crate::model::Robot;
+use crate::motion::Command;
+
+/// A shipped horse with soles across its legs, and the posture it sits in.
+fn horse() -> (Robot, Vec<Sole>, Vec<f64>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+    let robot = config::load(&path).unwrap().robot;
+    let points_m = vec![DVec3::Y * 0.015, DVec3::Y * -0.015];
+    let soles = (0..4).map(|chain| Sole { chain, points_m: points_m.clone(), radius_m: 0.01 }).collect();
+    let horse = robot.motion.horse().unwrap();
+    let plan = HorseCapability::of(&robot, horse).unwrap().plan(horse, Command::default());
+    (robot, soles, plan.sit_pose_rad)
+}
+
+fn mass_kg(robot: &Robot) -> f64 {
+    robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
+}
+
+#[test]
+fn four_feet_carry_the_weight_and_nothing_else() {
+    let (robot, soles, pose) = horse();
+    let mut standing = Standing::new(&robot, &soles, 0.8);
+    standing.solve(&pose, &TrunkMotion::default(), &[1.0; 4]);
+    let sum: DVec3 = standing.forces_n().iter().sum();
+    let weight_n = mass_kg(&robot) * GRAVITY_M_S2;
+    assert!((sum - DVec3::Z * weight_n).length() < 1e-3 * weight_n, "{sum} of {weight_n} N");
+    assert!(standing.miss_share() < 1e-3);
+    for force in standing.forces_n() {
+        assert!(force.z >= 0.0 && force.x.abs() + force.y.abs() <= 0.8 * force.z + 1e-9, "{force}");
+    }
+    // Left and right are mirror images, and so is what they hold.
+    for joint in 0..8 {
+        let (left, right) = (standing.torques_nm()[joint], standing.torques_nm()[joint + 8]);
+        assert!((left - right).abs() < 1e-3, "{joint}: {left}, {right} N m");
+    }
+}
+
+#[test]
+fn the_trunk_is_pushed_the_way_it_is_to_go() {
+    let (robot, soles, pose) = horse();
+    let mut standing = Standing::new(&robot, &soles, 0.8);
+    let trunk = TrunkMotion { acceleration_m_s2: DVec3::new(1.0, -0.5, 0.3), ..TrunkMotion::default() };
+    standing.solve(&pose, &trunk, &[1.0; 4]);
+    let sum: DVec3 = standing.forces_n().iter().sum();
+    let expected = (trunk.acceleration_m_s2 + DVec3::Z * GRAVITY_M_S2) * mass_kg(&robot);
+    assert!((sum - expected).length() < 0.01, "{sum}, {expected}");
+    // Nose down by 0.1 rad, the ground pushes backwards in the body's frame by as much of the weight.
+    let trunk = TrunkMotion { pitch_rad: 0.1, ..TrunkMotion::default() };
+    standing.solve(&pose, &trunk, &[1.0; 4]);
+    let sum: DVec3 = standing.forces_n().iter().sum();
+    let weight_n = mass_kg(&robot) * GRAVITY_M_S2;
+    assert!((sum.x + weight_n * 0.1_f64.sin()).abs() < 0.01, "{sum}");
+}
+
+#[test]
+fn a_foot_in_the_air_carries_nothing_and_one_that_lands_takes_over_smoothly() {
+    let (robot, soles, pose) = horse();
+    let mut standing = Standing::new(&robot, &soles, 0.8);
+    let foot_n = |standing: &Standing, foot: usize| -> f64 {
+        standing.forces_n()[2 * foot..2 * foot + 2].iter().map(|force| force.z).sum()
+    };
+    let mut before: Option<[f64; 4]> = None;
+    let steps = 200;
+    for step in 0..=steps {
+        // The left hind foot lands; all others stand.
+        let load = f64::from(step) / f64::from(steps);
+        standing.solve(&pose, &TrunkMotion::default(), &[load, 1.0, 1.0, 1.0]);
+        let now: [f64; 4] = std::array::from_fn(|foot| foot_n(&standing, foot));
+        assert!(step > 0 || now[0] <= 0.0);
+        if let Some(before) = before {
+            let jump = now.iter().zip(before).map(|(now, before)| (now - before).abs()).fold(0.0, f64::max);
+            assert!(jump < 0.6, "{jump} N at load {load}");
+        }
+        before = Some(now);
+    }
+    assert!(before.unwrap()[0] > 2.0, "{before:?}");
+    // In no foot's hand: limbs hang from a trunk that is held.
+    standing.solve(&pose, &TrunkMotion::default(), &[0.0; 4]);
+    assert!(standing.forces_n().iter().all(|force| force.length() <= 0.0));
+}
+
+#[test]
+fn a_number_that_is_none_leaves_no_trace() {
+    let (robot, soles, pose) = horse();
+    let mut standing = Standing::new(&robot, &soles, 0.8);
+    standing.solve(&pose, &TrunkMotion::default(), &[1.0; 4]);
+    let good = standing.torques_nm().to_vec();
+    standing.solve(&vec![f64::NAN; pose.len()], &TrunkMotion::default(), &[1.0; 4]);
+    standing.solve(&pose, &TrunkMotion::default(), &[1.0; 4]);
+    for (torque, good) in standing.torques_nm().iter().zip(good) {
+        assert!((torque - good).abs() < 1e-6);
+    }
+}

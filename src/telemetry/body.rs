@@ -1,0 +1,109 @@
+//! The trunk while the robot is on its feet: whether it falls, how far it goes, how it tilts, whether it is as high as
+//! planned.
+
+use glam::{DQuat, DVec3, EulerRot};
+
+use super::CycleRecord;
+use super::report::BodyReport;
+use crate::model::Robot;
+use crate::motion::Activity;
+use crate::signals::Aim;
+
+/// What is known of the trunk in one cycle.
+struct Seen {
+    roll_rad: f64,
+    pitch_rad: f64,
+    /// Way forward since the cycle before, m.
+    forward_m: f64,
+    height_m: Option<f64>,
+    is_fallen: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct BodyObserver {
+    /// How far the sole is below the tip, m.
+    sole_m: f64,
+    has_stood: bool,
+    /// True once anything told what the trunk does.
+    is_known: bool,
+    /// Where it was in the cycle before, by the truth.
+    last_m: Option<DVec3>,
+    walked_m: f64,
+    walked_s: f64,
+    report: BodyReport,
+}
+
+impl BodyObserver {
+    pub(super) fn new(robot: &Robot) -> BodyObserver {
+        let soles = robot.chains.iter().filter_map(|chain| chain.foot);
+        BodyObserver {
+            sole_m: soles.map(|foot| foot.below_tip_m()).fold(0.0, f64::max),
+            has_stood: false,
+            is_known: false,
+            last_m: None,
+            walked_m: 0.0,
+            walked_s: 0.0,
+            report: BodyReport::default(),
+        }
+    }
+
+    /// None while nothing told what the trunk does.
+    pub(super) fn report(&self) -> Option<BodyReport> {
+        let mean_speed_m_s = if self.walked_s > 0.0 { self.walked_m / self.walked_s } else { 0.0 };
+        self.is_known.then_some(BodyReport { mean_speed_m_s, ..self.report })
+    }
+
+    pub(super) fn note_gap(&mut self) {
+        self.last_m = None;
+    }
+
+    pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
+        let seen = self.look(record);
+        self.last_m = record.truth.map(|truth| truth.position_m);
+        let Some(seen) = seen else { return };
+        self.is_known = true;
+        self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
+        if !self.has_stood || record.targets.aim != Aim::Tips {
+            return;
+        }
+        let report = &mut self.report;
+        report.fell |= seen.is_fallen;
+        report.distance_m += seen.forward_m;
+        if record.activity == Activity::Walking {
+            self.walked_m += seen.forward_m;
+            self.walked_s += record.dt_s;
+        }
+        report.roll_max_deg = report.roll_max_deg.max(seen.roll_rad.to_degrees().abs());
+        report.pitch_max_deg = report.pitch_max_deg.max(seen.pitch_rad.to_degrees().abs());
+        if let Some(height_m) = seen.height_m {
+            let error_m = (height_m - record.targets.trunk_in_world.z - self.sole_m).abs();
+            report.height_error_max_m = Some(report.height_error_max_m.unwrap_or(0.0).max(error_m));
+        }
+    }
+
+    fn look(&self, record: &CycleRecord<'_>) -> Option<Seen> {
+        if let Some(truth) = &record.truth {
+            let (yaw, pitch_rad, roll_rad) = truth.turn.to_euler(EulerRot::ZYX);
+            let ahead = DQuat::from_rotation_z(yaw) * DVec3::X;
+            let way = self.last_m.map_or(DVec3::ZERO, |last_m| truth.position_m - last_m);
+            return Some(Seen {
+                roll_rad,
+                pitch_rad,
+                forward_m: way.dot(ahead),
+                height_m: Some(truth.height_m),
+                is_fallen: truth.is_fallen,
+            });
+        }
+        let body = &record.state.body;
+        body.is_known.then(|| Seen {
+            roll_rad: body.roll_rad,
+            pitch_rad: body.pitch_rad,
+            forward_m: body.velocity_m_s.x * record.dt_s,
+            height_m: None,
+            is_fallen: body.roll_rad.cos() * body.pitch_rad.cos() < FALLEN_COS,
+        })
+    }
+}
+
+/// Cosine of 60 degrees: who is further from upright has fallen.
+const FALLEN_COS: f64 = 0.5;
