@@ -13,6 +13,7 @@ pub mod route;
 mod settled;
 pub mod stroke;
 pub mod variation;
+pub mod winder;
 pub mod winding;
 mod wound;
 
