@@ -8,7 +8,8 @@ use crate::counts::{self, Goals};
 use crate::estimate::{self, Legs};
 use crate::ik::{Limbs, Method};
 use crate::model::Robot;
-use crate::motion::{Generator, Order, Plan};
+use crate::motion::{Activity, Generator, Order, Plan};
+use crate::reflex::{Charge, Reflex, Yielding};
 use crate::safety::Safety;
 use crate::signals::{JointTargets, Permission, State, Targets, TrueBody};
 use crate::standing::Sag;
@@ -20,9 +21,11 @@ use crate::units::Time;
 #[derive(Debug)]
 pub struct Controller<'r> {
     robot: &'r Robot,
+    reflex: Reflex<'r>,
     generator: Generator,
     balance: Balance,
     limbs: Limbs,
+    yielding: Yielding,
     /// None where joints give way to nothing that is known.
     sag: Option<Sag>,
     safety: Safety,
@@ -48,9 +51,11 @@ impl<'r> Controller<'r> {
     pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method) -> Self {
         Controller {
             robot,
+            reflex: Reflex::new(robot),
             generator,
             balance: Balance::new(robot),
             limbs: Limbs::new(robot, method),
+            yielding: Yielding::new(robot),
             sag: Sag::new(robot),
             safety: Safety::new(robot),
             legs: Legs::new(robot),
@@ -76,12 +81,20 @@ impl<'r> Controller<'r> {
             self.safety.give_up_waiting(&mut self.state);
         }
         self.is_held = self.state.permission == Permission::Hold;
-        self.generator.step(dt_s, &self.state, order, &mut self.targets);
+        let doing = self.generator.activity();
+        let charge = self.reflex.step(dt_s, order, doing, &self.state, &mut self.targets);
+        if charge == Charge::GivenBack {
+            self.generator.begin_anew(&self.state);
+        }
+        if charge != Charge::Reflex {
+            self.generator.step(dt_s, &self.state, order, &mut self.targets);
+        }
         self.balance.step(dt_s, self.generator.speed_m_s(), &self.state, &mut self.targets);
         self.limbs.solve(&self.targets, &mut self.joints);
         if let Some(sag) = &mut self.sag {
             sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
         }
+        self.yielding.step(dt_s, &self.state, &mut self.joints);
         let command = self.safety.check(dt_s, gap_s, &self.joints, &mut self.state);
         self.interventions = command.interventions();
         counts::goals(self.robot, command, &mut self.goals);
@@ -104,11 +117,21 @@ impl<'r> Controller<'r> {
         &self.generator
     }
 
+    /// What the robot is doing.
+    pub fn activity(&self) -> Activity {
+        self.reflex.activity().unwrap_or_else(|| self.generator.activity())
+    }
+
+    /// Who watches for falls.
+    pub fn reflex(&self) -> &Reflex<'r> {
+        &self.reflex
+    }
+
     /// The last cycle, in which the buses answered with `slots`.
     pub fn record<'a>(&'a self, slots: &'a [Slot]) -> CycleRecord<'a> {
         CycleRecord {
             order: self.order,
-            activity: self.generator.activity(),
+            activity: self.activity(),
             speed_m_s: self.generator.speed_m_s(),
             targets: &self.targets,
             joints: &self.joints,
@@ -210,9 +233,24 @@ impl<'r, P: Ports> Cycle<'r, P> {
         self.times.unwrap_or_default()
     }
 
-    /// What the robot is doing.
+    /// Who makes the targets.
     pub fn generator(&self) -> &Generator {
         self.controller.generator()
+    }
+
+    /// What the robot is doing.
+    pub fn activity(&self) -> Activity {
+        self.controller.activity()
+    }
+
+    /// Who watches for falls.
+    pub fn reflex(&self) -> &Reflex<'r> {
+        self.controller.reflex()
+    }
+
+    /// Who watches the load of arms.
+    pub fn yielding(&self) -> &Yielding {
+        &self.controller.yielding
     }
 
     /// What is known of the robot.

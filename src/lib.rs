@@ -4,6 +4,7 @@
 //! [`run::run`] repeats one [`cycle`] at the robot's rate:
 //!
 //! ```text
+//! reflex    state                 -> who is in charge; in a fall, a pose
 //! motion    order, state          -> foot or tip targets, or a pose
 //! ik        targets               -> joint angles, and what is left over
 //! safety    joint angles, state   -> a command: move, hold, limp
@@ -35,6 +36,7 @@ pub mod operator;
 pub mod platform;
 pub mod plot;
 pub mod recording;
+pub mod reflex;
 pub mod replay;
 pub mod run;
 pub mod safety;
@@ -43,5 +45,6 @@ pub mod signals;
 pub mod simulation;
 pub mod standing;
 pub mod telemetry;
+pub mod trial;
 pub mod units;
 pub mod urdf;

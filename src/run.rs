@@ -171,6 +171,8 @@ pub fn run_recorded<P: Ports>(
         feet: cycle.telemetry().feet_report(),
         body: cycle.telemetry().body_report(),
         arms: cycle.telemetry().arms_report(),
+        falls: cycle.reflex().report(),
+        arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
         outages: cycle.telemetry().outage_reports(robot),
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
@@ -277,7 +279,7 @@ fn repeat<P: Ports>(
         } else if is_recording_lost {
             wanted = Order::Stop;
             // The end that was planned has nothing to do with it.
-            if stopper == Stopper::Nobody && cycle.generator().activity() != Activity::Done {
+            if stopper == Stopper::Nobody && cycle.activity() != Activity::Done {
                 stopper = Stopper::Recording;
             }
         }
@@ -285,7 +287,7 @@ fn repeat<P: Ports>(
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
         }
-        if cycle.generator().activity() == Activity::Done {
+        if cycle.activity() == Activity::Done {
             last_cycles += 1;
             let since_s = f64::from(last_cycles) * robot.period_s();
             // Every servo has answered an exchange that told it the last goals.
@@ -309,7 +311,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
     let drive = cycle.generator().drive();
     Status {
         time_s,
-        activity: cycle.generator().activity(),
+        activity: cycle.activity(),
         gait: drive.and_then(Drive::gait),
         stroke: cycle.generator().stroke(),
         yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
@@ -336,6 +338,8 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &st
         (Outcome::StoppedBySafety, reasons.join("; "))
     } else if !lost.is_empty() {
         (Outcome::Failed, lost)
+    } else if let Some(falls) = cycle.reflex().report().filter(|_| cycle.reflex().is_down()) {
+        (Outcome::Fallen, format!("{falls}: set it on its feet and start it again"))
     } else {
         (planned.0, planned.1.to_owned())
     };

@@ -108,8 +108,8 @@ pub struct JointTargets {
     pub is_limp: bool,
     /// Where only one joint is to have torque: which.
     pub only: Option<usize>,
-    /// Share of the permitted torque that is asked for, 0 to 1.
-    pub torque_share: f64,
+    /// Share of the permitted torque that is asked for, one a joint, 0 to 1.
+    pub torque_shares: Vec<f64>,
     /// True while a servo that has tripped may be restarted.
     pub may_restart: bool,
     /// The first joint for which a target was asked that is not a number.
@@ -371,7 +371,7 @@ impl JointTargets {
         JointTargets {
             is_limp: true,
             only: None,
-            torque_share: 1.0,
+            torque_shares: vec![1.0; robot.joints.len()],
             may_restart: false,
             not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],

@@ -118,7 +118,8 @@ fn hippocamp(arguments: &[&str]) -> Command {
 
 #[test]
 fn json_is_a_line_a_time() {
-    let output = hippocamp(&["--virtual", "--json", "--for", "2", "--every", "0.5"]).output().unwrap();
+    let output =
+        hippocamp(&["--virtual", "--no-physics", "--json", "--for", "2", "--every", "0.5"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<serde_json::Value> =

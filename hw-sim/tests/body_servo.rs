@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use common::*;
-use hw_sim::body::{BodyConfig, Chain, Ground, Link, Push, ShaftLink, Trunk};
+use hw_sim::body::{BodyConfig, Chain, Foot, Ground, Link, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
 
 /// An arm of one link on a base, level at count 2048 and up from there; its weight at its tip.
@@ -114,4 +114,156 @@ fn a_push_lasts_as_long_as_it_is_told() {
     world.advance_to(300 * MS);
     let speed = world.body().unwrap().velocity_m_s[0];
     assert!((speed - 0.1).abs() < 0.002, "0.1 N s on 1 kg: {speed} m/s");
+}
+
+fn box_alone() -> BodyConfig {
+    let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
+    let ground = Ground { friction: 0.0, ..Ground::default() };
+    BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 }
+}
+
+fn scripted(text: &str, seed: u64, motor_steps: u32) -> World {
+    let script = FaultScript::from_toml(text).unwrap();
+    let body = BodyConfig { motor_steps, ..box_alone() };
+    World::with_body(&[feetech_bus(Vec::new())], script, seed, &body).unwrap()
+}
+
+#[test]
+fn a_scripted_push_gives_its_momentum_where_it_points() {
+    for (strength, motor_steps) in
+        [("impulse_n_s = 0.2", 1), ("force_n = 4\nfor_s = 0.05", 1), ("force_n = 2", 2)]
+    {
+        let text = format!("[[fault]]\nkind = 'push'\nat_s = 0.1\ndirection_deg = 90\n{strength}");
+        let mut world = scripted(&text, 1, motor_steps);
+        world.advance_to(99 * MS);
+        assert!(world.body().unwrap().velocity_m_s[1].abs() < 1e-9, "not yet");
+        world.advance_to(300 * MS);
+        let velocity = world.body().unwrap().velocity_m_s;
+        assert!(
+            (velocity[1] - 0.2).abs() < 0.004 && velocity[0].abs() < 0.004,
+            "0.2 N s on 1 kg: {velocity:?}"
+        );
+    }
+}
+
+#[test]
+fn pushes_that_come_again_go_elsewhere_by_the_seed() {
+    let text = "[[fault]]\nkind = 'push'\nat_s = 0\nevery_s = 0.5\nfor_s = 0.1\nimpulse_n_s = 0.1";
+    // The change of velocity in each half second.
+    let pushed = |seed| {
+        let mut world = scripted(text, seed, 1);
+        let mut before = [0.0; 2];
+        let mut changes = Vec::new();
+        for push in 1..=6 {
+            world.advance_to(push * S / 2);
+            let [x, y, _] = world.body().unwrap().velocity_m_s;
+            changes.push([x - before[0], y - before[1]]);
+            before = [x, y];
+        }
+        changes
+    };
+    let (one, again, other) = (pushed(1), pushed(1), pushed(2));
+    assert_eq!(one, again);
+    assert!(
+        one.iter().zip(&other).all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-3),
+        "{one:?} {other:?}"
+    );
+    for [x, y] in one {
+        assert!((x.hypot(y) - 0.1).abs() < 0.003, "0.1 N s on 1 kg: {x} {y}");
+    }
+}
+
+#[test]
+fn a_script_has_its_own_ground() {
+    // On this slope a box slides: its own ground has no friction, the script's has.
+    let sliding = |text: &str| {
+        let mut world = scripted(text, 1, 1);
+        world.advance_to(S);
+        world.body().unwrap().velocity_m_s[0]
+    };
+    let slid = sliding("[ground]\nslope_deg = 10");
+    assert!((slid + 9.81 * 10_f64.to_radians().sin() * 10_f64.to_radians().cos()).abs() < 0.05, "{slid} m/s");
+    assert!(sliding("[ground]\nslope_deg = 10\nfriction = 0.5").abs() < 2e-3);
+    // A block ahead; the box comes down the slope against it.
+    let text = "[ground]\nslope_deg = -10\n[[ground.step]]\nat_mm = 100\nlength_mm = 50\nheight_mm = 20";
+    let mut world = scripted(text, 1, 1);
+    world.advance_to(3 * S);
+    let front = world.body().unwrap().position_m[0] + 0.05;
+    assert!((front - 0.1).abs() < 0.012, "its front is at {front} m");
+}
+
+#[test]
+fn what_is_wrong_with_pushes_and_ground_is_said_by_line() {
+    for (text, said) in [
+        (
+            "[[fault]]\nkind = 'push'\nat_s = 0",
+            "script:1: fault[0].impulse_n_s is not set: expected force times time",
+        ),
+        (
+            "[[fault]]\nkind = 'push'\nat_s = 0\nforce_n = 1\nimpulse_n_s = 1",
+            ":4: fault[0].force_n = 1: expected no such",
+        ),
+        (
+            "[[fault]]\nkind = 'push'\nat_s = 0\nimpulse_n_s = 1\nplace_mm = [1, 2]",
+            ":5: fault[0].place_mm = [1, 2]",
+        ),
+        (
+            "[[fault]]\nkind = 'push'\nat_s = 0\nimpulse_n_s = 1\nbus = 'a'",
+            ":5: fault[0].bus = 'a': expected no such key",
+        ),
+        ("[[fault]]\nkind = 'echo'\nat_s = 0\nevery_s = 1", ":4: fault[0].every_s = 1: expected no such key"),
+        ("[ground]\nfriction = -1", ":2: ground.friction = -1: expected the friction of the ground, 0 to 5"),
+        ("[ground]\ngrip = 1", ":2: ground.grip = 1: expected a known key; known are friction"),
+        ("[ground]\n[[ground.step]]\nat_mm = 1\nlength_mm = 1", "ground.step[0].height_mm is not set"),
+        ("ground = 3", ":1: ground = 3: expected another ground: write [ground]"),
+    ] {
+        let error = FaultScript::from_toml(text).unwrap_err().to_string();
+        assert!(error.contains(said), "{text}: {error}");
+    }
+    let script = "[ground]\nfriction = 1\n[[fault]]\nkind = 'push'\nat_s = 0\nimpulse_n_s = 1";
+    let error = FaultScript::from_toml(script).unwrap().without_body().unwrap_err().to_string();
+    assert!(error.contains(":1: ground") && error.contains(":3: fault[0].kind = \"push\""), "{error}");
+    assert!(error.contains("[physics]"), "{error}");
+}
+
+#[test]
+fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
+    // A post of 0.2 m on a plate 60 x 40 mm, its weight at its top `ahead` of the plate's middle.
+    let fallen = |ahead: f64| {
+        let link = Link {
+            axis: [0.0, 1.0, 0.0],
+            end_m: [0.0, 0.0, -0.2],
+            mass_kg: 0.1,
+            center_m: [0.0, 0.0, -0.2],
+            radius_m: 0.005,
+            stops_rad: (-1.0, 1.0),
+            servo: ShaftLink { shaft: 0, zero_counts: 2048.0, is_reversed: false, rotor_inertia_kg_m2: None },
+        };
+        let foot = Foot::Plate { size_m: [0.06, 0.04, 0.005], middle_m: [0.0, 0.0, -0.0025] };
+        let chain = Chain {
+            root_m: [0.0; 3],
+            root_rotation: [0.0, 0.0, 0.0, 1.0],
+            carried_share: 0.0,
+            links: vec![link],
+            foot: Some(foot),
+        };
+        let trunk = Trunk {
+            is_fixed: false,
+            mass_kg: 1.0,
+            center_m: [ahead, 0.0, 0.0],
+            box_middle_m: [0.0; 3],
+            box_size_m: [0.05; 3],
+        };
+        let body = BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 };
+        let mut world = world_with("STS3250", &body);
+        exchange(&mut world, &feetech(1, 3, &[42, 0, 8]));
+        exchange(&mut world, &feetech(1, 3, &[40, 1]));
+        world.advance_to(world.now_ns() + 2 * S);
+        let state = world.body().unwrap();
+        assert!(state.is_fallen() || (state.feet[0].force_n - 1.1 * 9.81).abs() < 0.3, "{state:?}");
+        state.is_fallen()
+    };
+    // 1 kg of 1.1 kg is `ahead`: the edge is 30 mm ahead of the middle.
+    assert!(!fallen(0.028) && !fallen(-0.028));
+    assert!(fallen(0.045) && fallen(-0.045));
 }

@@ -19,7 +19,9 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole};
+use super::{
+    BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole,
+};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::model::Robot;
@@ -190,6 +192,7 @@ pub(super) fn exit_code(outcome: Outcome) -> u8 {
     match outcome {
         Outcome::Completed => COMPLETED,
         Outcome::StoppedBySafety => STOPPED_BY_SAFETY,
+        Outcome::Fallen => FALLEN,
         Outcome::Failed => FAILED,
     }
 }
@@ -199,6 +202,7 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Completed => "completed",
         Outcome::StoppedBySafety => "STOPPED BY SAFETY",
+        Outcome::Fallen => "FALLEN",
         Outcome::Failed => "FAILED",
     }
 }
@@ -393,6 +397,12 @@ fn print_summary(robot: &Robot, report: &Report) {
     }
     if let Some(arms) = &report.arms {
         say!("  {arms}");
+    }
+    if let Some(falls) = report.falls.filter(|falls| falls.falls > 0) {
+        say!("  {falls}");
+    }
+    if let Some(times) = report.arm_yields.filter(|times| *times > 0) {
+        say!("  arms gave way to a load {times} times");
     }
     for outage in &report.outages {
         say!("  at {:.1} s {}", outage.time_s, outage.reason);

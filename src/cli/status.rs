@@ -147,6 +147,8 @@ impl Names {
             (_, Activity::Parked) => "parked".to_owned(),
             (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
+            (_, Activity::Falling) => "FALLING".to_owned(),
+            (_, Activity::Lying) => "lying where it fell".to_owned(),
             (_, Activity::Stopping) => "stopping".to_owned(),
             (_, Activity::Done) => "done".to_owned(),
         };

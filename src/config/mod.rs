@@ -23,6 +23,11 @@
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
+//! | `[reflex]` | (`mode` `"reflex"`, `"passive"` or `"off"`), (`detector` `"lean"` or `"rate"`), (`roll_max_deg` 34), (`pitch_max_deg` 29), (`ahead_s` 0.14), (`rate_max_deg_s` 172), (`passive_torque_share` 0.2), (`rest_rate_deg_s` 20), (`rest_s` 0.5), (`get_ups_max` 3); no section: falls are not noticed; not of arms on a base |
+//! | `[[reflex.pose]]` | `name`, `angles_deg` of all joints |
+//! | `[[reflex.fall]]` | `direction` = `"forward"`, `"backward"`, `"left"`, `"right"` or `"twisting"`, with `[[reflex.fall.key]]`: `pose`, `at_s`, (`torque_share` 1) |
+//! | `[[reflex.get_up]]` | `lying` = `"upright"`, `"front"`, `"back"`, `"left"`, `"right"` or `"over"`, with any `[[reflex.get_up.key]]` as above |
+//! | `[yield]` | `load_share`, (`after_s` 0.2), (`torque_share` 0.1), (`for_s` 1), (`return_s` 2); of arms: gives way above that load |
 //! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
 //! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
 //! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2); acts where there is `[physics]` |
@@ -43,6 +48,7 @@ mod nearest;
 mod number;
 mod physics;
 mod reader;
+mod reflex;
 mod safety;
 mod script;
 mod servos;
@@ -181,8 +187,12 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         refuse_times_within_a_few_cycles(file, rate_hz, safety.as_ref(), motion.as_ref());
     }
 
-    let limbs = chains.into_iter().map(|chain| chain.limb).collect::<Option<_>>()?;
-    let (chains, joints) = chains::assemble(limbs);
+    let yielding = reflex::read_yield(file, &chains, motion.as_ref());
+    let limbs = chains.into_iter().map(|chain| chain.limb).collect::<Option<_>>();
+    let limbs = limbs.map(chains::assemble);
+    let joints = limbs.as_ref().map(|(_, joints)| joints.as_slice());
+    let reflex = reflex::read(file, joints, motion.as_ref());
+    let (chains, joints) = limbs?;
     let (trunk_mass_kg, trunk_center_m) = trunk?;
     let robot = Robot {
         name: name?.to_owned(),
@@ -197,6 +207,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         physics: physics?,
         balance: balance?,
         stop_action: stop_action?,
+        reflex: reflex?,
+        yielding: yielding?,
     };
     if let Motion::Tentacle(tentacle) = &robot.motion
         && let Some(pole) = tentacle.pole

@@ -313,6 +313,30 @@ impl<'a> Section<'a> {
         good.then(|| values.map(Option::unwrap_or_default))
     }
 
+    /// A list of `count` finite numbers; of any length where that is not known.
+    pub(super) fn number_list(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        count: Option<usize>,
+    ) -> Option<Vec<f64>> {
+        let words = count.map_or_else(|| "numbers".to_owned(), |count| format!("{count} numbers"));
+        let expected = format!("{meaning}, a list of {words}");
+        self.describe(key, &format!("{meaning}, a list of numbers"), None);
+        let items = self.required(key, &expected)?.as_array();
+        let Some(items) = items.filter(|items| count.is_none_or(|count| items.len() == count)) else {
+            self.fault(key, expected);
+            return None;
+        };
+        let path = self.path(key);
+        let values = items
+            .iter()
+            .enumerate()
+            .map(|(place, item)| self.limited(&element(&path, place), item.get_ref(), meaning, Limits::Any));
+        let values: Vec<Option<f64>> = values.collect();
+        values.into_iter().collect()
+    }
+
     /// Three numbers along x, y, z.
     pub(super) fn vector(&self, key: &'static str, meaning: &str) -> Option<DVec3> {
         self.numbers(key, &format!("{meaning} along x, y, z"), Limits::Any).map(DVec3::from_array)

@@ -58,7 +58,7 @@ impl Limbs {
             Aim::Joint(joint) => Some(joint),
             Aim::Limp | Aim::Pose | Aim::Tips | Aim::Arms => None,
         };
-        joints.torque_share = targets.torque_share;
+        joints.torque_shares.fill(targets.torque_share);
         joints.may_restart = targets.may_restart;
         joints.not_finite = None;
         joints.residual_m.fill(0.0);

@@ -11,6 +11,7 @@ mod gait;
 mod kinematics;
 mod physics;
 mod posture;
+mod reflex;
 pub mod servo_model;
 pub mod tendon;
 mod tentacle;
@@ -26,6 +27,7 @@ pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
+pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
@@ -57,6 +59,10 @@ pub struct Robot {
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// What it does when it falls; none where the file says nothing.
+    pub reflex: Option<ReflexSettings>,
+    /// What an arm does that is loaded beyond its limit; none where the file says nothing.
+    pub yielding: Option<YieldSettings>,
 }
 
 /// A limb: joints from the body outwards.

@@ -67,6 +67,10 @@ pub enum Activity {
     Parked,
     /// Turning one joint.
     Jogging,
+    /// Falling.
+    Falling,
+    /// Lying where it fell.
+    Lying,
     /// Taking the stop action.
     Stopping,
     /// The stop action is complete.
@@ -101,6 +105,16 @@ impl Generator {
             Generator::Horse(horse) => horse.step(dt_s, state, order, targets),
             Generator::Tentacle(arms) => arms.step(dt_s, state, order, targets),
             Generator::Jog(jog) => jog.step(dt_s, state, order, targets),
+        }
+    }
+
+    /// Begins anew from the last goals with torque on, as a robot does that has just been given torque; what it did
+    /// before is forgotten.
+    pub fn begin_anew(&mut self, state: &State) {
+        match self {
+            Generator::Horse(horse) => horse.begin_anew(state),
+            Generator::Tentacle(arms) => arms.begin_anew(state),
+            Generator::Jog(_) => {}
         }
     }
 

@@ -6,6 +6,7 @@
 mod canvas;
 mod comparison;
 mod course;
+mod fall;
 mod feet;
 mod footfalls;
 mod joints;
@@ -13,6 +14,7 @@ mod poses;
 
 pub use comparison::comparison;
 pub use course::{Change, Course, CourseError, FootRange, Frame, Span, Subject};
+pub use fall::{FallRow, fall};
 pub use feet::feet;
 pub use footfalls::footfalls;
 pub use joints::joints;

@@ -84,16 +84,16 @@ fn moments<'a>(course: &'a Course<'_>) -> impl Iterator<Item = &'a Frame> {
 }
 
 /// Places with x forward of the trunk's middle and z above the ground, as seen from the right, m.
-struct Figure {
-    label: String,
-    trunk: Vec<DVec3>,
-    limbs: Vec<Limb>,
+pub(super) struct Figure {
+    pub(super) label: String,
+    pub(super) trunk: Vec<DVec3>,
+    pub(super) limbs: Vec<Limb>,
 }
 
-struct Limb {
-    points: Vec<DVec3>,
-    is_near: bool,
-    is_swing: Option<bool>,
+pub(super) struct Limb {
+    pub(super) points: Vec<DVec3>,
+    pub(super) is_near: bool,
+    pub(super) is_swing: Option<bool>,
 }
 
 fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
@@ -119,7 +119,7 @@ fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
     }
 }
 
-fn draw_figure(
+pub(super) fn draw_figure(
     area: &Area<'_>,
     figure: &Figure,
     span: (f64, f64),

@@ -195,7 +195,7 @@ impl Safety {
             let on_s = joint.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
             joint.torque_on_s = Some(on_s);
             let rise = (on_s / self.settings.torque_ramp_s).min(1.0);
-            let torque_share = self.settings.torque_share * rise.min(targets.torque_share);
+            let torque_share = self.settings.torque_share * rise.min(targets.torque_shares[index]);
             // One that sends damaged replies is there, and hears.
             self.command.joints[index] = match joint.is_lost && !state.joints[index].is_damaged {
                 true => JointCommand::Keep,
@@ -203,7 +203,7 @@ impl Safety {
             };
         }
         let is_catching_up = |joint: &JointSafety| {
-            joint.torque_on_s.is_some() && (joint.limiter.is_catching_up() || joint.is_lost)
+            joint.torque_on_s.is_some() && (joint.limiter.is_catching_up() || joint.asked > 0)
         };
         if state.permission == Permission::Move && self.joints.iter().any(is_catching_up) {
             // Nobody walks on while a leg is still on its way back, or it is not known whether it has torque.
@@ -323,12 +323,12 @@ impl JointSafety {
             self.asked = 0;
         } else if self.torque_on_s.is_none() {
             self.limiter.start_from(measured.position_rad);
-            self.is_lost = false;
+            (self.is_lost, self.asked) = (false, 0);
         } else if self.is_lost {
             if let Some(has_torque) = self.has_kept_torque(settings, measured) {
                 // It has held the last goal it heard; the goals it did not hear have gone on without it.
                 self.limiter.start_from(measured.position_rad);
-                self.is_lost = false;
+                (self.is_lost, self.asked) = (false, 0);
                 if !has_torque {
                     self.torque_on_s = None;
                 }

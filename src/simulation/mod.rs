@@ -59,7 +59,8 @@ pub fn world_from_pose(
 /// Every mistake in it; buses and servos the robot does not have are some.
 pub fn fault_script(robot: &Robot, text: &str, file_name: &str) -> Result<FaultScript, FaultError> {
     let pose = vec![0.0; robot.joints.len()];
-    FaultScript::for_buses(text, file_name, Some(&buses(robot, &pose)))
+    let script = FaultScript::for_buses(text, file_name, Some(&buses(robot, &pose)))?;
+    if robot.physics.is_some() { Ok(script) } else { script.without_body() }
 }
 
 /// The buses of `robot` with their servos where the joints are at `pose` (rad).

@@ -11,6 +11,7 @@ use super::arms::ArmObserver;
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
+use crate::reflex::ReflexReport;
 use crate::signals::Outage;
 
 /// How a run ended.
@@ -21,6 +22,8 @@ pub enum Outcome {
     Completed,
     /// Safety stopped it.
     StoppedBySafety,
+    /// It fell, and lies limp.
+    Fallen,
     /// Something else ended it.
     Failed,
 }
@@ -68,6 +71,12 @@ pub struct Report {
     /// Arms; none on a rig without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arms: Option<ArmsReport>,
+    /// Falls, as the robot noticed them; none where its file says nothing of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falls: Option<ReflexReport>,
+    /// How often an arm gave way to a load; none where its file says nothing of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_yields: Option<u32>,
     /// Joints that were taken out of service, the first 256; empty where a fault of one stops the robot.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outages: Vec<OutageReport>,
@@ -96,6 +105,7 @@ impl Outcome {
         match self {
             Outcome::Completed => "completed",
             Outcome::StoppedBySafety => "stopped-by-safety",
+            Outcome::Fallen => "fallen",
             Outcome::Failed => "failed",
         }
     }

@@ -17,7 +17,12 @@ use hippocamp::telemetry::Report;
 
 pub(crate) const ROBOT_FILE: &str = "config/horse.toml";
 
+/// The horse, its joints turning freely.
 pub(crate) fn horse() -> Robot {
+    Robot { physics: None, ..horse_in_physics() }
+}
+
+pub(crate) fn horse_in_physics() -> Robot {
     config::load(Path::new(ROBOT_FILE)).unwrap().robot
 }
 
@@ -38,17 +43,30 @@ pub(crate) fn recorder(robot: &Robot, sink: impl Write + Send + 'static, waits: 
 
 /// Runs and records into `sink`, with `faults` (TOML) on the buses.
 pub(crate) fn run(faults: &str, sink: impl Write + Send + 'static) -> Report {
-    let robot = horse();
+    run_robot(&horse(), faults, sink)
+}
+
+fn run_robot(robot: &Robot, faults: &str, sink: impl Write + Send + 'static) -> Report {
     let faults = hw_sim::FaultScript::from_toml(faults).unwrap();
-    let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &faults).unwrap());
-    let recorder = recorder(&robot, sink, true);
-    run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
+    let ports = SimPorts::on_virtual_clock(simulation::world(robot, 7, &faults).unwrap());
+    let recorder = recorder(robot, sink, true);
+    run_recorded(robot, plan(robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
 }
 
 /// The same into memory.
 pub(crate) fn record(faults: &str) -> (Report, Vec<u8>) {
+    record_robot(&horse(), faults)
+}
+
+/// The horse on the ground, pushed about, into memory.
+pub(crate) fn record_in_physics() -> (Report, Vec<u8>) {
+    let pushes = "[[fault]]\nkind = \"push\"\nat_s = 7\nevery_s = 0.5\nimpulse_n_s = 0.1\n";
+    record_robot(&horse_in_physics(), pushes)
+}
+
+fn record_robot(robot: &Robot, faults: &str) -> (Report, Vec<u8>) {
     let memory = Memory::default();
-    let report = run(faults, memory.clone());
+    let report = run_robot(robot, faults, memory.clone());
     let bytes = memory.0.lock().unwrap().clone();
     (report, bytes)
 }

@@ -7,7 +7,7 @@ use hippocamp::bus::{ServoGoal, Slot};
 use hippocamp::recording::Recording;
 use hippocamp::replay::replay;
 
-use crate::common::record;
+use crate::common::{record, record_in_physics};
 use crate::disk::recorded_on_a_stuck_disk;
 
 fn recording(faults: &str) -> Recording {
@@ -22,6 +22,16 @@ fn a_replay_agrees_and_finds_what_the_run_reported() {
     assert!(replayed.is_complete());
     assert_eq!((replayed.cycles, replayed.cycles_run_again), (report.cycles, report.cycles));
     assert_eq!((replayed.joints, replayed.feet), (report.joints, report.feet));
+    assert_eq!((replayed.body, report.body), (None, None));
+}
+
+#[test]
+fn a_replay_knows_what_the_simulated_body_did() {
+    let (report, bytes) = record_in_physics();
+    let replayed = replay(&Recording::parse(&bytes, "test").unwrap()).unwrap();
+    assert!(replayed.agrees(), "{replayed:?}");
+    assert!(report.body.unwrap().distance_m > 0.05, "{:?}", report.body);
+    assert_eq!(replayed.body, report.body);
 }
 
 #[test]

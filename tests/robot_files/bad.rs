@@ -405,6 +405,90 @@ fn safety() {
     SAFETY.iter().for_each(check);
 }
 
+const REFLEX: &[Bad] = &[
+    bad("mode = \"reflex\"", "@mode = \"bold\"", "reflex.mode", "\"bold\"", &["\"passive\", \"off\""]),
+    bad("roll_max_deg = 40", "@roll_max_deg = 90", "reflex.roll_max_deg", "90", &["from 5 to 89"]),
+    bad(
+        "roll_max_deg = 40",
+        "@rate_max_deg_s = 90",
+        "reflex.rate_max_deg_s",
+        "90",
+        &["belongs to detector = \"rate\""],
+    ),
+    bad("[0, 60, 10, 90, 60]", "@[0, 60, 10]", "reflex.pose[0].angles_deg", "[0, 60, 10]", &["5 numbers"]),
+    bad(
+        "[0, 60, 10, 90",
+        "@[0, 60, 50, 90",
+        "reflex.pose[0].angles_deg[2]",
+        "50",
+        &["lf.hip", "-45.0 to 45.0"],
+    ),
+    bad(
+        "\"forward\"",
+        "@\"down\"",
+        "reflex.fall[0].direction",
+        "\"down\"",
+        &["which way it falls", "\"twisting\""],
+    ),
+    bad(
+        "at_s = 0.25",
+        "at_s = @0.05",
+        "reflex.fall[0].key[1].at_s",
+        "0.05",
+        &["after that of the key before it, 0.1"],
+    ),
+    bad(
+        "pose = \"spread\"",
+        "pose = @\"spred\"",
+        "reflex.fall[0].key[1].pose",
+        "\"spred\"",
+        &["did you mean \"spread\""],
+    ),
+    bad(
+        "direction = \"forward\"\n",
+        "direction = \"left\"\nkey = [{ pose = \"crouch\", at_s = 1 }]\n[[reflex.fall]]\n@direction = \"left\"\n",
+        "reflex.fall[1].direction",
+        "\"left\"",
+        &["a direction of its own"],
+    ),
+    missing(
+        "[[reflex.get_up]]",
+        "@[[reflex.fall]]\ndirection = \"left\"\n[[reflex.get_up]]",
+        "reflex.fall[1].key",
+        &["at least one key pose"],
+    ),
+    bad("lying = \"upright\"", "@lying = \"up\"", "reflex.get_up[0].lying", "\"up\"", &["what is down"]),
+    bad(
+        "torque_share = 0.7",
+        "torque_share = @0",
+        "reflex.fall[0].key[0].torque_share",
+        "0",
+        &["above 0 and at most 1"],
+    ),
+    bad(
+        "[reflex]\n",
+        "@[yield]\nload_share = 0.5\n[reflex]\n",
+        "yield",
+        "[yield]",
+        &["a horse stands on its legs"],
+    ),
+];
+
+#[test]
+fn falls() {
+    REFLEX.iter().for_each(check);
+}
+
+#[test]
+fn arms_do_not_fall_but_give_way() {
+    let text = include_str!("../../config/tentacle.toml");
+    let said = |text: String| config::parse(&text, "arms.toml").unwrap_err().to_string();
+    assert!(said(format!("{text}\n[reflex]\n")).contains("arms on a base do not fall"));
+    let bare = text.split("[yield]").next().unwrap_or(text);
+    assert!(said(format!("{bare}\n[yield]\nload_share = 1")).contains("above 0 and below 1"));
+    assert!(said(format!("{bare}\n[yield]\nload_share = 0.5\nreturn_s = 0.1")).contains("from 0.5 to 60"));
+}
+
 #[test]
 fn motion_and_gaits() {
     MOTION.iter().for_each(check);

@@ -22,6 +22,11 @@ pub struct BodyState {
     pub trunk_contact_n: f64,
     /// Force of the ground on links other than feet, along the ground's normals, N.
     pub links_contact_n: f64,
+    /// Impulse of the ground on the trunk along the ground's normals, since the start, N s.
+    pub trunk_impulse_ns: f64,
+    /// Angular impulse that each joint gave its link through motor, rotor and stops, since the start, in the order of the
+    /// configuration, N m s. Friction of the gears is left aside.
+    pub joint_impulses_nms: Vec<f64>,
     /// False once a number got lost; the body stands still from then on.
     pub is_finite: bool,
 }

@@ -1,5 +1,6 @@
 //! What goes wrong, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts itself.
 
+mod pushes;
 mod reader;
 mod script;
 mod targets;
@@ -10,7 +11,10 @@ use crate::config::BusConfig;
 use crate::convert::nanoseconds;
 use crate::error::BuildError;
 
-pub use script::{FaultError, FaultKind, FaultScript, Mistake, ScriptedFault, Target};
+pub(crate) use pushes::Pushes;
+pub use script::{
+    FaultError, FaultKind, FaultScript, GroundChange, Mistake, ScriptedFault, ScriptedPush, Target,
+};
 
 /// A servo that is reset is without supply for this long, ns: a step of the motors sees it.
 const RESET_NS: u64 = 1_000_000;
@@ -211,6 +215,9 @@ impl FaultScript {
             let until_ns = for_ns.map_or(u64::MAX, |for_ns| from_ns.saturating_add(for_ns));
             if let FaultKind::LateHost { delay_ms } = fault.kind {
                 stalls.stalls.push((from_ns, nanoseconds(delay_ms / 1000.0)));
+                continue;
+            }
+            if let FaultKind::Push(_) = fault.kind {
                 continue;
             }
             for place in places {

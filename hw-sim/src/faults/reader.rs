@@ -5,8 +5,11 @@ use std::ops::RangeInclusive;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::script::{FaultError, FaultKind, FaultScript, Mistake, Place, ScriptedFault, Target};
+use super::script::{
+    FaultError, FaultKind, FaultScript, GroundChange, Mistake, Place, ScriptedFault, ScriptedPush, Target,
+};
 use super::targets;
+use crate::body::Step;
 use crate::config::BusConfig;
 use crate::convert::nearest_u8;
 
@@ -20,6 +23,8 @@ enum Scope {
     Servos,
     /// Servos, once: no `for_s`.
     ServosOnce,
+    /// The trunk: no `bus` or `id`, and keys of its own.
+    Trunk,
 }
 
 /// A kind as it is written.
@@ -36,7 +41,7 @@ const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> K
     Kind { word, scope, own: None, make }
 }
 
-static KINDS: [Kind; 16] = [
+static KINDS: [Kind; 17] = [
     kind("silent", Scope::Servos, |_| FaultKind::Silent),
     Kind {
         own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
@@ -68,10 +73,42 @@ static KINDS: [Kind; 16] = [
         own: Some(("celsius", "the temperature of the servo", -40.0..=200.0)),
         ..kind("hot", Scope::Servos, |celsius| FaultKind::Hot { celsius })
     },
+    kind("push", Scope::Trunk, |impulse_n_s| {
+        FaultKind::Push(ScriptedPush {
+            impulse_n_s,
+            for_s: PUSH_S,
+            towards_rad: None,
+            place_m: [0.0; 3],
+            every_s: None,
+        })
+    }),
 ];
 
+/// How long a push lasts that does not say, s: a shove with a hand.
+const PUSH_S: f64 = 0.1;
+
+/// Keys of a push alone.
+const PUSH_KEYS: [&str; 5] = ["impulse_n_s", "force_n", "direction_deg", "place_mm", "every_s"];
+
 /// Keys a fault may have, whatever its kind; those from `for_s` on not in every kind.
-const KEYS: [&str; 9] = ["kind", "at_s", "for_s", "bus", "id", "delay_ms", "as_id", "volts", "celsius"];
+const KEYS: [&str; 14] = [
+    "kind",
+    "at_s",
+    "for_s",
+    "bus",
+    "id",
+    "delay_ms",
+    "as_id",
+    "volts",
+    "celsius",
+    "impulse_n_s",
+    "force_n",
+    "direction_deg",
+    "place_mm",
+    "every_s",
+];
+
+const DIRECTION: &str = "a direction in degrees from ahead to the left";
 
 /// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
 const TIME_MAX_S: f64 = 8.64e6;
@@ -79,7 +116,8 @@ const TIME_MAX_S: f64 = 8.64e6;
 impl FaultScript {
     /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
     /// (else every bus), `id` (else every servo; without `bus`, one that only one bus has), and the kind's own key:
-    /// `delay_ms`, `as_id`, `volts` or `celsius`.
+    /// `delay_ms`, `as_id`, `volts` or `celsius`. A push has `impulse_n_s` or `force_n`, and optionally
+    /// `direction_deg`, `place_mm` and `every_s`. And `[ground]`: another ground than the robot's own.
     ///
     /// # Errors
     /// Every mistake, with its line and key. Whether there are such buses and servos is not known here.
@@ -97,7 +135,7 @@ impl FaultScript {
         file_name: &str,
         buses: Option<&[BusConfig]>,
     ) -> Result<FaultScript, FaultError> {
-        let (faults, mut mistakes) = read(text);
+        let Content { faults, ground, ground_line, mut mistakes } = read(text);
         if let Some(buses) = buses {
             mistakes.extend(faults.iter().filter_map(|fault| targets::buses_of(&fault.target, buses).err()));
         }
@@ -105,12 +143,20 @@ impl FaultScript {
             mistakes.sort_by_key(|mistake| mistake.line);
             return Err(FaultError { file_name: file_name.to_owned(), mistakes });
         }
-        Ok(FaultScript { faults, file_name: file_name.to_owned() })
+        Ok(FaultScript { faults, ground, ground_line, file_name: file_name.to_owned() })
     }
 }
 
-/// The faults, and the mistakes: of a fault with a mistake only the parts without one are what they should be.
-fn read(text: &str) -> (Vec<ScriptedFault>, Vec<Mistake>) {
+/// What is in a script, and the mistakes: of what has a mistake only the parts without one are what they should be.
+#[derive(Default)]
+struct Content {
+    faults: Vec<ScriptedFault>,
+    ground: GroundChange,
+    ground_line: Option<usize>,
+    mistakes: Vec<Mistake>,
+}
+
+fn read(text: &str) -> Content {
     let (document, errors) = DeTable::parse_recoverable(text);
     let mut mistakes: Vec<Mistake> = Vec::new();
     for error in &errors {
@@ -122,14 +168,16 @@ fn read(text: &str) -> (Vec<ScriptedFault>, Vec<Mistake>) {
         }
     }
     if !mistakes.is_empty() {
-        return (Vec::new(), mistakes);
+        return Content { mistakes, ..Content::default() };
     }
     let mut top = Section { text, path: String::new(), line: 1, table: document.get_ref(), mistakes };
-    top.refuse_unknown(&["fault"]);
+    top.refuse_unknown(&["fault", "ground"]);
+    let ground_line = top.value("ground").map(|_| top.line_of("ground"));
+    let ground = top.read_ground();
     let items = top.value("fault").map_or(Some(&[][..]), |list| list.as_array().map(|items| &items[..]));
     let Some(items) = items.filter(|items| items.iter().all(|item| item.get_ref().is_table())) else {
         top.mistake("fault", "a list of faults: write [[fault]]");
-        return (Vec::new(), top.mistakes);
+        return Content { mistakes: top.mistakes, ..Content::default() };
     };
     let (mut faults, mut mistakes) = (Vec::new(), top.mistakes);
     for (entry, item) in items.iter().enumerate() {
@@ -140,7 +188,7 @@ fn read(text: &str) -> (Vec<ScriptedFault>, Vec<Mistake>) {
             mistakes = section.mistakes;
         }
     }
-    (faults, mistakes)
+    Content { faults, ground, ground_line, mistakes }
 }
 
 /// One table of the script while it is read.
@@ -167,7 +215,93 @@ impl<'a> Section<'a> {
         let lasts = 1e-9..=TIME_MAX_S;
         let for_s = self.value("for_s").map(|_| self.number("for_s", "how long it lasts in s", &lasts));
         let make = kind.map_or(KINDS[0].make, |kind| kind.make);
-        ScriptedFault { at_s, for_s, kind: make(own), target: self.read_target(entry) }
+        let mut kind = make(own);
+        if let FaultKind::Push(push) = &mut kind {
+            *push = self.read_push(for_s);
+        }
+        ScriptedFault { at_s, for_s, kind, target: self.read_target(entry) }
+    }
+
+    fn read_push(&mut self, for_s: Option<f64>) -> ScriptedPush {
+        let for_s = for_s.unwrap_or(PUSH_S);
+        let impulse_n_s = match (self.value("force_n"), self.value("impulse_n_s")) {
+            (Some(_), Some(_)) => {
+                self.mistake("force_n", "no such key beside impulse_n_s: one of them tells how strong it is");
+                0.0
+            }
+            (Some(_), None) => for_s * self.number("force_n", "the force of the push in N", &(1e-6..=1e4)),
+            (None, _) => self.number("impulse_n_s", "force times time of the push in N s", &(1e-6..=1e4)),
+        };
+        let direction = self.optional("direction_deg", DIRECTION, &(-360.0..=360.0));
+        let every_s = self.optional("every_s", "after how many s it comes again", &(1e-3..=TIME_MAX_S));
+        let place_m = self.value("place_mm").map_or([0.0; 3], |value| {
+            let numbers: Option<Vec<f64>> =
+                value.as_array().and_then(|list| list.iter().map(|item| real(item.get_ref())).collect());
+            let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+            let place = place.filter(|place| place.iter().all(|number| number.abs() <= 1e5));
+            place.map_or_else(
+                || {
+                    self.mistake("place_mm", "where on the trunk, in mm along x, y, z: a list of 3 numbers");
+                    [0.0; 3]
+                },
+                |place| place.map(|millimetres| millimetres / 1000.0),
+            )
+        });
+        ScriptedPush { impulse_n_s, for_s, towards_rad: direction.map(f64::to_radians), place_m, every_s }
+    }
+
+    /// `[ground]`, of the top of the script.
+    fn read_ground(&mut self) -> GroundChange {
+        let Some(value) = self.value("ground") else { return GroundChange::default() };
+        let Some(table) = value.as_table() else {
+            self.mistake("ground", "another ground: write [ground]");
+            return GroundChange::default();
+        };
+        let mut ground = self.enter("ground.", self.line_of("ground"), table);
+        ground.refuse_unknown(&["friction", "slope_deg", "uphill_deg", "step"]);
+        let friction = ground.optional("friction", "the friction of the ground", &(0.0..=5.0));
+        let slope = ground.optional("slope_deg", "how steep the ground is, in degrees", &(-45.0..=45.0));
+        let uphill = ground.optional("uphill_deg", DIRECTION, &(-360.0..=360.0));
+        let steps = ground.read_steps();
+        self.mistakes = ground.mistakes;
+        let (slope_rad, uphill_rad) = (slope.map(f64::to_radians), uphill.map(f64::to_radians));
+        GroundChange { friction, slope_rad, uphill_rad, steps }
+    }
+
+    /// `[[ground.step]]`, of `[ground]`.
+    fn read_steps(&mut self) -> Option<Vec<Step>> {
+        let Some(items) = self.value("step")?.as_array() else {
+            self.mistake("step", "blocks across the way: write [[ground.step]]");
+            return None;
+        };
+        let mut steps = Vec::new();
+        for (place, item) in items.iter().enumerate() {
+            let Some(table) = item.get_ref().as_table() else {
+                self.mistake("step", "blocks across the way: write [[ground.step]]");
+                return None;
+            };
+            let line = line_of(self.text, item.span().start);
+            let mut step = self.enter(&format!("ground.step[{place}]."), line, table);
+            step.refuse_unknown(&["at_mm", "length_mm", "height_mm"]);
+            let at_mm = step.number("at_mm", "where it begins, in mm ahead of the start", &(-1e6..=1e6));
+            let length_mm = step.number("length_mm", "how long it is along the way in mm", &(1e-3..=1e6));
+            let height_mm = step.number("height_mm", "how high it is in mm", &(1e-3..=1e4));
+            self.mistakes = step.mistakes;
+            let [at_m, length_m, height_m] = [at_mm, length_mm, height_mm].map(|length| length / 1000.0);
+            steps.push(Step { at_m, length_m, height_m });
+        }
+        Some(steps)
+    }
+
+    /// A table inside, which takes the mistakes with it.
+    fn enter(&mut self, path: &str, line: usize, table: &'a DeTable<'a>) -> Section<'a> {
+        let mistakes = std::mem::take(&mut self.mistakes);
+        Section { text: self.text, path: path.to_owned(), line, table, mistakes }
+    }
+
+    /// A number that may be left out.
+    fn optional(&mut self, key: &str, meaning: &str, range: &RangeInclusive<f64>) -> Option<f64> {
+        self.value(key).map(|_| self.number(key, meaning, range))
     }
 
     fn read_kind(&mut self) -> Option<&'static Kind> {
@@ -207,8 +341,9 @@ impl<'a> Section<'a> {
         for key in &KEYS[2..] {
             let belongs = match *key {
                 "for_s" => !matches!(kind.scope, Scope::Host | Scope::ServosOnce),
-                "bus" => kind.scope != Scope::Host,
+                "bus" => !matches!(kind.scope, Scope::Host | Scope::Trunk),
                 "id" => matches!(kind.scope, Scope::Servos | Scope::ServosOnce),
+                push_key if PUSH_KEYS.contains(&push_key) => kind.scope == Scope::Trunk,
                 own_key => own == Some(own_key),
             };
             if !belongs && self.value(key).is_some() {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::body::{Ground, Step};
+
 /// What can go wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaultKind {
@@ -47,11 +49,54 @@ pub enum FaultKind {
         /// Which, V.
         volts: f64,
     },
+    /// Something pushes the trunk.
+    Push(ScriptedPush),
     /// The servo has another temperature; afterwards it cools as it would.
     Hot {
         /// Which, °C.
         celsius: f64,
     },
+}
+
+/// A push of the trunk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScriptedPush {
+    /// Force times time, N s, above 0.
+    pub impulse_n_s: f64,
+    /// How long it lasts, s, above 0.
+    pub for_s: f64,
+    /// Where to, as the trunk is turned: rad from ahead to the left. None for somewhere else each time, by the world's
+    /// seed.
+    pub towards_rad: Option<f64>,
+    /// Where on the trunk, in its frame, m.
+    pub place_m: [f64; 3],
+    /// It comes again after so long, s, above 0; none for once.
+    pub every_s: Option<f64>,
+}
+
+/// Another ground than the robot's own; what is none stays as it is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GroundChange {
+    /// Coulomb friction.
+    pub friction: Option<f64>,
+    /// How steep it is, rad.
+    pub slope_rad: Option<f64>,
+    /// Direction uphill, rad from x to the left.
+    pub uphill_rad: Option<f64>,
+    /// Steps across the way.
+    pub steps: Option<Vec<Step>>,
+}
+
+impl GroundChange {
+    /// Changes `ground`.
+    pub(crate) fn apply(&self, ground: &mut Ground) {
+        ground.friction = self.friction.unwrap_or(ground.friction);
+        ground.slope_rad = self.slope_rad.unwrap_or(ground.slope_rad);
+        ground.uphill_rad = self.uphill_rad.unwrap_or(ground.uphill_rad);
+        if let Some(steps) = &self.steps {
+            ground.steps.clone_from(steps);
+        }
+    }
 }
 
 /// Which servos a fault befalls.
@@ -93,6 +138,10 @@ pub struct ScriptedFault {
 pub struct FaultScript {
     /// The entries, in the order of the script.
     pub faults: Vec<ScriptedFault>,
+    /// The ground, where the script has another.
+    pub ground: GroundChange,
+    /// Line of the section that says so.
+    pub(super) ground_line: Option<usize>,
     /// What errors call it.
     pub(super) file_name: String,
 }
@@ -117,6 +166,35 @@ pub struct FaultError {
     pub file_name: String,
     /// The mistakes.
     pub mistakes: Vec<Mistake>,
+}
+
+impl FaultScript {
+    /// The same script for a robot whose joints carry nothing.
+    ///
+    /// # Errors
+    /// Every push and every change of the ground: they would do nothing.
+    pub fn without_body(self) -> Result<FaultScript, FaultError> {
+        let expected = "a robot with a body: [physics] in its file, and no --no-physics";
+        let pushes = self.faults.iter().filter(|fault| matches!(fault.kind, FaultKind::Push(_)));
+        let pushes = pushes.map(|fault| Mistake {
+            line: fault.target.place.bus_line,
+            key: format!("fault[{}].kind", fault.target.place.entry),
+            value: Some("\"push\"".to_owned()),
+            expected: expected.to_owned(),
+        });
+        let ground = self.ground_line.map(|line| Mistake {
+            line,
+            key: "ground".to_owned(),
+            value: Some("a section".to_owned()),
+            expected: expected.to_owned(),
+        });
+        let mut mistakes: Vec<Mistake> = pushes.chain(ground).collect();
+        mistakes.sort_by_key(|mistake| mistake.line);
+        if mistakes.is_empty() {
+            return Ok(self);
+        }
+        Err(FaultError { file_name: self.file_name, mistakes })
+    }
 }
 
 impl fmt::Display for FaultError {

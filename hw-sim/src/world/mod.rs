@@ -13,7 +13,7 @@ use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
 use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
-use crate::faults::{FaultScript, HostStalls};
+use crate::faults::{FaultScript, HostStalls, Pushes};
 use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
@@ -56,6 +56,7 @@ pub struct World {
     stalls: HostStalls,
     /// Pushes: from when, until when (exclusive), ns, and what.
     pushes: Vec<(u64, u64, Push)>,
+    scripted_pushes: Pushes,
     /// Shafts a hand is turning, as an index into `shafts` and where to, rad.
     turning: Vec<(usize, f64)>,
 }
@@ -67,6 +68,7 @@ impl World {
     /// [`BuildError`] names the first thing that cannot be: unknown model, id, rate, number, or a fault on a bus
     /// or servo that does not exist.
     pub fn new(buses: &[BusConfig], faults: FaultScript, seed: u64) -> Result<World, BuildError> {
+        let scripted_pushes = Pushes::of(&faults, seed);
         let (bus_faults, stalls) = faults.assign(buses)?;
         let mut built = Vec::new();
         let mut shafts = Vec::new();
@@ -97,6 +99,7 @@ impl World {
             body: Box::new(FreeJoints),
             stalls,
             pushes: Vec::new(),
+            scripted_pushes,
             turning: Vec::new(),
         };
         world.observe(0, 0.0);
@@ -113,6 +116,8 @@ impl World {
         seed: u64,
         body: &BodyConfig,
     ) -> Result<World, BuildError> {
+        let mut body = body.clone();
+        faults.ground.apply(&mut body.ground);
         let mut world = World::new(buses, faults, seed)?;
         for link in body.chains.iter().flat_map(|chain| &chain.links) {
             if let (Some(shaft), Some(inertia)) =
@@ -121,7 +126,7 @@ impl World {
                 shaft.inertia_kg_m2 = inertia;
             }
         }
-        world.body = Box::new(RigidBody::new(body, &world.shafts)?);
+        world.body = Box::new(RigidBody::new(&body, &world.shafts)?);
         Ok(world)
     }
 
@@ -306,6 +311,9 @@ impl World {
             bus.supply.draw(current_a);
         }
         self.grip();
+        while let Some(push) = self.scripted_pushes.take(now_ns - STEP_NS) {
+            self.pushes.push(push);
+        }
         self.pushes.retain(|(_, until_ns, _)| now_ns - STEP_NS < *until_ns);
         // A step ends at its time: it feels what acts when it begins.
         let begun = self.pushes.iter().filter(|(from_ns, ..)| *from_ns <= now_ns - STEP_NS);

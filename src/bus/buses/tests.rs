@@ -175,6 +175,8 @@ fn robot() -> Robot {
         physics: None,
         balance: None,
         stop_action: StopAction::Hold,
+        reflex: None,
+        yielding: None,
     }
 }
 

@@ -48,6 +48,18 @@ impl Drive {
         }
     }
 
+    /// Stands at time 0 again, as if it had never gone anywhere.
+    pub fn stand_anew(&mut self) {
+        self.walk = Walk::standing(&self.plan);
+        self.planner = Planner::new();
+        self.carriage = Carriage::level(self.plan.settings.stand_height_m);
+        (self.asked, self.granted) = (Posture::default(), Posture::default());
+        self.way_reach = self.plan.reach.level;
+        self.bob_share = 0.0;
+        self.now_s = 0.0;
+        self.trunk_m = DVec2::ZERO;
+    }
+
     /// What it knows of the robot.
     pub fn plan(&self) -> &HorsePlan {
         &self.plan

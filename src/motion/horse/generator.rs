@@ -19,6 +19,7 @@ const STAND_S: f64 = 0.3;
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
+/// After a fall it begins anew with `Gather`.
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
 /// `Sink`. What it does on its feet is the [`Drive`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action
 /// `hold` the robot stays as it is instead of sinking or folding: `Held`.
@@ -79,6 +80,13 @@ impl HorseGenerator {
             *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
         }
         self.write_targets(targets);
+    }
+
+    /// Goes to the sitting pose from the last goals, and rises.
+    pub fn begin_anew(&mut self, state: &State) {
+        self.drive.stand_anew();
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }
 
     fn change_phase(&mut self, state: &State, order: Order) {

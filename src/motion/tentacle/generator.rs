@@ -76,6 +76,12 @@ impl TentacleGenerator {
         self.write_targets(targets);
     }
 
+    /// Goes to the parked pose from the last goals, and performs.
+    pub fn begin_anew(&mut self, state: &State) {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.fold_duration_s() };
+    }
+
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;

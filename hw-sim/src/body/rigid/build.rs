@@ -169,10 +169,16 @@ fn insert_chain(
             sign,
             known_rad: zero_rad,
             friction_nm: shaft.friction_nm,
+            torque_nm: 0.0,
         });
         let end = Vector::from_array(link.end_m);
         if !is_fixed && end.length() > 0.0 {
-            let rod = ColliderBuilder::capsule_from_endpoints(Vector::ZERO, end, link.radius_m);
+            // The round end of a link on a plate must not be what it stands on.
+            let is_on_plate =
+                matches!(chain.foot, Some(Foot::Plate { .. })) && number + 1 == chain.links.len();
+            let short = if is_on_plate { link.radius_m.min(end.length()) } else { 0.0 };
+            let bare = end * (1.0 - short / end.length());
+            let rod = ColliderBuilder::capsule_from_endpoints(Vector::ZERO, bare, link.radius_m);
             let rod = of_robot(rod.user_data(Part::Link.mark()), config.ground.friction);
             body.world.insert_collider(rod, Some(child));
         }

@@ -39,6 +39,8 @@ struct Hinge {
     /// Shaft's angle and friction as the engine has them, rad and N m.
     known_rad: f64,
     friction_nm: f64,
+    /// Torque of motor and stops in this step, N m, as the hinge turns.
+    torque_nm: f64,
 }
 
 /// The body of a robot.
@@ -142,7 +144,7 @@ impl RigidBody {
             body.reset_forces(true);
             body.reset_torques(true);
         });
-        for hinge in &self.hinges {
+        for hinge in &mut self.hinges {
             let shaft = &shafts[hinge.shaft];
             let angle = hinge.sign * (shaft.position_rad - hinge.zero_rad);
             let speed = hinge.sign * shaft.speed_rad_s;
@@ -154,6 +156,7 @@ impl RigidBody {
                 let stop = -STOP.0 * beyond - STOP.1 * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
+            hinge.torque_nm = torque;
             let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
             bodies[hinge.child].add_torque(in_world, true);
             bodies[hinge.parent].add_torque(-in_world, true);
@@ -204,6 +207,7 @@ impl RigidBody {
             foot.force_n = 0.0;
         }
         (state.trunk_contact_n, state.links_contact_n) = (0.0, 0.0);
+        state.joint_impulses_nms.resize(self.hinges.len(), 0.0);
         let Some(dt_s) = dt_s else { return };
         for ground in &self.grounds {
             for pair in self.world.contact_pairs_with(*ground) {
@@ -211,7 +215,10 @@ impl RigidBody {
                 let Some(collider) = self.world.colliders.get(other) else { continue };
                 let force_n = pair.total_impulse_magnitude() / dt_s;
                 match Part::of(collider) {
-                    Part::Trunk => state.trunk_contact_n += force_n,
+                    Part::Trunk => {
+                        state.trunk_contact_n += force_n;
+                        state.trunk_impulse_ns += force_n * dt_s;
+                    }
                     Part::Link => state.links_contact_n += force_n,
                     Part::Foot(place) => state.feet[place].force_n += force_n,
                 }
@@ -241,7 +248,7 @@ impl Body for RigidBody {
         self.drive(shafts);
         self.world.integration_parameters.dt = dt_s;
         self.world.step();
-        for hinge in &mut self.hinges {
+        for (hinge, impulse) in self.hinges.iter_mut().zip(&mut self.state.joint_impulses_nms) {
             let Some((multibody, link)) = self.world.multibody_joints.get(hinge.joint) else { continue };
             let Some(link) = multibody.link(link) else { continue };
             let (angle, speed) = (link.joint().coords()[3], multibody.joint_velocity(link)[0]);
@@ -250,6 +257,8 @@ impl Body for RigidBody {
                 return;
             }
             let shaft = &mut shafts[hinge.shaft];
+            let gain = speed - hinge.sign * shaft.speed_rad_s;
+            *impulse += hinge.torque_nm * dt_s - shaft.inertia_kg_m2 * gain;
             shaft.position_rad = hinge.zero_rad + hinge.sign * angle;
             shaft.speed_rad_s = hinge.sign * speed;
             shaft.motor_speed_rad_s = shaft.speed_rad_s;
@@ -284,6 +293,8 @@ impl BodyState {
             feet,
             trunk_contact_n: 0.0,
             links_contact_n: 0.0,
+            trunk_impulse_ns: 0.0,
+            joint_impulses_nms: Vec::new(),
             is_finite: true,
         }
     }

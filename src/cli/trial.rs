@@ -1,0 +1,148 @@
+//! `hippocamp try`: how a robot falls, over many pushes.
+
+use std::fs;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+use super::load::load;
+use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
+use crate::model::ReflexMode;
+use crate::plot::{self, FallRow};
+use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
+
+/// Columns of the progress bar.
+const BAR: u64 = 40;
+/// Between these lines of a file the tables stand.
+const BEGIN: &str = "<!-- made by: hippocamp try -->\n";
+const END: &str = "<!-- end -->\n";
+
+/// Options of `try`.
+#[derive(Debug, clap::Args)]
+pub(super) struct TryArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// How many trials.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    runs: u64,
+    /// Chance behind all of them: pushes, speeds, friction.
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = super::seed)]
+    seed: u64,
+    /// Print every trial and the figures as JSON.
+    #[arg(long = "json")]
+    is_json: bool,
+    /// Write the tables into this file, between the lines that mark their place.
+    #[arg(long, value_name = "FILE")]
+    into: Option<PathBuf>,
+    /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    robot: &'a str,
+    seed: u64,
+    summary: &'a Summary,
+    trials: &'a [Tried],
+}
+
+/// Tries falls, and says how they went.
+pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
+    let loaded = load(&options.robot, None)?;
+    let robot = &loaded.file.robot;
+    let trials = Trials::new(robot).map_err(bad_input)?;
+    let page = options.into.as_deref().map(|path| read_page(path).map(|page| (path, page))).transpose()?;
+    options.picture.as_deref().map_or(Ok(()), refuse_inputs)?;
+    let tried =
+        trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
+    let summary = Summary::of(&tried);
+    let tables = format!("{}\n\n{summary}", headline(options, &trials));
+    if options.is_json {
+        let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
+        say!("{}", serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
+    } else {
+        say!("{tables}");
+    }
+    if let Some((path, [head, foot])) = &page {
+        write_whole(path, &format!("{head}{BEGIN}\n{tables}\n{END}{foot}"))?;
+    }
+    if let Some(path) = &options.picture {
+        write_whole(path, &picture(&trials, &tried)?)?;
+        say!("picture written to {}", path.display());
+    }
+    Ok(COMPLETED)
+}
+
+fn bad_input(error: TrialError) -> anyhow::Error {
+    match error {
+        TrialError::Unfit(what) => BadInput(what).into(),
+        other => other.into(),
+    }
+}
+
+fn headline(options: &TryArguments, trials: &Trials) -> String {
+    let newton_seconds = |share: f64| share * trials.mass_kg();
+    format!(
+        "`hippocamp try {} --runs {} --seed {}`: standing, walking and trotting on ground of friction {} to {}, pushed \
+         for 0.1 s towards any side with {:.2} to {:.2} N s.",
+        options.robot.display(),
+        options.runs,
+        options.seed,
+        FRICTION.0,
+        FRICTION.1,
+        newton_seconds(IMPULSE_NS_KG.0),
+        newton_seconds(IMPULSE_NS_KG.1),
+    )
+}
+
+/// What stands before and after the tables of a page.
+fn read_page(path: &Path) -> Result<[String; 2]> {
+    let text = fs::read_to_string(path).with_context(|| format!("{} could not be read", path.display()))?;
+    let parts = text.split_once(BEGIN).and_then(|(head, rest)| Some((head, rest.split_once(END)?.1)));
+    let (head, foot) = parts.ok_or_else(|| {
+        let (begin, end) = (BEGIN.trim_end(), END.trim_end());
+        BadInput(format!(
+            "{}: expected the lines '{begin}' and '{end}', between which tables go",
+            path.display()
+        ))
+    })?;
+    Ok([head.to_owned(), foot.to_owned()])
+}
+
+/// A bar on a terminal; elsewhere nothing but the end.
+fn show(done: u64, of: u64) {
+    let mut err = std::io::stderr().lock();
+    if !err.is_terminal() {
+        return;
+    }
+    let filled = usize::try_from(BAR * done / of.max(1)).unwrap_or(0);
+    let bar = "#".repeat(filled) + &".".repeat(usize::try_from(BAR).unwrap_or(0).saturating_sub(filled));
+    let end = if done == of { "\n" } else { "" };
+    let _ = write!(err, "\r[{bar}] {done} of {of}{end}");
+    let _ = err.flush();
+}
+
+/// The hardest push that made it fall, met in both ways.
+fn picture(trials: &Trials, tried: &[Tried]) -> Result<String> {
+    let falls = tried.iter().filter(|tried| tried.off.fallen_s.is_some() && tried.reflex.is_some());
+    let hardest = falls.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
+    let Some(Tried { scene, .. }) = hardest else {
+        return Err(BadInput(
+            "--picture: none of these trials was a fall; more of them may have one".to_owned(),
+        )
+        .into());
+    };
+    draw(trials, scene)
+}
+
+fn draw(trials: &Trials, scene: &Scene) -> Result<String> {
+    let of = |name, mode| -> Result<FallRow> {
+        let observed = trials.observe(scene, mode, true)?;
+        Ok(FallRow { name, impact_n: observed.impact_n, track: observed.track })
+    };
+    let rows = [of("passive: limp", ReflexMode::Passive)?, of("reflex", ReflexMode::Reflex)?];
+    Ok(plot::fall(trials.robot(), scene, &rows)?)
+}

@@ -1,0 +1,75 @@
+//! Whether a fall is certain, which way it goes, and what is down in the end: from the trunk's angles and rates.
+
+use crate::model::{Detector, FallDirection, Lying};
+use crate::signals::BodyEstimate;
+
+/// True if every number of it that is used here is one, and the unit's word recent.
+pub(super) fn is_known(body: &BodyEstimate) -> bool {
+    body.is_known && body.roll_rad.is_finite() && body.pitch_rad.is_finite() && body.rate_rad_s.is_finite()
+}
+
+/// How far a fall has come: certain from 1 on; 0 of a trunk of which nothing is known.
+///
+/// The rule with the rate ahead was found in simulated falls of a horse (28 of 28, one false alarm in 132 runs, against
+/// 25 and two or three by the rate alone); the rate alone is that of the paper on falling figures (section 4.2).
+pub(super) fn share(detector: &Detector, body: &BodyEstimate) -> f64 {
+    if !is_known(body) {
+        return 0.0;
+    }
+    let (p, q) = (body.rate_rad_s.x, body.rate_rad_s.y);
+    match *detector {
+        Detector::Lean { roll_rad, pitch_rad, ahead_s } => {
+            let roll = (body.roll_rad + ahead_s * p).abs() / roll_rad;
+            roll.max((body.pitch_rad + ahead_s * q).abs() / pitch_rad)
+        }
+        Detector::Rate(rate_rad_s) => p.hypot(q) / rate_rad_s,
+    }
+}
+
+/// The direction of a fall: by the component of the angular velocity with the largest size (the same section).
+pub(super) fn direction(body: &BodyEstimate) -> FallDirection {
+    let [p, q, r] = body.rate_rad_s.to_array();
+    if r.abs() > p.abs().max(q.abs()) {
+        FallDirection::Twisting
+    } else if p.abs() > q.abs() {
+        if p > 0.0 { FallDirection::Right } else { FallDirection::Left }
+    } else if q > 0.0 {
+        FallDirection::Forward
+    } else {
+        FallDirection::Backward
+    }
+}
+
+/// What of the trunk is down: the side of its frame that the vertical is nearest to; none where that is not known.
+pub(super) fn lying(body: &BodyEstimate) -> Option<Lying> {
+    if !is_known(body) {
+        return None;
+    }
+    let ((sr, cr), (sp, cp)) = (body.roll_rad.sin_cos(), body.pitch_rad.sin_cos());
+    // The world's up, in the body frame.
+    let up = [-sp, sr * cp, cr * cp];
+    let [x, y, z] = up.map(f64::abs);
+    Some(match up {
+        [_, _, up_z] if z >= x && z >= y => {
+            if up_z > 0.0 {
+                Lying::Upright
+            } else {
+                Lying::Over
+            }
+        }
+        [up_x, ..] if x >= y => {
+            if up_x < 0.0 {
+                Lying::Front
+            } else {
+                Lying::Back
+            }
+        }
+        [_, up_y, _] => {
+            if up_y > 0.0 {
+                Lying::Right
+            } else {
+                Lying::Left
+            }
+        }
+    })
+}

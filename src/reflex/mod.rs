@@ -1,0 +1,376 @@
+//! What a robot does when it falls: the step between the operator's motion and inverse kinematics.
+//!
+//! Comes in: how the trunk lies and moves, the joints, and what is ordered. Goes out: who is in charge, and in a fall
+//! [`Targets`] in the place of the generator's. After a paper on falling human figures, whose four kinds of motion are
+//! its states (section 2); docs/falls.md draws them:
+//!
+//! ```text
+//!            leans          reaction time over       certain
+//! Steady ------------> Pushed ------------> Recovering ----> Falling
+//!   ^  ^                  |  certain: Falling   |               | key poses done
+//!   |  +------------------+---------------------+               v
+//!   |        calm again                                      Settling
+//!   |                                                           | at rest
+//!   |   up                  knows a way up                      v
+//!   +--------- GettingUp <----------------------------------- Lying
+//!                  | told to stop                               | else
+//!                  +------------------> LettingGo <-------------+
+//!                                           v
+//!                                          Limp (stays, and says so)
+//! ```
+//! `Pushed` and `Recovering` are the operator's motion with whatever balance it has; they are told apart from `Steady`
+//! for those who look on. With [`ReflexMode::Passive`] `Falling` is left at once, and `Settling` has no torque; with
+//! [`ReflexMode::Off`] a fall is only noted. Falls count from when the robot is first on its feet until it is limp.
+
+mod detect;
+mod report;
+#[cfg(test)]
+mod tests;
+mod yielding;
+
+use crate::model::{FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, Robot};
+use crate::motion::{Activity, Order};
+use crate::signals::{Aim, Permission, State, Targets};
+pub use report::{FallOutcome, ReflexReport};
+pub use yielding::Yielding;
+
+/// A push is felt from this share of a certain fall on, and over below the second for the third, s.
+const PUSHED_SHARE: f64 = 0.5;
+const CALM_SHARE: f64 = 0.3;
+const CALM_S: f64 = 0.3;
+/// From a push to what is done about it: a person's postural reaction, s (Horak and Nashner 1986: 73 to 110 ms).
+const REACTION_S: f64 = 0.1;
+/// A fall is over after this time even if nothing tells that the robot rests, s.
+const SETTLE_MAX_S: f64 = 4.0;
+/// Joints rest while they turn slower than this, rad/s.
+const JOINT_REST_RAD_S: f64 = 0.5;
+/// How far ahead of its joint a goal may be in a fall, share of the tracking error allowed: a leg held up by the ground
+/// is no fault then.
+const AHEAD_SHARE: f64 = 0.85;
+
+/// Who makes the targets of this cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Charge {
+    /// The generator.
+    Operator,
+    /// The reflex: it has written them, and the generator stands still.
+    Reflex,
+    /// The generator again, from the last goals, with torque on and the robot ready to rise.
+    GivenBack,
+}
+
+/// Where the robot is between on its feet and down. `since_s` is the time in this phase.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    /// Active-intentional: the operator's motion.
+    Steady,
+    /// Passive-unintentional: just after a push.
+    Pushed { since_s: f64 },
+    /// Passive-intentional: trying to keep its feet.
+    Recovering { calm_s: f64 },
+    /// Active-unintentional: the reference motion of its direction.
+    Falling { since_s: f64, direction: FallDirection },
+    /// The joints give way.
+    Settling { since_s: f64, still_s: f64 },
+    /// At rest, the torque as it was.
+    Lying,
+    /// The torque rises, then the key poses of the way up with this index.
+    GettingUp { since_s: f64, way: usize },
+    /// The torque falls to nothing.
+    LettingGo { since_s: f64 },
+    /// For good.
+    Limp,
+}
+
+/// Watches the trunk, and is in charge while it falls.
+#[derive(Debug, Clone)]
+pub struct Reflex<'r> {
+    settings: Option<&'r ReflexSettings>,
+    phase: Phase,
+    /// True from when the robot is on its feet until it is limp.
+    is_armed: bool,
+    /// With the reflex off, a fall that was noted is not noted again before it has passed.
+    is_noted: bool,
+    /// Pose the motion under way began at, rad.
+    start_pose_rad: Vec<f64>,
+    torque_ramp_s: f64,
+    ahead_rad: f64,
+    report: ReflexReport,
+}
+
+impl<'r> Reflex<'r> {
+    /// Of a limp `robot`. One whose file says nothing of falls has none.
+    pub fn new(robot: &'r Robot) -> Reflex<'r> {
+        Reflex {
+            settings: robot.reflex.as_ref(),
+            phase: Phase::Steady,
+            is_armed: false,
+            is_noted: false,
+            start_pose_rad: vec![0.0; robot.joints.len()],
+            torque_ramp_s: robot.safety.torque_ramp_s,
+            ahead_rad: AHEAD_SHARE * robot.safety.tracking_error_rad,
+            report: ReflexReport::default(),
+        }
+    }
+
+    /// Looks at the robot `dt_s` after the last look, while the operator's motion does `activity` and is told `order`,
+    /// and writes the targets where it is in charge.
+    pub fn step(
+        &mut self,
+        dt_s: f64,
+        order: Order,
+        activity: Activity,
+        state: &State,
+        targets: &mut Targets,
+    ) -> Charge {
+        let Some(settings) = self.settings else { return Charge::Operator };
+        self.is_armed = match activity {
+            Activity::Standing | Activity::Walking => true,
+            Activity::Limp | Activity::Done | Activity::Rising | Activity::Jogging => false,
+            _ => self.is_armed,
+        };
+        let was_getting_up = matches!(self.phase, Phase::GettingUp { .. });
+        let must_end = order.is_stop() || state.permission == Permission::Stop;
+        self.phase = self.next(dt_s, must_end, state, settings);
+        if self.is_in_charge() {
+            self.write(state, settings, targets);
+            Charge::Reflex
+        } else if was_getting_up {
+            self.is_armed = false;
+            Charge::GivenBack
+        } else {
+            Charge::Operator
+        }
+    }
+
+    fn is_in_charge(&self) -> bool {
+        !matches!(self.phase, Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. })
+    }
+
+    fn next(&mut self, dt_s: f64, must_end: bool, state: &State, settings: &ReflexSettings) -> Phase {
+        match self.phase {
+            Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. } => {
+                self.watch(dt_s, state, settings)
+            }
+            Phase::Falling { since_s, direction } => {
+                let since_s = since_s + dt_s;
+                let end_s = keys_of(settings, direction).last().map_or(0.0, |key| key.at_s);
+                if settings.mode != ReflexMode::Reflex || since_s >= end_s {
+                    Phase::Settling { since_s: 0.0, still_s: 0.0 }
+                } else {
+                    Phase::Falling { since_s, direction }
+                }
+            }
+            Phase::Settling { since_s, still_s } => {
+                let since_s = since_s + dt_s;
+                let still_s = if is_still(state, settings) { still_s + dt_s } else { 0.0 };
+                if still_s >= settings.rest_s || since_s >= SETTLE_MAX_S {
+                    Phase::Lying
+                } else {
+                    Phase::Settling { since_s, still_s }
+                }
+            }
+            Phase::Lying => {
+                let lying = detect::lying(&state.body);
+                self.report.lying = lying;
+                let way = way_up(settings, lying).filter(|_| !must_end);
+                take_pose(&mut self.start_pose_rad, state);
+                match way {
+                    Some(way) if self.report.got_up < settings.get_ups_max => {
+                        Phase::GettingUp { since_s: 0.0, way }
+                    }
+                    _ => Phase::LettingGo { since_s: 0.0 },
+                }
+            }
+            Phase::GettingUp { .. } if must_end => {
+                self.start_pose_rad.copy_from_slice(&state.goal_rad);
+                Phase::LettingGo { since_s: 0.0 }
+            }
+            // What is not heard, or held by safety, is waited for.
+            Phase::GettingUp { .. } if state.permission == Permission::Hold => self.phase,
+            Phase::GettingUp { since_s, way } => {
+                let since_s = since_s + dt_s;
+                let keys = settings.get_ups.get(way).map_or(&[][..], |way| &way.keys);
+                let end_s = self.torque_ramp_s + keys.last().map_or(0.0, |key| key.at_s);
+                if since_s >= end_s {
+                    self.report.got_up += 1;
+                    self.report.outcome = FallOutcome::GotUp;
+                    Phase::Steady
+                } else {
+                    Phase::GettingUp { since_s, way }
+                }
+            }
+            Phase::LettingGo { since_s } if since_s >= self.torque_ramp_s => {
+                self.report.outcome = FallOutcome::LiesLimp;
+                Phase::Limp
+            }
+            Phase::LettingGo { since_s } => Phase::LettingGo { since_s: since_s + dt_s },
+            Phase::Limp => Phase::Limp,
+        }
+    }
+
+    /// While the robot is on its feet: whether it falls, and how near it is to that.
+    fn watch(&mut self, dt_s: f64, state: &State, settings: &ReflexSettings) -> Phase {
+        if !self.is_armed {
+            return Phase::Steady;
+        }
+        let share = detect::share(&settings.detector, &state.body);
+        if share >= 1.0 {
+            let direction = detect::direction(&state.body);
+            if !self.is_noted {
+                self.report.falls += 1;
+                self.report.direction = Some(direction);
+                self.report.outcome = FallOutcome::Falling;
+            }
+            if settings.mode != ReflexMode::Off {
+                self.start_pose_rad.copy_from_slice(&state.goal_rad);
+                return Phase::Falling { since_s: 0.0, direction };
+            }
+            self.is_noted = true;
+        }
+        match self.phase {
+            Phase::Steady if share >= PUSHED_SHARE => Phase::Pushed { since_s: 0.0 },
+            Phase::Pushed { since_s } if since_s < REACTION_S => Phase::Pushed { since_s: since_s + dt_s },
+            Phase::Pushed { .. } => Phase::Recovering { calm_s: 0.0 },
+            Phase::Recovering { calm_s } if share < CALM_SHARE && calm_s + dt_s >= CALM_S => {
+                if self.is_noted {
+                    self.report.outcome = FallOutcome::KeptItsFeet;
+                }
+                self.is_noted = false;
+                Phase::Steady
+            }
+            Phase::Recovering { calm_s } => {
+                Phase::Recovering { calm_s: if share < CALM_SHARE { calm_s + dt_s } else { 0.0 } }
+            }
+            unchanged => unchanged,
+        }
+    }
+
+    fn write(&self, state: &State, settings: &ReflexSettings, targets: &mut Targets) {
+        targets.aim = Aim::Pose;
+        targets.feet.clear();
+        targets.may_restart = false;
+        let is_passive = settings.mode == ReflexMode::Passive;
+        match self.phase {
+            Phase::Limp => targets.aim = Aim::Limp,
+            Phase::Settling { .. } | Phase::Lying if is_passive => targets.aim = Aim::Limp,
+            Phase::LettingGo { .. } if is_passive => targets.aim = Aim::Limp,
+            Phase::Falling { since_s, direction } => {
+                let keys = keys_of(settings, direction);
+                targets.torque_share = self.write_keys(keys, since_s, targets);
+                self.stay_near(state, targets);
+            }
+            Phase::GettingUp { since_s, way } => {
+                let from_share = if is_passive { 0.0 } else { settings.passive_torque_share };
+                let rise = since_s / self.torque_ramp_s;
+                if rise < 1.0 {
+                    targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+                    targets.torque_share = from_share + (1.0 - from_share) * rise;
+                } else {
+                    let keys = settings.get_ups.get(way).map_or(&[][..], |GetUp { keys, .. }| keys);
+                    targets.torque_share = self.write_keys(keys, since_s - self.torque_ramp_s, targets);
+                }
+            }
+            Phase::LettingGo { since_s } => {
+                targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+                let left = 1.0 - (since_s / self.torque_ramp_s).min(1.0);
+                targets.torque_share = settings.passive_torque_share * left;
+            }
+            // Goals that follow the joints, a cycle behind: what is left of a position servo is a damper.
+            _ => {
+                for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
+                    *angle = joint.position_rad;
+                }
+                targets.torque_share = settings.passive_torque_share;
+            }
+        }
+    }
+
+    /// Writes the pose at `since_s` on the way from the start pose through `keys`; returns the torque share there.
+    fn write_keys(&self, keys: &[KeyPose], since_s: f64, targets: &mut Targets) -> f64 {
+        let next = keys.iter().position(|key| since_s < key.at_s).unwrap_or(keys.len().saturating_sub(1));
+        let Some(to) = keys.get(next) else {
+            targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+            return 1.0;
+        };
+        let (from_s, from_rad) = match next.checked_sub(1).and_then(|before| keys.get(before)) {
+            Some(before) => (before.at_s, &before.angles_rad),
+            None => (0.0, &self.start_pose_rad),
+        };
+        let share = ((since_s - from_s) / (to.at_s - from_s)).clamp(0.0, 1.0);
+        for ((angle, from), to) in targets.pose_rad.iter_mut().zip(from_rad).zip(&to.angles_rad) {
+            *angle = from + share * (to - from);
+        }
+        to.torque_share
+    }
+
+    /// Keeps every goal near its joint, so that a leg that meets the ground is not driven on past it.
+    fn stay_near(&self, state: &State, targets: &mut Targets) {
+        for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
+            if joint.position_rad.is_finite() {
+                *angle =
+                    angle.clamp(joint.position_rad - self.ahead_rad, joint.position_rad + self.ahead_rad);
+            }
+        }
+    }
+
+    /// What the robot is doing where that is the reflex's affair.
+    pub fn activity(&self) -> Option<Activity> {
+        match self.phase {
+            Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. } => None,
+            Phase::Falling { .. } | Phase::Settling { .. } => Some(Activity::Falling),
+            Phase::Lying | Phase::LettingGo { .. } => Some(Activity::Lying),
+            Phase::GettingUp { .. } => Some(Activity::Rising),
+            Phase::Limp => Some(Activity::Done),
+        }
+    }
+
+    /// What kind of motion the robot is in, by the paper's four, and what comes after them.
+    pub fn kind(&self) -> &'static str {
+        match self.phase {
+            Phase::Steady => "steady",
+            Phase::Pushed { .. } => "pushed",
+            Phase::Recovering { .. } => "recovering",
+            Phase::Falling { .. } => "falling",
+            Phase::Settling { .. } => "settling",
+            Phase::Lying => "lying",
+            Phase::GettingUp { .. } => "getting up",
+            Phase::LettingGo { .. } => "letting go",
+            Phase::Limp => "limp",
+        }
+    }
+
+    /// True once it has fallen and stays limp.
+    pub fn is_down(&self) -> bool {
+        self.phase == Phase::Limp
+    }
+
+    /// Falls so far; none where the robot's file says nothing of them.
+    pub fn report(&self) -> Option<ReflexReport> {
+        self.settings.is_some().then_some(self.report)
+    }
+}
+
+fn keys_of(settings: &ReflexSettings, direction: FallDirection) -> &[KeyPose] {
+    settings.falls.get(direction as usize).map_or(&[], Vec::as_slice)
+}
+
+/// The way up from there.
+fn way_up(settings: &ReflexSettings, lying: Option<Lying>) -> Option<usize> {
+    let lying = lying?;
+    settings.get_ups.iter().position(|way| way.lying == lying)
+}
+
+fn is_still(state: &State, settings: &ReflexSettings) -> bool {
+    let is_quiet = state.joints.iter().all(|joint| joint.speed_rad_s.abs() < JOINT_REST_RAD_S);
+    // Without the unit only the joints can tell.
+    let is_turning =
+        detect::is_known(&state.body) && state.body.rate_rad_s.length() >= settings.rest_rate_rad_s;
+    is_quiet && !is_turning
+}
+
+fn take_pose(pose_rad: &mut [f64], state: &State) {
+    for (angle, joint) in pose_rad.iter_mut().zip(&state.joints) {
+        *angle = joint.position_rad;
+    }
+}

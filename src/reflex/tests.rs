@@ -1,0 +1,430 @@
+//! Falls told to the reflex as states, one after another.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use glam::DVec3;
+
+use super::*;
+use crate::config;
+use crate::model::{Detector, YieldSettings};
+use crate::signals::{BodyEstimate, JointTargets};
+
+const DT_S: f64 = 0.01;
+const WAY_UP: GetUp = GetUp { lying: Lying::Upright, keys: Vec::new() };
+
+/// The horse, with one key pose a direction: every joint in the middle of its range after 0.2 s.
+fn horse(mode: ReflexMode) -> Robot {
+    let mut robot = config::parse(include_str!("../../config/horse.toml"), "horse.toml").unwrap().robot;
+    let angles_rad: Vec<f64> = robot.joints.iter().map(crate::model::Joint::middle_rad).collect();
+    let keys = || vec![KeyPose { at_s: 0.2, angles_rad: angles_rad.clone(), torque_share: 0.6 }];
+    robot.reflex = Some(ReflexSettings {
+        mode,
+        detector: Detector::Lean { roll_rad: 0.6, pitch_rad: 0.5, ahead_s: 0.14 },
+        falls: [keys(), keys(), keys(), keys(), Vec::new()],
+        passive_torque_share: 0.1,
+        rest_rate_rad_s: 0.3,
+        rest_s: 0.5,
+        get_ups: vec![WAY_UP],
+        get_ups_max: 2,
+    });
+    robot
+}
+
+/// A robot that stands at the upper ends of its ranges, and what happens to it.
+struct Scene<'r> {
+    reflex: Reflex<'r>,
+    state: State,
+    targets: Targets,
+    activity: Activity,
+    order: Order,
+}
+
+impl<'r> Scene<'r> {
+    fn new(robot: &'r Robot) -> Scene<'r> {
+        let mut state = State::new(robot);
+        for ((joint, goal), of) in state.joints.iter_mut().zip(&mut state.goal_rad).zip(&robot.joints) {
+            joint.is_known = true;
+            joint.position_rad = of.range_rad.1 - 0.02;
+            *goal = of.range_rad.1;
+        }
+        state.body.is_known = true;
+        Scene {
+            reflex: Reflex::new(robot),
+            state,
+            targets: Targets::new(robot),
+            activity: Activity::Walking,
+            order: Order::Go,
+        }
+    }
+
+    /// The trunk at roll, pitch and rates, for so long; the kinds of motion it went through, each once.
+    fn see(&mut self, roll_pitch: (f64, f64), rate: [f64; 3], for_s: f64) -> Vec<&'static str> {
+        (self.state.body.roll_rad, self.state.body.pitch_rad) = roll_pitch;
+        self.state.body.rate_rad_s = DVec3::from_array(rate);
+        self.go_on(for_s)
+    }
+
+    fn go_on(&mut self, for_s: f64) -> Vec<&'static str> {
+        let mut kinds = Vec::new();
+        let mut time_s = 0.0;
+        while time_s < for_s - 1e-9 {
+            self.step();
+            if kinds.last() != Some(&self.reflex.kind()) {
+                kinds.push(self.reflex.kind());
+            }
+            time_s += DT_S;
+        }
+        kinds
+    }
+
+    fn step(&mut self) -> Charge {
+        self.reflex.step(DT_S, self.order, self.activity, &self.state, &mut self.targets)
+    }
+
+    /// The joints come to where they are told to be.
+    fn follow(&mut self) {
+        for (joint, goal) in self.state.joints.iter_mut().zip(&self.targets.pose_rad) {
+            joint.position_rad = *goal;
+        }
+        self.state.goal_rad.copy_from_slice(&self.targets.pose_rad);
+    }
+}
+
+#[test]
+fn a_push_that_is_borne_passes() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    assert_eq!(scene.see((0.0, 0.0), [0.5, 0.3, 0.1], 1.0), ["steady"], "walking sways");
+    // 0.2 + 0.14 x 1.5 = 0.41 of 0.6 rad.
+    assert_eq!(scene.see((0.2, 0.0), [1.5, 0.0, 0.0], 0.3), ["pushed", "recovering"]);
+    assert_eq!(scene.see((0.05, 0.0), [0.0; 3], 0.4), ["recovering", "steady"]);
+    assert_eq!(scene.reflex.report().unwrap().falls, 0);
+    assert_eq!(scene.targets.aim, Aim::Limp, "never touched");
+}
+
+#[test]
+fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    assert_eq!(scene.see((0.3, 0.0), [2.5, 0.0, 0.0], DT_S), ["falling"], "0.65 of 0.6 rad");
+    // No jump: the first goals are the last ones.
+    let jump = |targets: &Targets, state: &State| {
+        targets.pose_rad.iter().zip(&state.goal_rad).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    assert!(jump(&scene.targets, &scene.state) < 1e-9);
+    assert!((scene.targets.torque_share - 0.6).abs() < 1e-9 && scene.targets.aim == Aim::Pose);
+    // Half-way in time is half-way to the key pose, as far as joints that stand still let it.
+    assert_eq!(scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 0.1), ["falling"]);
+    for (joint, (goal, state)) in
+        robot.joints.iter().zip(scene.targets.pose_rad.iter().zip(&scene.state.joints))
+    {
+        let half = 0.5 * (joint.range_rad.1 + joint.middle_rad());
+        let near = 0.85 * robot.safety.tracking_error_rad;
+        let expected = half.max(state.position_rad - near);
+        assert!((goal - expected).abs() < 1e-9, "{}: {goal} {expected}", joint.name);
+    }
+    assert_eq!(scene.see((0.9, 0.0), [3.0, 0.0, 0.0], 0.3), ["falling", "settling"]);
+    assert!((scene.targets.torque_share - 0.1).abs() < 1e-9);
+    let follows = |scene: &Scene<'_>| {
+        scene
+            .targets
+            .pose_rad
+            .iter()
+            .zip(&scene.state.joints)
+            .all(|(a, b)| (a - b.position_rad).abs() < 1e-12)
+    };
+    assert!(follows(&scene), "goals follow the joints");
+    scene.state.joints[3].position_rad -= 0.4;
+    scene.state.joints[3].speed_rad_s = -2.0;
+    scene.see((1.5, 0.0), [0.0; 3], 1.0);
+    assert!(follows(&scene) && scene.reflex.kind() == "settling", "a leg still moves");
+    scene.state.joints[3].speed_rad_s = 0.0;
+    assert_eq!(scene.go_on(3.0), ["settling", "lying", "letting go", "limp"]);
+    assert_eq!(scene.targets.aim, Aim::Limp);
+    assert_eq!(scene.reflex.activity(), Some(Activity::Done));
+    let report = scene.reflex.report().unwrap();
+    assert_eq!(
+        (report.falls, report.direction, report.lying, report.outcome),
+        (1, Some(FallDirection::Right), Some(Lying::Right), FallOutcome::LiesLimp)
+    );
+    assert_eq!(report.to_string(), "fell to the right and stays limp, on its right side");
+    assert_eq!(scene.see((0.0, 0.0), [0.0; 3], 5.0), ["limp"], "stays");
+}
+
+/// Falls from upright until it lies at that roll and pitch.
+fn fall_to<'r>(robot: &'r Robot, roll_pitch: (f64, f64)) -> Scene<'r> {
+    let mut scene = Scene::new(robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    scene.see((0.0, 0.5), [0.0, 3.0, 0.0], 0.3);
+    scene.see(roll_pitch, [0.0; 3], 0.6);
+    scene
+}
+
+#[test]
+fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = fall_to(&robot, (0.1, 0.1));
+    for time in 1..=2 {
+        assert_eq!(scene.reflex.kind(), "getting up");
+        let mut last_share = scene.targets.torque_share;
+        let mut charge = Charge::Reflex;
+        while charge == Charge::Reflex {
+            scene.follow();
+            charge = scene.step();
+            assert!(scene.targets.torque_share - last_share < 0.01, "the torque rises over a second");
+            last_share = scene.targets.torque_share;
+        }
+        assert_eq!((charge, scene.reflex.kind()), (Charge::GivenBack, "steady"));
+        let report = scene.reflex.report().unwrap();
+        assert_eq!((report.falls, report.got_up, report.outcome), (time, time, FallOutcome::GotUp));
+        // It rises, and is not judged meanwhile; then it stands, and falls again.
+        scene.activity = Activity::Rising;
+        assert_eq!(scene.see((0.0, 0.7), [0.0; 3], 1.0), ["steady"]);
+        scene.activity = Activity::Standing;
+        scene.see((0.0, 0.5), [0.0, 3.0, 0.0], 0.3);
+        scene.see((0.1, 0.1), [0.0; 3], 0.6);
+    }
+    assert_eq!(scene.go_on(2.0), ["letting go", "limp"]);
+}
+
+#[test]
+fn told_to_stop_it_does_not_get_up() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = fall_to(&robot, (0.0, 0.0));
+    scene.go_on(0.5);
+    assert_eq!(scene.reflex.kind(), "getting up");
+    scene.order = Order::Stop;
+    assert_eq!(scene.go_on(1.5), ["letting go", "limp"]);
+    let mut scene = fall_to(&robot, (0.0, 0.7));
+    scene.state.permission = Permission::Stop;
+    assert_eq!(scene.go_on(3.0), ["getting up", "letting go", "limp"][1..]);
+}
+
+#[test]
+fn passive_it_drops_limp_and_off_it_only_notes() {
+    let robot = horse(ReflexMode::Passive);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 2.0 * DT_S);
+    assert_eq!((scene.reflex.kind(), scene.targets.aim), ("settling", Aim::Limp));
+    assert_eq!(scene.see((1.5, 0.0), [0.0; 3], 3.0), ["settling", "lying", "letting go", "limp"]);
+
+    let robot = horse(ReflexMode::Off);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    for _ in 0..50 {
+        scene.see((0.5, 0.0), [3.0, 0.0, 0.0], DT_S);
+        assert_eq!(scene.step(), Charge::Operator);
+    }
+    let report = scene.reflex.report().unwrap();
+    assert_eq!((report.falls, report.outcome), (1, FallOutcome::Falling), "one fall, not one a cycle");
+    scene.see((0.0, 0.0), [0.0; 3], 1.0);
+    assert_eq!(scene.reflex.report().unwrap().outcome, FallOutcome::KeptItsFeet);
+    scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 0.5);
+    assert_eq!(scene.reflex.report().unwrap().falls, 2);
+}
+
+/// Pushed towards each of eight sides, a body turns about the level axis across: (p, q) = size (-y, x).
+#[test]
+fn the_direction_is_that_of_the_push_on_eight_sides() {
+    use FallDirection::{Backward, Forward, Left, Right, Twisting};
+    let sides = [
+        (vec![Forward], 0.0),
+        (vec![Forward, Left], 45.0),
+        (vec![Left], 90.0),
+        (vec![Left, Backward], 135.0),
+        (vec![Backward], 180.0),
+        (vec![Backward, Right], 225.0),
+        (vec![Right], 270.0),
+        (vec![Right, Forward], 315.0),
+    ];
+    for (directions, towards_deg) in sides {
+        // As noise has it, and as it leans by then.
+        for off_deg in [-20.0, -3.0, 3.0, 20.0_f64] {
+            let towards = f64::to_radians(towards_deg + off_deg);
+            let (p, q) = (-3.0 * towards.sin(), 3.0 * towards.cos());
+            let robot = horse(ReflexMode::Reflex);
+            let mut scene = Scene::new(&robot);
+            scene.see((0.0, 0.0), [0.0; 3], 0.1);
+            scene.see((0.2 * p, 0.2 * q), [p, q, 1.0], DT_S);
+            let direction = scene.reflex.report().unwrap().direction.unwrap();
+            assert!(directions.contains(&direction), "{towards_deg} + {off_deg}: {direction:?}");
+        }
+    }
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    scene.see((0.4, 0.2), [2.0, 1.0, -4.0], DT_S);
+    assert_eq!(scene.reflex.report().unwrap().direction, Some(Twisting));
+    scene.step();
+    assert_eq!(scene.reflex.kind(), "settling", "no key poses for it: its joints give way at once");
+}
+
+#[test]
+fn every_side_it_may_lie_on_is_told() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let at = |roll_rad, pitch_rad| {
+        detect::lying(&BodyEstimate { is_known: true, roll_rad, pitch_rad, ..BodyEstimate::default() })
+    };
+    assert_eq!(at(0.3, -0.4), Some(Lying::Upright));
+    assert_eq!(at(FRAC_PI_2, 0.2), Some(Lying::Right));
+    assert_eq!(at(-1.2, 0.0), Some(Lying::Left));
+    assert_eq!(at(0.4, 1.4), Some(Lying::Front), "nose down");
+    assert_eq!(at(2.0, -1.5), Some(Lying::Back));
+    assert_eq!(at(PI - 0.2, 0.1), Some(Lying::Over));
+    assert_eq!(at(f64::NAN, 0.1), None);
+}
+
+#[test]
+fn numbers_that_are_none_and_a_silent_unit_tell_of_no_fall() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    assert_eq!(scene.see((f64::NAN, 0.0), [9.0, f64::NAN, 0.0], 0.2), ["steady"]);
+    scene.state.body.is_known = false;
+    assert_eq!(scene.see((1.0, 1.0), [9.0, 9.0, 9.0], 0.2), ["steady"]);
+}
+
+#[test]
+fn a_unit_lost_in_the_middle_of_a_fall_ends_it_limp() {
+    let robot = horse(ReflexMode::Reflex);
+    for lose in [
+        |body: &mut BodyEstimate| body.is_known = false,
+        |body: &mut BodyEstimate| {
+            body.roll_rad = f64::NAN;
+        },
+    ] {
+        let mut scene = Scene::new(&robot);
+        scene.see((0.0, 0.0), [0.0; 3], 0.1);
+        scene.see((0.0, 0.4), [0.0, 3.0, 0.0], 0.05);
+        assert_eq!(scene.reflex.kind(), "falling");
+        lose(&mut scene.state.body);
+        let kinds = scene.go_on(3.0);
+        assert_eq!(kinds, ["falling", "settling", "lying", "letting go", "limp"]);
+        let finite = scene.targets.pose_rad.iter().all(|angle| angle.is_finite());
+        assert!(finite && scene.reflex.report().unwrap().lying.is_none());
+    }
+}
+
+#[test]
+fn a_robot_that_never_comes_to_rest_is_let_go_all_the_same() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    let kinds = scene.see((1.5, 0.0), [3.0, 0.0, 0.0], 6.0);
+    assert_eq!(kinds, ["falling", "settling", "lying", "letting go", "limp"]);
+}
+
+#[test]
+fn the_rate_alone_is_the_papers_rule() {
+    let mut robot = horse(ReflexMode::Reflex);
+    robot.reflex.as_mut().unwrap().detector = Detector::Rate(3.0);
+    let mut scene = Scene::new(&robot);
+    scene.see((0.0, 0.0), [0.0; 3], 0.1);
+    assert_eq!(scene.see((0.5, 0.4), [0.0, 0.5, 9.0], 0.3), ["steady"], "however it leans, and turns");
+    assert_eq!(scene.see((0.0, 0.0), [2.2, 2.2, 0.0], DT_S), ["falling"]);
+}
+
+#[test]
+fn nobody_falls_before_standing_or_without_a_reflex() {
+    let robot = horse(ReflexMode::Reflex);
+    for activity in [Activity::Limp, Activity::Rising, Activity::Stopping, Activity::Done] {
+        let mut scene = Scene { activity, ..Scene::new(&robot) };
+        assert_eq!(scene.see((1.5, 0.0), [5.0, 0.0, 0.0], 0.2), ["steady"], "{activity:?}");
+    }
+    let mut robot = robot;
+    robot.reflex = None;
+    let mut scene = Scene::new(&robot);
+    assert_eq!(scene.see((1.5, 0.0), [5.0, 0.0, 0.0], 0.2), ["steady"]);
+    assert!(scene.reflex.report().is_none());
+}
+
+/// One arm of the tentacle rig under a load, and its targets.
+struct Arm {
+    yielding: Yielding,
+    state: State,
+    targets: JointTargets,
+}
+
+const YIELD: YieldSettings =
+    YieldSettings { load_share: 0.4, after_s: 0.2, torque_share: 0.1, for_s: 1.0, return_s: 2.0 };
+
+impl Arm {
+    fn new() -> Arm {
+        let text = include_str!("../../config/tentacle.toml");
+        let mut robot = config::parse(text, "tentacle.toml").unwrap().robot;
+        robot.yielding = Some(YIELD);
+        let mut arm = Arm {
+            yielding: Yielding::new(&robot),
+            state: State::new(&robot),
+            targets: JointTargets::new(&robot),
+        };
+        arm.state.joints.iter_mut().for_each(|joint| joint.is_known = true);
+        arm.targets.is_limp = false;
+        arm
+    }
+
+    /// What goes out of wanted angles of 0.3 rad.
+    fn step(&mut self) -> (f64, f64) {
+        self.targets.angles_rad.fill(0.3);
+        self.targets.torque_shares.fill(1.0);
+        self.yielding.step(DT_S, &self.state, &mut self.targets);
+        (self.targets.angles_rad[2], self.targets.torque_shares[2])
+    }
+
+    fn go_on(&mut self, for_s: f64) -> (f64, f64) {
+        let mut time_s = DT_S;
+        while time_s < for_s - 1e-9 {
+            self.step();
+            time_s += DT_S;
+        }
+        self.step()
+    }
+}
+
+#[test]
+fn an_overloaded_arm_gives_way_and_returns_smoothly() {
+    let mut arm = Arm::new();
+    arm.state.joints[1].position_rad = 0.25;
+    arm.state.joints[2].position_rad = 0.2;
+    arm.state.joints[1].load_share = -0.5;
+    assert_eq!(arm.go_on(0.19), (0.3, 1.0), "a short load is borne");
+    arm.state.joints[1].load_share = 0.0;
+    assert_eq!(arm.go_on(0.05), (0.3, 1.0));
+    arm.state.joints[1].load_share = -0.5;
+    assert_eq!(arm.go_on(0.22), (0.2, 0.1), "goals follow the joints of the whole arm");
+    // Whoever pulls goes on pulling: it follows, and waits for him.
+    arm.state.joints[2].position_rad = -0.4;
+    arm.state.joints[2].speed_rad_s = -0.7;
+    arm.state.joints[1].load_share = 0.0;
+    assert_eq!(arm.go_on(3.0), (-0.4, 0.1));
+    arm.state.joints[2].speed_rad_s = 0.0;
+    let mut before = arm.step();
+    let mut steepest: f64 = 0.0;
+    for _ in 0..200 {
+        let now = arm.step();
+        steepest = steepest.max((now.0 - before.0).abs() / DT_S);
+        assert!(now.0 >= before.0 && now.1 >= before.1);
+        before = now;
+    }
+    assert_eq!(before, (0.3, 1.0));
+    assert!(steepest < 1.876 * 0.7 / 2.0, "{steepest} rad/s at most, of 0.7 rad in 2 s");
+    assert_eq!((arm.yielding.times(), arm.yielding.is_yielding()), (1, false));
+}
+
+#[test]
+fn an_arm_that_is_held_on_its_way_back_gives_way_again() {
+    let mut arm = Arm::new();
+    arm.state.joints[0].load_share = 0.9;
+    arm.go_on(0.3);
+    arm.go_on(1.2);
+    assert_eq!(arm.yielding.times(), 2, "the load is there as soon as it returns");
+    // What is not heard, or out of service, bears nothing.
+    let mut arm = Arm::new();
+    arm.state.joints[0].load_share = 0.9;
+    arm.state.joints[0].age_s = 0.02;
+    arm.state.joints[1].load_share = 0.9;
+    arm.state.is_out[1] = true;
+    arm.go_on(1.0);
+    assert_eq!(arm.yielding.times(), 0);
+}

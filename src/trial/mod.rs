@@ -1,0 +1,174 @@
+//! Falls, tried out: the same robot pushed in the same way, with its reflex, with none, and as a limp heap.
+//!
+//! Comes in: a robot with a body and a reflex, and a seed. Goes out: what happened in each trial ([`Tried`]), and figures
+//! with intervals over all ([`Summary`]). Every trial runs the whole program on a virtual clock; the same seed and number
+//! give the same trial, on however many processors.
+
+mod observe;
+mod scene;
+pub mod stats;
+mod summary;
+
+use std::num::NonZero;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::Serialize;
+
+use crate::bus::StartError;
+use crate::capability::HorseCapability;
+use crate::model::{FallDirection, ReflexMode, Robot};
+use crate::motion::Command;
+use crate::motion::horse::HorsePlan;
+pub use observe::{Observed, Snapshot, observe};
+pub use scene::{FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
+pub use summary::Summary;
+
+/// Why nothing can be tried.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// The robot lacks what a trial needs.
+    #[error("{0}")]
+    Unfit(String),
+    /// The simulated robot did not start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// It could not be simulated.
+    #[error(transparent)]
+    Build(#[from] hw_sim::BuildError),
+    /// It started, and never stood.
+    #[error("the simulated robot never stood, in trial {0}: 'hippocamp run' on it says why")]
+    NeverStood(u64),
+}
+
+/// One trial: what happened with the reflex off, and, where a fall was certain then or happened, what the reflex and the
+/// passive drop make of it. Until a fall is certain all three are the same.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tried {
+    /// What was done to the robot.
+    pub scene: Scene,
+    /// With the reflex off.
+    pub off: Observed,
+    /// With the reflex.
+    pub reflex: Option<Observed>,
+    /// Limp from when the fall is certain.
+    pub passive: Option<Observed>,
+}
+
+/// What can be tried with `robot`.
+#[derive(Debug)]
+pub struct Trials {
+    robot: Robot,
+    plan: HorsePlan,
+}
+
+impl Trials {
+    /// Of `robot`, as its file has it.
+    ///
+    /// # Errors
+    /// Where it is no horse, has no body or no reflex, or its legs do not reach the ground.
+    pub fn new(robot: &Robot) -> Result<Trials, TrialError> {
+        let unfit = |what: &str| TrialError::Unfit(format!("{}: {what}", robot.name));
+        let horse = robot.motion.horse().ok_or_else(|| unfit("only what stands on legs can fall"))?;
+        if robot.physics.is_none() {
+            return Err(unfit("nothing falls without a body: its file needs a section [physics]"));
+        }
+        if robot.reflex.is_none() {
+            return Err(unfit("its file says nothing of falls: it needs a section [reflex]"));
+        }
+        let capability = HorseCapability::of(robot, horse).map_err(|error| unfit(&error.to_string()))?;
+        let plan = capability.plan(horse, Command::default());
+        Ok(Trials { robot: robot.clone(), plan })
+    }
+
+    /// Who falls.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Mass of the robot, kg.
+    pub fn mass_kg(&self) -> f64 {
+        self.robot.trunk_mass_kg + self.robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
+    }
+
+    /// The trial with this number of those of `seed`.
+    pub fn scene(&self, seed: u64, number: u64) -> Scene {
+        Scene::draw(&self.plan, self.mass_kg(), seed, number)
+    }
+
+    /// What a robot in this mode makes of `scene`; with its poses every so often, if they are wanted.
+    ///
+    /// # Errors
+    /// When the simulated robot does not start or stand.
+    pub fn observe(&self, scene: &Scene, mode: ReflexMode, is_tracked: bool) -> Result<Observed, TrialError> {
+        observe(&self.robot, &self.plan, scene, mode, is_tracked)
+    }
+
+    /// Tries one scene in all the ways that make a difference.
+    ///
+    /// # Errors
+    /// As [`Trials::observe`].
+    pub fn try_scene(&self, scene: Scene) -> Result<Tried, TrialError> {
+        let off = self.observe(&scene, ReflexMode::Off, false)?;
+        let is_worth_it = off.predicted_s.is_some();
+        let in_mode = |mode| is_worth_it.then(|| self.observe(&scene, mode, false)).transpose();
+        let reflex = in_mode(ReflexMode::Reflex)?;
+        Ok(Tried { reflex, passive: in_mode(ReflexMode::Passive)?, scene, off })
+    }
+
+    /// Tries the first `runs` trials of `seed` on all processors there are, telling how many are done after each.
+    ///
+    /// # Errors
+    /// The first that occurred.
+    pub fn try_all(&self, runs: u64, seed: u64, tell: impl Fn(u64) + Sync) -> Result<Vec<Tried>, TrialError> {
+        let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
+        let results = Mutex::new(Vec::new());
+        let work = || {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= runs {
+                    return;
+                }
+                let tried = self.try_scene(self.scene(seed, number));
+                if tried.is_err() {
+                    next.store(runs, Ordering::Relaxed);
+                }
+                if let Ok(mut results) = results.lock() {
+                    results.push((number, tried));
+                }
+                tell(1 + done.fetch_add(1, Ordering::Relaxed));
+            }
+        };
+        std::thread::scope(|scope| {
+            let workers = std::thread::available_parallelism().map_or(1, NonZero::get);
+            (0..workers).for_each(|_| drop(scope.spawn(work)));
+        });
+        let mut results = results.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        results.sort_by_key(|(number, _)| *number);
+        results.into_iter().map(|(_, tried)| tried).collect()
+    }
+}
+
+impl Tried {
+    /// Time from when the fall was certain until the trunk met the ground, s; none where either did not happen.
+    pub fn lead_s(&self) -> Option<f64> {
+        Some(self.off.fallen_s? - self.off.predicted_s?)
+    }
+
+    /// Whether the fall was told before the trunk met the ground; none where there was none.
+    pub fn is_predicted(&self) -> Option<bool> {
+        self.off.fallen_s?;
+        Some(self.lead_s().is_some_and(|lead_s| lead_s > 0.0))
+    }
+
+    /// Whether a fall was told that never came.
+    pub fn is_false_alarm(&self) -> bool {
+        self.off.predicted_s.is_some() && self.off.fallen_s.is_none()
+    }
+
+    /// The direction that was told, if there was a fall, and whether it is the push's.
+    pub fn direction(&self) -> Option<(FallDirection, bool)> {
+        let direction = self.off.direction.filter(|_| self.off.fallen_s.is_some())?;
+        Some((direction, self.scene.is_towards(direction)))
+    }
+}

@@ -1,0 +1,200 @@
+//! One robot in one trial.
+
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use hw_sim::body::{Push, PushFrame};
+use hw_sim::{FaultScript, World};
+use serde::{Serialize, Serializer};
+
+use super::scene::PUSH_S;
+use super::{Scene, TrialError};
+use crate::bus::{Buses, Ports, SimPorts};
+use crate::cycle::Cycle;
+use crate::ik::Method;
+use crate::model::{FallDirection, ReflexMode, Robot};
+use crate::motion::horse::HorsePlan;
+use crate::motion::{Activity, Order};
+use crate::reflex::FallOutcome;
+use crate::simulation;
+
+/// A robot that does not stand by then never will, s.
+const STAND_BY_S: f64 = 20.0;
+/// Who has not fallen so long after the push has kept his feet, s.
+const KEPT_S: f64 = 2.0;
+/// How long after the trunk has met the ground the fall is looked at, s.
+const AFTER_S: f64 = 1.0;
+/// Loads and impacts are means over this time, s: shorter shocks are the contact's, not the robot's.
+const WINDOW_S: f64 = 0.01;
+/// Between two poses of a track, s.
+const POSE_EVERY_S: f64 = 0.05;
+
+/// What happened. Times in s since the push began.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Observed {
+    /// When a fall was certain; none if it never was.
+    pub predicted_s: Option<f64>,
+    /// Its direction, as it was told then.
+    #[serde(serialize_with = "direction_name")]
+    pub direction: Option<FallDirection>,
+    /// When the trunk met the ground, or was turned over; none if it never did.
+    pub fallen_s: Option<f64>,
+    /// Largest force of the ground on the trunk, mean over 10 ms, N.
+    pub impact_n: f64,
+    /// Largest torque through any joint from when the fall was certain (from the push, if it never was), by its motor,
+    /// the inertia of its rotor and its stops; mean over 10 ms, N m.
+    pub joint_load_nm: f64,
+    /// What became of the fall, as the robot saw it.
+    pub outcome: FallOutcome,
+    /// Poses since the push.
+    #[serde(skip)]
+    pub track: Vec<Snapshot>,
+}
+
+/// A pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Since the push began, s.
+    pub time_s: f64,
+    /// The body frame's origin, world frame, m.
+    pub position_m: DVec3,
+    /// From the body frame to the world.
+    pub turn: DQuat,
+    /// Joint angles as the servos report them, rad.
+    pub angles_rad: Vec<f64>,
+    /// True while the trunk touches the ground.
+    pub is_down: bool,
+}
+
+fn direction_name<S: Serializer>(of: &Option<FallDirection>, to: S) -> Result<S::Ok, S::Error> {
+    of.map(FallDirection::name).serialize(to)
+}
+
+/// Impulses that the ground gave the trunk, and that went through each joint, up to now.
+struct Impulses {
+    at_s: f64,
+    trunk_ns: f64,
+    joints_nms: Vec<f64>,
+}
+
+impl Impulses {
+    fn of(world: &World) -> Impulses {
+        let state = world.body();
+        Impulses {
+            at_s: Duration::from_nanos(world.now_ns()).as_secs_f64(),
+            trunk_ns: state.map_or(0.0, |state| state.trunk_impulse_ns),
+            joints_nms: state.map_or(Vec::new(), |state| state.joint_impulses_nms.clone()),
+        }
+    }
+
+    /// Mean force on the trunk and largest mean torque of a joint since `before`, N and N m.
+    fn since(&self, before: &Impulses) -> (f64, f64) {
+        let time_s = (self.at_s - before.at_s).max(1e-9);
+        let joints = self.joints_nms.iter().zip(&before.joints_nms);
+        let largest = joints.map(|(now, before)| (now - before).abs()).fold(0.0, f64::max);
+        ((self.trunk_ns - before.trunk_ns) / time_s, largest / time_s)
+    }
+}
+
+/// What `robot`, meeting falls in this `mode`, makes of `scene`.
+///
+/// # Errors
+/// When it does not start or stand.
+pub fn observe(
+    robot: &Robot,
+    plan: &HorsePlan,
+    scene: &Scene,
+    mode: ReflexMode,
+    is_tracked: bool,
+) -> Result<Observed, TrialError> {
+    let mut robot = robot.clone();
+    if let Some(reflex) = &mut robot.reflex {
+        reflex.mode = mode;
+    }
+    if let Some(physics) = &mut robot.physics {
+        physics.ground.friction = scene.friction;
+    }
+    let robot = &robot;
+    let faults = FaultScript::default();
+    let world = simulation::world_from_pose(robot, &plan.sit_pose_rad, scene.number, &faults)?;
+    let mut buses = Buses::new(robot, SimPorts::on_virtual_clock(world));
+    buses.prepare(robot)?;
+    let plan = plan.clone().at_share(scene.gait, scene.speed_share);
+    let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, f64::INFINITY, buses);
+
+    let start = cycle.buses_mut().ports_mut().now();
+    let mut deadline = start;
+    let (mut stood_s, mut push_s) = (None, None);
+    let mut window: Option<Impulses> = None;
+    let mut observed = Observed {
+        predicted_s: None,
+        direction: None,
+        fallen_s: None,
+        impact_n: 0.0,
+        joint_load_nm: 0.0,
+        outcome: FallOutcome::None,
+        track: Vec::new(),
+    };
+    loop {
+        cycle.buses_mut().ports_mut().wait_until(deadline);
+        cycle.step(Order::Go);
+        deadline = deadline + Duration::from_secs_f64(robot.period_s());
+        let time_s = deadline.since(start).as_secs_f64();
+        if cycle.activity() == Activity::Standing {
+            stood_s.get_or_insert(time_s);
+        }
+        let Some(since_s) = stood_s.map(|stood_s| time_s - stood_s) else {
+            if time_s > STAND_BY_S {
+                return Err(TrialError::NeverStood(scene.number));
+            }
+            continue;
+        };
+        if push_s.is_none() && since_s >= scene.push_at_s {
+            push_s = Some(time_s);
+            let push = Push { force_n: scene.force_n(), frame: PushFrame::Trunk, place_m: [0.0; 3] };
+            cycle.buses_mut().ports_mut().world_mut().push(push, PUSH_S);
+        }
+        let Some(pushed_s) = push_s.map(|push_s| time_s - push_s) else { continue };
+        if let Some(report) = cycle.reflex().report() {
+            if report.falls > 0 && observed.predicted_s.is_none() {
+                observed.predicted_s = Some(pushed_s);
+                observed.direction = report.direction;
+                // What the push itself did is the same in all modes.
+                (observed.joint_load_nm, window) = (0.0, None);
+            }
+            observed.outcome = report.outcome;
+        }
+        let angles = || cycle.state().joints.iter().map(|joint| joint.position_rad);
+        let angles_rad: Vec<f64> = if is_tracked { angles().collect() } else { Vec::new() };
+        let world = cycle.buses_mut().ports_mut().world();
+        let now = Impulses::of(world);
+        let before = window.get_or_insert_with(|| Impulses::of(world));
+        if now.at_s - before.at_s >= WINDOW_S - 1e-9 {
+            let (impact_n, load_nm) = now.since(before);
+            observed.impact_n = observed.impact_n.max(impact_n);
+            observed.joint_load_nm = observed.joint_load_nm.max(load_nm);
+            window = Some(now);
+        }
+        let Some(state) = world.body() else { continue };
+        if state.is_fallen() {
+            observed.fallen_s.get_or_insert(pushed_s);
+        }
+        let is_due = observed.track.last().is_none_or(|last| pushed_s - last.time_s >= POSE_EVERY_S - 1e-9);
+        if is_tracked && is_due {
+            observed.track.push(Snapshot {
+                time_s: pushed_s,
+                position_m: DVec3::from_array(state.position_m),
+                turn: DQuat::from_array(state.rotation),
+                angles_rad,
+                is_down: state.trunk_contact_n > 0.0,
+            });
+        }
+        let is_over = match observed.fallen_s {
+            Some(fallen_s) => pushed_s >= fallen_s + AFTER_S,
+            None => pushed_s >= KEPT_S,
+        };
+        if is_over {
+            return Ok(observed);
+        }
+    }
+}

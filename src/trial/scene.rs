@@ -1,0 +1,94 @@
+//! What happens in one trial: drawn from a seed and the trial's number alone.
+
+use std::f64::consts::TAU;
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use serde::Serialize;
+
+use crate::model::FallDirection;
+use crate::motion::GaitChoice;
+use crate::motion::horse::HorsePlan;
+
+/// Friction of the ground: polished wood to rubber.
+pub const FRICTION: (f64, f64) = (0.5, 1.0);
+/// Impulse of a push for each kg of the robot, N s. Nobody falls at the first, all do at the second.
+pub const IMPULSE_NS_KG: (f64, f64) = (0.2, 1.2);
+/// How long a push lasts, s.
+pub const PUSH_S: f64 = 0.1;
+/// When it comes, s since the robot first stood: two strides or more.
+const PUSH_AT_S: (f64, f64) = (1.0, 2.5);
+/// Speeds, shares of the gait's top speed.
+const SPEED_SHARE: (f64, f64) = (0.3, 0.9);
+/// Half the angle in which a push counts as along one axis: eight sides of 45 degrees.
+const SIDE_RAD: f64 = TAU / 16.0;
+
+/// One trial.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scene {
+    /// Its number among those of its seed.
+    pub number: u64,
+    /// What the robot does.
+    #[serde(skip)]
+    pub gait: GaitChoice,
+    /// How fast, share of that gait's top speed.
+    pub speed_share: f64,
+    /// Coulomb friction of the ground.
+    pub friction: f64,
+    /// When the push comes, s since the robot first stood.
+    pub push_at_s: f64,
+    /// Where to, rad from ahead to the left.
+    pub towards_rad: f64,
+    /// How hard, N s.
+    pub impulse_ns: f64,
+}
+
+impl Scene {
+    /// The trial with this number of those of `seed`, of a horse of `mass_kg` that can do as `plan` says: it stands, or
+    /// goes in one of the gaits it can do that are chosen by speed.
+    pub fn draw(plan: &HorsePlan, mass_kg: f64, seed: u64, number: u64) -> Scene {
+        // Two streams never meet: the multiplier only spreads neighbours.
+        let mut chance = Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
+        let mut between = |(low, high): (f64, f64)| {
+            low + (high - low) * ((chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
+        };
+        let gaits: Vec<GaitChoice> = ["stand", "walk-steady", "trot"]
+            .iter()
+            .filter_map(|name| plan.gait_choice(name))
+            .filter(|choice| *choice == GaitChoice::Stand || plan.top_speed_m_s(*choice) > 0.0)
+            .collect();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2")]
+        let gait = gaits.get(between((0.0, gaits.len() as f64)) as usize).copied().unwrap_or_default();
+        Scene {
+            number,
+            gait,
+            speed_share: between(SPEED_SHARE),
+            friction: between(FRICTION),
+            push_at_s: between(PUSH_AT_S),
+            towards_rad: between((0.0, TAU)),
+            impulse_ns: mass_kg * between(IMPULSE_NS_KG),
+        }
+    }
+
+    /// Force of its push, the trunk's frame, N.
+    pub fn force_n(&self) -> [f64; 3] {
+        let (across, along) = self.towards_rad.sin_cos();
+        [along, across, 0.0].map(|part| part * self.impulse_ns / PUSH_S)
+    }
+
+    /// Whether a fall in this direction is the push's: of eight sides, those along an axis allow that alone, those on a
+    /// diagonal either neighbour.
+    pub fn is_towards(&self, direction: FallDirection) -> bool {
+        let axis_rad = match direction {
+            FallDirection::Forward => 0.0,
+            FallDirection::Left => 0.25 * TAU,
+            FallDirection::Backward => 0.5 * TAU,
+            FallDirection::Right => 0.75 * TAU,
+            FallDirection::Twisting => return false,
+        };
+        // The angle between the two, 0 to half a turn.
+        let off_rad = (self.towards_rad - axis_rad + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
+        off_rad.abs() <= 3.0 * SIDE_RAD
+    }
+}

@@ -1,0 +1,159 @@
+//! Figures over many trials, and the table they make.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::stats::{Figure, Share, mean, median};
+use super::{Observed, Tried};
+use crate::reflex::FallOutcome;
+
+/// What one way of falling does to the robot, over all falls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Way {
+    /// Mean of the trunk's largest impact, N.
+    pub impact_n: Option<Figure>,
+    /// Mean of the joints' largest load, N m.
+    pub joint_load_nm: Option<Figure>,
+}
+
+/// How much less the reflex lets happen than another way, fall by fall: means of differences.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Less {
+    /// Of the trunk's impact, N.
+    pub impact_n: Option<Figure>,
+    /// Of the joints' load, N m.
+    pub joint_load_nm: Option<Figure>,
+}
+
+/// Figures over many trials. Falls are those that happen with the reflex off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Trials in which the robot fell.
+    pub fell: Share,
+    /// Of those, in which that was told before its trunk met the ground.
+    pub predicted: Share,
+    /// Trials in which a fall was told that never came.
+    pub false_alarms: Share,
+    /// Median time from when it was told until then, s.
+    pub lead_s: Option<Figure>,
+    /// Least of them, s.
+    pub least_lead_s: Option<f64>,
+    /// Falls whose direction was the push's.
+    pub direction: Share,
+    /// With the reflex.
+    pub with_reflex: Way,
+    /// Limp from when it was told.
+    pub passive: Way,
+    /// With the reflex off.
+    pub off: Way,
+    /// Than the passive drop.
+    pub less_than_passive: Less,
+    /// Than without reflex.
+    pub less_than_off: Less,
+    /// Falls that the reflex met after which the robot got up, as far as it was looked at.
+    pub got_up: Share,
+}
+
+impl Summary {
+    /// Of these trials.
+    pub fn of(tried: &[Tried]) -> Summary {
+        let falls: Vec<&Tried> = tried.iter().filter(|tried| tried.off.fallen_s.is_some()).collect();
+        // The same falls in each way.
+        let met: Vec<(&Observed, &Observed, &Observed)> = falls
+            .iter()
+            .filter_map(|tried| Some((&tried.off, tried.reflex.as_ref()?, tried.passive.as_ref()?)))
+            .collect();
+        let of =
+            |pick: fn(&(&Observed, &Observed, &Observed)) -> f64| met.iter().map(pick).collect::<Vec<_>>();
+        let leads: Vec<f64> = falls.iter().filter_map(|tried| tried.lead_s()).collect();
+        Summary {
+            fell: Share::of(tried.iter().map(|tried| tried.off.fallen_s.is_some())),
+            predicted: Share::of(falls.iter().filter_map(|tried| tried.is_predicted())),
+            false_alarms: Share::of(tried.iter().map(Tried::is_false_alarm)),
+            lead_s: median(&leads),
+            least_lead_s: leads.iter().copied().reduce(f64::min),
+            direction: Share::of(falls.iter().filter_map(|tried| Some(tried.direction()?.1))),
+            with_reflex: Way {
+                impact_n: mean(&of(|(_, reflex, _)| reflex.impact_n)),
+                joint_load_nm: mean(&of(|(_, reflex, _)| reflex.joint_load_nm)),
+            },
+            passive: Way {
+                impact_n: mean(&of(|(.., passive)| passive.impact_n)),
+                joint_load_nm: mean(&of(|(.., passive)| passive.joint_load_nm)),
+            },
+            off: Way {
+                impact_n: mean(&of(|(off, ..)| off.impact_n)),
+                joint_load_nm: mean(&of(|(off, ..)| off.joint_load_nm)),
+            },
+            less_than_passive: Less {
+                impact_n: mean(&of(|(_, reflex, passive)| passive.impact_n - reflex.impact_n)),
+                joint_load_nm: mean(&of(|(_, reflex, passive)| passive.joint_load_nm - reflex.joint_load_nm)),
+            },
+            less_than_off: Less {
+                impact_n: mean(&of(|(off, reflex, _)| off.impact_n - reflex.impact_n)),
+                joint_load_nm: mean(&of(|(off, reflex, _)| off.joint_load_nm - reflex.joint_load_nm)),
+            },
+            got_up: Share::of(met.iter().map(|(_, reflex, _)| reflex.outcome == FallOutcome::GotUp)),
+        }
+    }
+}
+
+fn share(share: &Share) -> String {
+    let percent = |value: f64| 100.0 * value;
+    format!(
+        "{} of {} | {:.1} % | {:.1} to {:.1} %",
+        share.count,
+        share.of,
+        percent(share.value()),
+        percent(share.low),
+        percent(share.high)
+    )
+}
+
+fn figure(figure: Option<Figure>, digits: usize) -> String {
+    figure.map_or_else(
+        || "none".to_owned(),
+        |Figure { value, low, high }| format!("{value:.digits$} ({low:.digits$} to {high:.digits$})"),
+    )
+}
+
+impl fmt::Display for Summary {
+    /// Two tables of Markdown.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "| with the reflex off | count | share | 95 % interval |\n|---|---|---|---|")?;
+        writeln!(f, "| fell | {} |", share(&self.fell))?;
+        writeln!(f, "| falls told before the trunk met the ground | {} |", share(&self.predicted))?;
+        writeln!(f, "| told, and never came: false alarms | {} |", share(&self.false_alarms))?;
+        writeln!(f, "| falls whose direction was the push's | {} |", share(&self.direction))?;
+        let least = self.least_lead_s.map_or_else(String::new, |least_s| format!("; least {least_s:.2} s"));
+        writeln!(
+            f,
+            "\nFrom then until the trunk met the ground: median {} s{least}.\n",
+            figure(self.lead_s, 2)
+        )?;
+        writeln!(
+            f,
+            "| mean over all falls (95 % interval) | reflex | passive | off | less than passive | less than off |"
+        )?;
+        writeln!(f, "|---|---|---|---|---|---|")?;
+        writeln!(
+            f,
+            "| largest impact on the trunk, N | {} | {} | {} | {} | {} |",
+            figure(self.with_reflex.impact_n, 1),
+            figure(self.passive.impact_n, 1),
+            figure(self.off.impact_n, 1),
+            figure(self.less_than_passive.impact_n, 1),
+            figure(self.less_than_off.impact_n, 1)
+        )?;
+        writeln!(
+            f,
+            "| largest load of any joint, N m | {} | {} | {} | {} | {} |",
+            figure(self.with_reflex.joint_load_nm, 2),
+            figure(self.passive.joint_load_nm, 2),
+            figure(self.off.joint_load_nm, 2),
+            figure(self.less_than_passive.joint_load_nm, 2),
+            figure(self.less_than_off.joint_load_nm, 2)
+        )
+    }
+}
