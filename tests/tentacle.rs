@@ -422,28 +422,32 @@ impl Servos {
     }
 }
 
-/// Ten minutes of the show at the loop's own rate, all bytes on simulated buses, on servos that trip by chance (a trip in
+/// Four minutes of the show at the loop's own rate, all bytes on simulated buses, on servos that trip by chance (a trip in
 /// half a minute, which is what a restart while parked can keep up with) and a line that loses and damages replies. Each
 /// stays silent for less than it may.
 #[test]
-fn a_show_on_the_buses_goes_on_for_ten_minutes_of_random_trips_and_lost_replies() {
+fn a_show_on_the_buses_goes_on_for_minutes_of_random_trips_and_lost_replies() {
     let robot = shipped("tentacle.toml");
     let tentacle = robot.motion.tentacle().unwrap();
     let mut source = Pcg64Mcg::seed_from_u64(11);
-    let (minutes, mut faults, mut trips) = (10.0, String::new(), 0);
+    let (minutes, mut faults, mut trips) = (4.0, String::new(), 0);
     let mut at_s = 20.0;
     while at_s < 60.0 * minutes {
         let joint = &robot.joints[(chance(&mut source) * 24.0) as usize];
         let servo = servo(joint);
         let place = format!("bus = '{}'\nid = {}\n", robot.buses[servo.bus].name, servo.id.0);
         let (kind, for_s) = match chance(&mut source) {
-            ..0.2 => ("overload", 0.05),
-            0.2..0.6 => ("silent", 0.08 * chance(&mut source) + 0.005),
+            ..0.3 => ("overload", 0.05),
+            // A reply that comes in a quarter of an hour is lost.
+            0.3..0.6 => ("slow", 0.08 * chance(&mut source) + 0.005),
             0.6..0.8 => ("bit-flip", 0.08),
             _ => ("garbled", 0.08),
         };
         trips += u64::from(kind == "overload");
         faults += &format!("[[fault]]\nkind = '{kind}'\nat_s = {at_s}\nfor_s = {for_s}\n{place}");
+        if kind == "slow" {
+            faults += "delay_ms = 900000\n";
+        }
         at_s += 12.0 * chance(&mut source) + 0.1;
     }
     let show = RefCell::new(Show::new(&robot, Show::of_all_strokes(tentacle, 60.0 * minutes)));
@@ -458,9 +462,9 @@ fn a_show_on_the_buses_goes_on_for_ten_minutes_of_random_trips_and_lost_replies(
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
     assert!(last_minute.get() > 3000, "it moved for {} of the last 6000 cycles", last_minute.get());
-    assert!(trips >= 10 && report.outages.len() as u64 >= trips / 2, "{trips} trips: {:?}", report.outages);
+    assert!(trips >= 5 && report.outages.len() as u64 >= trips / 2, "{trips} trips: {:?}", report.outages);
     assert!(report.servo_restarts >= trips / 2, "{} restarts after {trips} trips", report.servo_restarts);
-    assert!(report.buses.iter().all(|bus| bus.missing > 50 && bus.corrupt > 10), "{:?}", report.buses);
+    assert!(report.buses.iter().all(|bus| bus.missing > 20 && bus.corrupt > 10), "{:?}", report.buses);
 }
 
 /// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
