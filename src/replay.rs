@@ -8,7 +8,7 @@
 use std::ops::RangeInclusive;
 
 use crate::bus::ServoGoal;
-use crate::capability::{HorseCapability, ReachError, TentacleCapability};
+use crate::capability::{FigureCapability, HorseCapability, PoseError, ReachError, TentacleCapability};
 use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
@@ -75,11 +75,17 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
+    /// Nor take its poses.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// The recording's pose is none of the robot's.
+    #[error("the recording's run.json: a pose of an unknown name, {0}")]
+    UnknownPose(String),
     /// The recording's strokes are none.
     #[error("the recording's run.json: {0}")]
     Strokes(&'static str),
     /// The recording says that a horse moved its arms, or that arms walked.
-    #[error("the recording's run.json is not that of its robot.toml: one is of a horse, the other of arms")]
+    #[error("the recording's run.json is not that of its robot.toml: they are of different kinds of motion")]
     OtherKind,
 }
 
@@ -134,9 +140,12 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
             let command = strokes.try_into().map_err(ReplayError::Strokes)?;
             Ok(TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command).into())
         }
-        (Motion::Horse(_), Task::Tentacle { .. }) | (Motion::Tentacle(_), Task::Horse { .. }) => {
-            Err(ReplayError::OtherKind)
+        (Motion::Figure(figure), Task::Figure { pose: name }) => {
+            let pose = figure.poses.iter().position(|pose| pose.name == *name);
+            let pose = pose.ok_or_else(|| ReplayError::UnknownPose(name.clone()))?;
+            Ok(FigureCapability::of(robot, figure)?.plan(pose).into())
         }
+        (Motion::Horse(_) | Motion::Tentacle(_) | Motion::Figure(_), _) => Err(ReplayError::OtherKind),
     }
 }
 
@@ -144,7 +153,7 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
 fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) -> Option<Difference> {
     let gap_s = sample.times.gap.as_secs_f64();
     controller.decide(gap_s, sample.order);
-    controller.learn(gap_s, &sample.slots);
+    controller.learn(gap_s, &sample.slots, &sample.imu);
     let now = controller.record(&sample.slots);
     let difference = |joint, what| {
         Some(Difference { cycle: sample.times.number, time_s: sample.times.began.as_secs_f64(), joint, what })

@@ -28,7 +28,7 @@ const LAST_PATIENCE_S: f64 = 1.0;
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct RunPlan {
-    /// What to do: of a horse gait, speed and posture; of arms the stroke.
+    /// What to do: of a horse gait, speed and posture; of arms the stroke; of a figure the pose.
     pub motion: Plan,
     /// How targets are solved.
     pub method: Method,
@@ -65,6 +65,8 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
+    /// What the inertial measurement unit says is too old to act on; false on a robot that has none.
+    pub is_imu_lost: bool,
     /// The recording has broken off, which stops the robot.
     pub is_recording_lost: bool,
 }
@@ -127,6 +129,7 @@ pub fn run_recorded<P: Ports>(
             (Some(gait), Some(horse.command.speed_m_s), "walked for the time asked")
         }
         Plan::Tentacle(_) => (None, None, "moved for the time asked"),
+        Plan::Figure(_) => (None, None, "stood for the time asked"),
     };
     let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);
@@ -171,6 +174,7 @@ pub fn run_recorded<P: Ports>(
         feet: cycle.telemetry().feet_report(),
         body: cycle.telemetry().body_report(),
         arms: cycle.telemetry().arms_report(),
+        imu: cycle.telemetry().imu_report(),
         falls: cycle.reflex().report(),
         arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
         outages: cycle.telemetry().outage_reports(robot),
@@ -271,7 +275,7 @@ fn repeat<P: Ports>(
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
         let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
-        let mut wanted = operator.order(&status(cycle, start, is_recording_lost));
+        let mut wanted = operator.order(&status(robot, cycle, start, is_recording_lost));
         if wanted.is_stop() {
             if stopper == Stopper::Nobody {
                 stopper = Stopper::Operator;
@@ -305,7 +309,7 @@ fn repeat<P: Ports>(
     }
 }
 
-fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
+fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
     let drive = cycle.generator().drive();
@@ -322,6 +326,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+        is_imu_lost: robot.imu.is_some() && !cycle.state().body.is_known,
         is_recording_lost,
     }
 }

@@ -19,6 +19,9 @@ pub enum Aim {
     Pose,
     /// Tip places: [`Targets::tips_in_body`].
     Tips,
+    /// Places and turns of the soles of [`Targets::feet`]: [`Targets::tips_in_body`], [`Targets::sole_turns`]; of all other
+    /// chains joint angles, [`Targets::pose_rad`].
+    Soles,
     /// What each arm is to do: [`Targets::arms`].
     Arms,
     /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
@@ -36,6 +39,8 @@ pub struct Targets {
     pub torque_share: f64,
     /// Tip of each chain, body frame, m.
     pub tips_in_body: Vec<DVec3>,
+    /// Turn of the last link of each chain, body frame, from how it is at angle 0 of all joints.
+    pub sole_turns: Vec<DQuat>,
     /// The planned place of the trunk, world frame, m.
     pub trunk_in_world: DVec3,
     /// The planned turn of the trunk, from the body frame to the world frame.
@@ -180,7 +185,7 @@ pub struct ImuReading {
 pub struct BodyEstimate {
     /// True while the IMU's word is recent enough to act on. Else the robot counts as level and still.
     pub is_known: bool,
-    /// Roll, pitch and yaw, rad (as in [`ImuReading`]); yaw since the run began.
+    /// Roll, pitch and yaw now, rad (as in [`ImuReading`]); yaw from wherever the unit counts.
     pub roll_rad: f64,
     /// See `roll_rad`.
     pub pitch_rad: f64,
@@ -340,6 +345,7 @@ impl Targets {
             pose_rad: vec![0.0; robot.joints.len()],
             torque_share: 1.0,
             tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
+            sole_turns: vec![DQuat::IDENTITY; robot.chains.len()],
             trunk_in_world: DVec3::ZERO,
             trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),

@@ -7,12 +7,12 @@ use std::process::Command;
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
-use common::{ROBOTS, capability, plan, shipped};
+use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
-use hippocamp::capability::TentacleCapability;
+use hippocamp::capability::{FigureCapability, TentacleCapability};
 use hippocamp::config;
-use hippocamp::cycle::Cycle;
+use hippocamp::cycle::{Controller, Cycle};
 use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
@@ -91,6 +91,10 @@ impl Ports for PermittingPorts {
 
     fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
         self.with(|ports| ports.receive(bus, into))
+    }
+
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.with(|ports| ports.receive_imu(into))
     }
 
     fn wait_for_input(&mut self, deadline: Time) {
@@ -249,10 +253,34 @@ const STATUS: Status = Status {
     late_cycles: 0,
     hottest_c: 30.0,
     lowest_v: 12.0,
+    is_imu_lost: false,
     is_recording_lost: false,
 };
 
-/// The test above can fail: with the simulated buses not excepted, the same run aborts.
+#[test]
+fn the_cycle_of_a_figure_allocates_nothing_from_limp_to_limp() {
+    let robot = in_physics("figure.toml");
+    let figure = robot.motion.figure().unwrap_or_else(|| panic!("no figure"));
+    let capability = FigureCapability::of(&robot, figure).unwrap_or_else(|error| panic!("{error}"));
+    let mut controller = Controller::new(&robot, capability.plan(0), Method::CcdThenFinish, 60.0);
+    let dt_s = robot.period_s();
+    let mut cycle = |order: Order| {
+        controller.decide(dt_s, order);
+        controller.learn_from_goals();
+        controller.generator().activity()
+    };
+    cycle(Order::Take(0));
+    let mut activity = Activity::Limp;
+    assert_no_alloc(|| {
+        for number in 0..10_000 {
+            let pose = if number < 4000 { 0 } else { number / 300 % figure.poses.len() };
+            activity = cycle(if number < 7000 { Order::Take(pose) } else { Order::Stop });
+        }
+    });
+    assert_eq!(activity, Activity::Done);
+}
+
+/// The first test can fail: with the simulated buses not excepted, the same run aborts.
 #[test]
 fn an_allocation_in_the_cycle_is_caught() {
     if std::env::var_os(ALLOCATE).is_some() {

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use common::*;
-use hw_sim::body::{BodyConfig, Chain, Foot, Ground, Link, Push, ShaftLink, Trunk};
+use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
 
 /// An arm of one link on a base, level at count 2048 and up from there; its weight at its tip.
@@ -24,6 +24,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         root_rotation: [0.0, 0.0, 0.0, 1.0],
         carried_share: 0.0,
         links: vec![link],
+        balls: Vec::new(),
         foot: None,
     };
     let trunk = Trunk {
@@ -33,7 +34,13 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         box_middle_m: [0.0; 3],
         box_size_m: [0.1; 3],
     };
-    BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 }
+    BodyConfig {
+        trunk,
+        chains: vec![chain],
+        ground: Ground::default(),
+        joints: JointMechanics::default(),
+        motor_steps: 1,
+    }
 }
 
 fn world_with(model: &str, body: &BodyConfig) -> World {
@@ -105,7 +112,13 @@ fn a_push_lasts_as_long_as_it_is_told() {
     let standing = || {
         let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
         let ground = Ground { friction: 0.0, ..Ground::default() };
-        let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: Vec::new(),
+            ground,
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         World::with_body(&[feetech_bus(Vec::new())], FaultScript::default(), 1, &body).unwrap()
     };
     let mut world = standing();
@@ -119,7 +132,7 @@ fn a_push_lasts_as_long_as_it_is_told() {
 fn box_alone() -> BodyConfig {
     let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
     let ground = Ground { friction: 0.0, ..Ground::default() };
-    BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 }
+    BodyConfig { trunk, chains: Vec::new(), ground, joints: JointMechanics::default(), motor_steps: 1 }
 }
 
 fn scripted(text: &str, seed: u64, motor_steps: u32) -> World {
@@ -245,6 +258,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             root_rotation: [0.0, 0.0, 0.0, 1.0],
             carried_share: 0.0,
             links: vec![link],
+            balls: Vec::new(),
             foot: Some(foot),
         };
         let trunk = Trunk {
@@ -254,7 +268,13 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             box_middle_m: [0.0; 3],
             box_size_m: [0.05; 3],
         };
-        let body = BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: vec![chain],
+            ground: Ground::default(),
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         let mut world = world_with("STS3250", &body);
         exchange(&mut world, &feetech(1, 3, &[42, 0, 8]));
         exchange(&mut world, &feetech(1, 3, &[40, 1]));

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 
 use crate::capability::bus_costs;
-use crate::capability::{Capability, Load, ReachError};
+use crate::capability::{Capability, CapabilityError, Load, PoseError, ReachError};
 use crate::config::{self, ConfigError, Fault, RobotFile, UnitFile};
 use crate::model::{Carrier, TentacleMotion};
 
@@ -51,21 +51,31 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
                 return Ok(Loaded { file, capability });
             }
         }
-        Err(error @ ReachError::Unreachable { .. }) => {
-            faults.push(file.fault(
-                "motion.stand_height_mm",
-                format!("a height the legs reach the ground from: {error}"),
-            ));
-        }
-        Err(error @ ReachError::CannotSwing { .. }) => {
-            faults.push(file.fault("motion.swing_lift_mm", format!("a lift the legs can do: {error}")));
-        }
-        Err(error @ ReachError::CannotSit { .. }) => {
-            faults
-                .push(file.fault("motion.sit_height_mm", format!("a height the legs can fold to: {error}")));
-        }
+        Err(error) => faults.push(cannot(&file, &error)),
     }
     Err(ConfigError { faults }.into())
+}
+
+/// The fault of a robot that cannot do what its file says.
+fn cannot(file: &RobotFile, error: &CapabilityError) -> Fault {
+    match error {
+        CapabilityError::Reach(ReachError::Unreachable { .. }) => {
+            file.fault("motion.stand_height_mm", format!("a height the legs reach the ground from: {error}"))
+        }
+        CapabilityError::Reach(ReachError::CannotSwing { .. }) => {
+            file.fault("motion.swing_lift_mm", format!("a lift the legs can do: {error}"))
+        }
+        CapabilityError::Reach(ReachError::CannotSit { .. })
+        | CapabilityError::Pose(PoseError { pose: None, .. }) => {
+            file.fault("motion.sit_height_mm", format!("a height the legs can fold to: {error}"))
+        }
+        CapabilityError::Pose(PoseError { pose: Some(pose), .. }) => file.fault(
+            &format!("motion.pose[{pose}]"),
+            format!(
+                "a pose both legs reach the ground from, a little before the ends of their ranges: {error}"
+            ),
+        ),
+    }
 }
 
 /// The fault of arms of which a servo cannot hold up its part of the weight that nothing else carries. What says that

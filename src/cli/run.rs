@@ -12,6 +12,7 @@ use super::load::{Loaded, load};
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
 use super::ports::{self, Choice};
+use super::poses;
 #[cfg(debug_assertions)]
 use super::provoke;
 use super::record::RecordingFile;
@@ -120,7 +121,9 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
-    if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
+    if options.unit.is_virtual
+        && matches!(driver, Driver::Keys(..) | Driver::PoseKeys(..) | Driver::Gamepad(..))
+    {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
     let status_line = StatusLine::start(robot);
@@ -231,6 +234,11 @@ fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f6
             let command = strokes::command(options, tentacle)?;
             let plan = capability.plan(robot, tentacle, command.unwrap_or_default());
             Ok((plan.into(), for_s, driver))
+        }
+        Capability::Figure(figure, capability) => {
+            let pose = poses::pose(options, kind, robot, figure)?;
+            let driver = poses::driver(options, robot, figure)?;
+            Ok((capability.plan(pose).into(), for_s, driver))
         }
     }
 }
@@ -397,6 +405,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     }
     if let Some(arms) = &report.arms {
         say!("  {arms}");
+    }
+    if let Some(imu) = &report.imu {
+        say!("  {imu}");
     }
     if let Some(falls) = report.falls.filter(|falls| falls.falls > 0) {
         say!("  {falls}");

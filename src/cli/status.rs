@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::model::Robot;
+use crate::model::{Motion, Robot};
 use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
 use crate::run::Status;
 use crate::signals::{Outage, Permission};
@@ -19,6 +19,7 @@ const WAITING: usize = 16;
 const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// What is printed.
+#[expect(clippy::large_enum_variant, reason = "the loop hands it over without allocating")]
 enum Line {
     Status(Status, Order),
     /// A line of its own.
@@ -47,12 +48,15 @@ impl StatusLine {
     pub(super) fn start(robot: &Robot) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let gaits = robot.motion.horse().map_or(&[][..], |horse| &horse.gaits);
-        let gaits = Names(gaits.iter().map(|gait| gait.name.clone()).collect());
+        let names = Names(match &robot.motion {
+            Motion::Horse(horse) => horse.gaits.iter().map(|gait| gait.name.clone()).collect(),
+            Motion::Tentacle(_) => Vec::new(),
+            Motion::Figure(figure) => figure.poses.iter().map(|pose| pose.name.clone()).collect(),
+        });
         let robot = robot.clone();
         StatusLine {
             sender: Some(sender),
-            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &gaits, &robot))),
+            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &names, &robot))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
             has_said_loss: false,
@@ -98,11 +102,11 @@ impl Drop for StatusLine {
     }
 }
 
-fn print_all(lines: &Receiver<Line>, is_terminal: bool, gaits: &Names, robot: &Robot) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &Robot) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
-            Line::Status(status, order) => (gaits.line_of(&status, order), is_terminal),
+            Line::Status(status, order) => (names.line_of(&status, order), is_terminal),
             Line::Note(words) => (words.to_owned(), false),
             Line::Outage(time_s, outage) => (format!("{time_s:6.1} s {}", outage.describe(robot)), false),
         };
@@ -132,7 +136,7 @@ fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
 
-/// Names of the robot's gaits, for people.
+/// Names of the robot's gaits, or of its poses, for people.
 struct Names(Vec<String>);
 
 impl Names {
@@ -143,7 +147,10 @@ impl Names {
             (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
             (_, Activity::Limp) => "limp".to_owned(),
             (_, Activity::Rising) => "rising".to_owned(),
-            (_, Activity::Performing) => status.stroke.unwrap_or("moving").to_owned(),
+            (_, Activity::Performing) => match order {
+                Order::Take(pose) => format!("-> {}", self.0.get(pose).map_or("stand", String::as_str)),
+                _ => status.stroke.unwrap_or("moving").to_owned(),
+            },
             (_, Activity::Parked) => "parked".to_owned(),
             (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
@@ -167,14 +174,17 @@ impl Names {
             count => format!(", {count} frozen"),
         };
         let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
-        format!("{:6.1} s {doing}{servos}{frozen}{loss}{late}", status.time_s)
+        let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
+        format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
     }
 
     /// What a robot on its feet does, and of what was asked.
     fn motion(&self, status: &Status, order: Order) -> String {
         let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
-        if matches!(order, Order::Perform(_)) {
-            return "at rest".to_owned();
+        match order {
+            Order::Perform(_) => return "at rest".to_owned(),
+            Order::Take(pose) => return self.0.get(pose).cloned().unwrap_or_default(),
+            _ => {}
         }
         let Order::Drive(asked) = order else {
             return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
@@ -251,6 +261,7 @@ mod tests {
         late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
+        is_imu_lost: false,
         is_recording_lost: false,
     };
 
@@ -315,6 +326,11 @@ mod tests {
             let line = line_of(&Status { permission, ..WALKING });
             assert!(line.contains("BY SAFETY") && !line.contains("m/s"), "{line}");
         }
+    }
+
+    #[test]
+    fn an_imu_that_is_lost_is_told() {
+        assert!(line_of(&Status { is_imu_lost: true, ..WALKING }).ends_with(", NO IMU"));
     }
 
     #[test]

@@ -6,8 +6,8 @@ use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
-use super::{arms, meters, physics};
-use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive};
+use super::{arms, ball, meters, physics};
+use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive, hinges_in_place, is_ball_joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -61,6 +61,10 @@ impl Limb {
     pub(super) fn has_foot(&self) -> bool {
         self.foot.is_some()
     }
+
+    pub(super) fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
 }
 
 /// Reads all chains and then all arms, in file order.
@@ -100,6 +104,31 @@ impl Roots {
     }
 }
 
+/// What a limb of either kind begins with: its name, and where and how it stands in the body, in mm and degrees.
+pub(super) struct Root<'a> {
+    pub(super) name: Option<&'a str>,
+    pub(super) root: Option<DVec3>,
+    pub(super) rpy: Option<DVec3>,
+}
+
+impl<'a> Root<'a> {
+    pub(super) fn read(
+        section: &Section<'a>,
+        name_meaning: &str,
+        rpy_meaning: &str,
+        names: &mut Unique<'a>,
+        roots: &mut Roots,
+    ) -> Root<'a> {
+        let name = names.name(section, name_meaning);
+        let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
+        if let Some(root_mm) = root {
+            roots.refuse_twin(section, root_mm);
+        }
+        let rpy = section.vector_or("root_rpy_deg", rpy_meaning, DVec3::ZERO);
+        Root { name, root, rpy }
+    }
+}
+
 fn read_chain<'a>(
     section: &Section<'a>,
     place: usize,
@@ -107,16 +136,8 @@ fn read_chain<'a>(
     roots: &mut Roots,
     servos: &mut ServoPlaces<'_>,
 ) -> ChainEntry<'a> {
-    let name = names.name(section, "the chain's name");
-    let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
-    if let Some(root_mm) = root {
-        roots.refuse_twin(section, root_mm);
-    }
-    let rpy = section.vector_or(
-        "root_rpy_deg",
-        "roll, pitch and yaw of the chain in the body, in degrees",
-        DVec3::ZERO,
-    );
+    let meaning = "roll, pitch and yaw of the chain in the body, in degrees";
+    let Root { name, root, rpy } = Root::read(section, "the chain's name", meaning, names, roots);
 
     let mut joint_names = Unique::default();
     let mut end = None;
@@ -136,23 +157,21 @@ fn read_chain<'a>(
         );
     }
 
+    let joints: Option<Vec<Joint>> = joints.into_iter().collect();
+    if let Some(joints) = &joints {
+        refuse_balls_of_other_hinges(section, joints);
+    }
     let foot = physics::read_foot(section);
     let limb = || {
-        let rpy = rpy?.map(f64::to_radians);
-        Some(Limb {
-            name: name?.to_owned(),
-            root_m: meters(root?),
-            root_rotation: rotation(rpy),
-            joints: joints.into_iter().collect::<Option<_>>()?,
-            tendons: None,
-            foot: foot?,
-        })
+        let limb = Limb::new(name?, meters(root?), rotation(rpy?), joints?, None);
+        Some(Limb { foot: foot?, ..limb })
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
 }
 
-/// Roll about x, then pitch about y, then yaw about z, all axes fixed (REP-103).
-pub(super) fn rotation(rpy_rad: DVec3) -> DQuat {
+/// Roll about x, then pitch about y, then yaw about z, degrees, all axes fixed (REP-103).
+pub(super) fn rotation(rpy_deg: DVec3) -> DQuat {
+    let rpy_rad = rpy_deg.map(f64::to_radians);
     DQuat::from_rotation_z(rpy_rad.z) * DQuat::from_rotation_y(rpy_rad.y) * DQuat::from_rotation_x(rpy_rad.x)
 }
 
@@ -173,6 +192,7 @@ fn read_joint<'a>(
     section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);
+    let ball = ball::read(section);
     Some(Joint {
         name: format!("{}.{}", chain?, name?),
         axis: axis?,
@@ -181,9 +201,22 @@ fn read_joint<'a>(
         stiffness: stiffness?,
         mass_kg: mass_kg?,
         center_m: meters(center?),
-        ball: None,
+        ball: ball?,
         servo: servo?,
     })
+}
+
+/// The range of a ball joint is that of hinges which make one.
+fn refuse_balls_of_other_hinges(section: &Section<'_>, joints: &[Joint]) {
+    for (place, _) in joints.iter().enumerate().filter(|(_, joint)| joint.ball.is_some()) {
+        if !is_ball_joint(&joints[hinges_in_place(joints, place)]) {
+            section.fault(
+                &format!("joint[{place}].ball"),
+                "no such key but on the last of two or three hinges in one place (link_mm = [0, 0, 0] of the others), of \
+                 which the first turn about y and z, or z and y, and a third, if any, about x, the limb's own direction",
+            );
+        }
+    }
 }
 
 fn read_axis(section: &Section<'_>) -> Option<DVec3> {

@@ -1,11 +1,12 @@
 //! `[motion]`: what the robot does. One function a kind of rig.
 
 use super::chains::ChainEntry;
+use super::figure::read_figure;
 use super::gaits;
 use super::meters;
 use super::number::Limits;
 use super::reader::Section;
-use super::strokes::read_pole;
+use super::strokes::{read_path, read_pole};
 use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, TentacleMotion};
 
 /// The kinds of motion a file may name.
@@ -13,9 +14,11 @@ use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, 
 enum Kind {
     Horse,
     Tentacle,
+    Figure,
 }
 
-const KINDS: [(&str, Kind); 2] = [("horse", Kind::Horse), ("tentacle", Kind::Tentacle)];
+const KINDS: [(&str, Kind); 3] =
+    [("horse", Kind::Horse), ("tentacle", Kind::Tentacle), ("figure", Kind::Figure)];
 
 /// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
 const YAW_RATE_MAX_DEG_S: f64 = 20.0;
@@ -29,6 +32,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
         match section.choice("kind", "a kind of motion", &KINDS) {
             Some(Kind::Horse) => read_horse(file, section, chains).map(Motion::Horse),
             Some(Kind::Tentacle) => read_tentacle(file, section, chains).map(Motion::Tentacle),
+            Some(Kind::Figure) => read_figure(section, chains).map(Motion::Figure),
             None => {
                 section.allow_unknown_keys();
                 None
@@ -39,7 +43,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
 
 fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<HorseMotion> {
     let legs = section
-        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains))
+        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains, LEG_KEYS))
         .inspect(|legs| refuse_idle_chains(file, chains, legs));
 
     let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
@@ -81,15 +85,20 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
     })
 }
 
-fn read_legs(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<[usize; 4]> {
+/// Chains that are legs, by these keys.
+pub(super) fn read_legs<const N: usize>(
+    section: &Section<'_>,
+    chains: &[ChainEntry<'_>],
+    keys: [&'static str; N],
+) -> Option<[usize; N]> {
     let names: Vec<_> = chains.iter().map(|chain| chain.name).collect();
-    let mut legs = [None; 4];
+    let mut legs = [None; N];
     for place in 0..legs.len() {
-        let leg = section.reference(LEG_KEYS[place], "the name of this leg's chain", &names);
+        let leg = section.reference(keys[place], "the name of this leg's chain", &names);
         let twin = (0..place).find(|earlier| leg.is_some() && legs[*earlier] == leg);
         if let Some(twin) = twin {
-            let twin = LEG_KEYS[twin];
-            section.fault(LEG_KEYS[place], format!("a chain of its own: {twin} is this chain already"));
+            let twin = keys[twin];
+            section.fault(keys[place], format!("a chain of its own: {twin} is this chain already"));
         }
         legs[place] = leg;
     }
@@ -107,6 +116,8 @@ fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usi
     }
 }
 
+/// How far arms keep from each other and the base where the file says nothing, mm.
+const CLEARANCE_MM: f64 = 5.0;
 /// How hard arms hold a pole where the file says nothing.
 const GRIP_SHARE: f64 = 0.15;
 
@@ -116,7 +127,7 @@ const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", B
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
 /// Keys of a tentacle's motion that may be left out: what each is, and what holds then.
-const OPTIONAL: [(&str, &str, &str); 5] = [
+const OPTIONAL: [(&str, &str, &str); 6] = [
     ("reach_mm", "where a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers", "nowhere"),
     (
         "base_radius_mm",
@@ -130,6 +141,7 @@ const OPTIONAL: [(&str, &str, &str); 5] = [
     ),
     ("bending", "how an arm is bent to where its groups end: one of \"ccd\", \"smooth\"", "\"smooth\""),
     ("pole", "what to wind round, a table", "nothing to wind round"),
+    ("path", "what a tip goes along, a table", "no path"),
 ];
 
 fn read_tentacle(
@@ -179,10 +191,16 @@ fn read_tentacle(
         }
         false => Some(None),
     };
+    let meaning = "the distance arms keep from each other and from the base, skin to skin, in mm";
+    let clearance_mm = section.number_or("clearance_mm", meaning, Limits::NotNegative, CLEARANCE_MM);
     let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
     let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {
         true => section.section("pole", "what to wind round", read_pole).map(Some),
+        false => Some(None),
+    };
+    let path = match section.has("path") {
+        true => section.section("path", "what a tip goes along", read_path).map(Some),
         false => Some(None),
     };
     let arm =
@@ -198,7 +216,9 @@ fn read_tentacle(
         seed: u64::from(seed?),
         reach_in_body: reach?.map(meters),
         base_radius_m: base?.map(|radius_mm| radius_mm / 1000.0),
+        clearance_m: clearance_mm? / 1000.0,
         grip_share: grip?,
         pole: pole?,
+        path: path?.map(Box::new),
     })
 }

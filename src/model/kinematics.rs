@@ -42,18 +42,28 @@ impl Robot {
         angles: impl IntoIterator<Item = f64>,
         places: &mut Vec<DVec3>,
     ) {
-        let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
-        places.clear();
-        places.push(position);
-        if let Some(drive) = &chain.tendons {
-            drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
-            return;
+        chain.write_places_in_body(self.joints_of(chain), angles, places);
+    }
+
+    /// Mass of the whole robot, kg.
+    pub fn mass_kg(&self) -> f64 {
+        self.trunk_mass_kg + self.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
+    }
+
+    /// Where its centre of mass is for these `angles` of all joints (rad), body frame, m. Of arms on tendons, only the
+    /// trunk's counts.
+    pub fn center_of_mass_in_body(&self, angles: &[f64]) -> DVec3 {
+        let (mut mass, mut moment) = (self.trunk_mass_kg, self.trunk_mass_kg * self.trunk_center_m);
+        for chain in self.chains.iter().filter(|chain| chain.tendons.is_none()) {
+            let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
+            for (joint, angle) in self.joints_of(chain).iter().zip(&angles[chain.joints.clone()]) {
+                rotation *= DQuat::from_axis_angle(joint.axis, *angle);
+                moment += joint.mass_kg * (position + rotation * joint.center_m);
+                mass += joint.mass_kg;
+                position += rotation * joint.link_m;
+            }
         }
-        for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
-            rotation *= DQuat::from_axis_angle(joint.axis, angle);
-            position += rotation * joint.link_m;
-            places.push(position);
-        }
+        moment / mass
     }
 
     /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
@@ -81,6 +91,28 @@ fn bends_at(drive: &TendonDrive, angles: impl IntoIterator<Item = f64>) -> [Sect
 }
 
 impl Chain {
+    /// Writes the places of its `joints` and, last, of its tip in the body frame, m, for the same `angles` as
+    /// [`Robot::tip_in_body`], in the place of what `places` holds.
+    pub fn write_places_in_body(
+        &self,
+        joints: &[Joint],
+        angles: impl IntoIterator<Item = f64>,
+        places: &mut Vec<DVec3>,
+    ) {
+        let (mut position, mut rotation) = (self.root_m, self.root_rotation);
+        places.clear();
+        places.push(position);
+        if let Some(drive) = &self.tendons {
+            drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
+            return;
+        }
+        for (joint, angle) in joints.iter().zip(angles) {
+            rotation *= DQuat::from_axis_angle(joint.axis, angle);
+            position += rotation * joint.link_m;
+            places.push(position);
+        }
+    }
+
     /// Length of the stretched chain, m.
     pub fn length_m(&self, joints: &[Joint]) -> f64 {
         if let Some(drive) = &self.tendons {

@@ -6,13 +6,17 @@
 mod arm;
 mod balance;
 pub mod ball_joint;
+mod figure;
 mod firmware;
 mod gait;
+mod imu;
 mod kinematics;
 mod physics;
 mod posture;
 mod reflex;
+pub mod segments;
 pub mod servo_model;
+mod shared_range;
 pub mod tendon;
 mod tentacle;
 
@@ -21,16 +25,21 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
-pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
+pub use arm::{
+    ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, hinges_in_place, is_ball_joint, link_length,
+};
 pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
+pub use figure::{FigureMotion, FigurePose};
 pub use firmware::Firmware;
+pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
+pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
-pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
+pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
@@ -59,6 +68,8 @@ pub struct Robot {
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// The inertial measurement unit in its trunk; none where it has none.
+    pub imu: Option<ImuSettings>,
     /// What it does when it falls; none where the file says nothing.
     pub reflex: Option<ReflexSettings>,
     /// What an arm does that is loaded beyond its limit; none where the file says nothing.
@@ -149,6 +160,8 @@ pub enum Motion {
     Horse(HorseMotion),
     /// Arms that move like an octopus'.
     Tentacle(TentacleMotion),
+    /// A human figure on two feet.
+    Figure(FigureMotion),
 }
 
 impl Motion {
@@ -156,15 +169,23 @@ impl Motion {
     pub fn horse(&self) -> Option<&HorseMotion> {
         match self {
             Motion::Horse(horse) => Some(horse),
-            Motion::Tentacle(_) => None,
+            Motion::Tentacle(_) | Motion::Figure(_) => None,
         }
     }
 
     /// The settings of a rig of arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
         match self {
-            Motion::Horse(_) => None,
             Motion::Tentacle(tentacle) => Some(tentacle),
+            Motion::Horse(_) | Motion::Figure(_) => None,
+        }
+    }
+
+    /// The settings of a figure, if it is one.
+    pub fn figure(&self) -> Option<&FigureMotion> {
+        match self {
+            Motion::Figure(figure) => Some(figure),
+            Motion::Horse(_) | Motion::Tentacle(_) => None,
         }
     }
 }

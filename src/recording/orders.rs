@@ -15,6 +15,9 @@ pub struct OrderFields {
     /// Only beside [`Word::Perform`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     strokes: Option<StrokeFields>,
+    /// Only beside [`Word::Take`]: index into the poses of the robot file.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pose: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,6 +26,7 @@ enum Word {
     Go,
     Drive,
     Perform,
+    Take,
     Stop,
     StopAtOnce,
 }
@@ -52,14 +56,15 @@ enum ChoiceWord {
 
 impl From<Order> for OrderFields {
     fn from(order: Order) -> OrderFields {
-        let (order, command, strokes) = match order {
-            Order::Go => (Word::Go, None, None),
-            Order::Drive(command) => (Word::Drive, Some(command.into()), None),
-            Order::Perform(command) => (Word::Perform, None, Some(command.into())),
-            Order::Stop => (Word::Stop, None, None),
-            Order::StopAtOnce => (Word::StopAtOnce, None, None),
-        };
-        OrderFields { order, command, strokes }
+        let word = |order| OrderFields { order, command: None, strokes: None, pose: None };
+        match order {
+            Order::Go => word(Word::Go),
+            Order::Drive(command) => OrderFields { command: Some(command.into()), ..word(Word::Drive) },
+            Order::Perform(command) => OrderFields { strokes: Some(command.into()), ..word(Word::Perform) },
+            Order::Take(pose) => OrderFields { pose: Some(pose), ..word(Word::Take) },
+            Order::Stop => word(Word::Stop),
+            Order::StopAtOnce => word(Word::StopAtOnce),
+        }
     }
 }
 
@@ -76,6 +81,7 @@ impl TryFrom<OrderFields> for Order {
                 let strokes = fields.strokes.as_ref().ok_or("an order to perform without a stroke")?;
                 Order::Perform(strokes.try_into()?)
             }
+            Word::Take => Order::Take(fields.pose.ok_or("an order to take a pose without one")?),
             Word::Stop => Order::Stop,
             Word::StopAtOnce => Order::StopAtOnce,
         })

@@ -18,7 +18,7 @@ use super::scene;
 use super::topics::{self, TOPICS, Topic};
 use crate::bus::{ServoGoal, Slot};
 use crate::model::{Chain, Robot};
-use crate::signals::{Aim, OutageCause};
+use crate::signals::{Aim, OutageCause, Targets};
 use crate::units::Time;
 
 /// What is written more than this long ago survives whatever happens.
@@ -107,6 +107,9 @@ impl<W: Write> RecordingWriter<W> {
         self.put(topics::JOINT_GOALS, cycle, at, |robot| joint_goals(robot, sample, stamp))?;
         self.put(topics::SERVOS, cycle, at, |robot| servos(robot, sample, stamp))?;
         self.put(topics::FEET, cycle, at, |robot| feet(robot, sample, stamp))?;
+        if self.robot.imu.is_some() {
+            self.put(topics::IMU, cycle, at, |_| imu(sample, stamp))?;
+        }
         self.put(topics::TRUNK, cycle, at, |_| messages::PoseInFrame {
             timestamp: stamp,
             frame_id: scene::WORLD.into(),
@@ -216,13 +219,21 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     messages::Servos { timestamp, servos: servos.collect() }
 }
 
+/// Whether a place was asked for of the tip of chain number `chain`.
+fn is_aimed(targets: &Targets, chain: usize) -> bool {
+    match targets.aim {
+        Aim::Tips | Aim::Arms => true,
+        Aim::Soles => targets.feet.iter().any(|foot| foot.chain == chain),
+        Aim::Limp | Aim::Pose | Aim::Joint(_) => false,
+    }
+}
+
 fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Feet<'r> {
     let targets = &sample.targets;
     let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
     let is_placed = !targets.feet.is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
-        let target =
-            matches!(sample.targets.aim, Aim::Tips | Aim::Arms).then_some(sample.targets.tips_in_body[index]);
+        let target = is_aimed(targets, index).then_some(targets.tips_in_body[index]);
         let joints = &sample.state.joints[chain.joints.clone()];
         let measured = joints
             .iter()
@@ -254,6 +265,21 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
 /// JSON knows no infinity.
 fn finite(place: Option<DVec3>) -> Option<messages::Vector3> {
     place.filter(|place| place.is_finite()).map(messages::Vector3::from)
+}
+
+fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
+    let reading = &sample.imu;
+    messages::Imu {
+        timestamp,
+        is_known: reading.is_known,
+        is_acted_on: sample.state.body.is_known,
+        age_s: reading.age_s,
+        roll_rad: reading.roll_rad,
+        pitch_rad: reading.pitch_rad,
+        yaw_rad: reading.yaw_rad,
+        rate_rad_s: reading.rate_rad_s.into(),
+        specific_force_m_s2: reading.specific_force_m_s2.into(),
+    }
 }
 
 fn motion(robot: &Robot, sample: &Sample, timestamp: Stamp) -> messages::Motion {

@@ -11,13 +11,16 @@
 
 mod describe;
 mod limiter;
+mod shared;
 mod stall;
 #[cfg(test)]
 mod tests;
 mod trip;
 mod watch;
 
-use crate::model::{OnTrip, Robot, START_MIN_S, SafetySettings};
+use std::ops::Range;
+
+use crate::model::{OnTrip, Robot, START_MIN_S, SafetySettings, SharedRange};
 use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
 use limiter::Limiter;
 use trip::Trip;
@@ -77,6 +80,8 @@ impl Command {
 pub struct Safety {
     settings: SafetySettings,
     joints: Vec<JointSafety>,
+    /// Joints that share a range, and which.
+    shared: Vec<(Range<usize>, SharedRange)>,
     watch: Watch,
     command: Command,
     /// Servos restarted so far.
@@ -114,6 +119,7 @@ impl Safety {
         Safety {
             settings: robot.safety.clone(),
             joints: robot.joints.iter().map(of_joint).collect(),
+            shared: SharedRange::of_robot(robot),
             watch: Watch::new(robot),
             command: Command {
                 joints: vec![JointCommand::Limp; robot.joints.len()],
@@ -202,6 +208,7 @@ impl Safety {
                 false => JointCommand::Goal { angle_rad, torque_share },
             };
         }
+        self.keep_shared_ranges(dt_s, state);
         let is_catching_up = |joint: &JointSafety| {
             joint.torque_on_s.is_some() && (joint.limiter.is_catching_up() || joint.asked > 0)
         };
