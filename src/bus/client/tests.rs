@@ -489,8 +489,7 @@ fn feetech_servos_have_no_watchdog_and_get_their_acceleration_anew() {
     let mut client = client(Protocol::Feetech);
     let usual = client.begin_cycle(&MOVING).to_vec();
     client.renew(0, Some(10));
-    let acceleration =
-        vec![0xFF, 0xFF, 0xFE, 6, 0x83, 41, 1, 1, 0, !(0xFE + 6 + 0x83 + 41 + 1 + 1_u32) as u8];
+    let acceleration = vec![0xFF, 0xFF, 0xFE, 6, 0x83, 41, 1, 1, 0, 0x4D];
     assert_eq!(client.begin_cycle(&MOVING), [acceleration, usual].concat());
     assert!(client.begin_watchdog(0).is_empty());
 }
