@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use crate::counts;
 use crate::model::Robot;
-use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State};
+use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State, Told};
 pub use legs::Legs;
 
 /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with what
@@ -16,8 +16,22 @@ pub use legs::Legs;
 pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
     update_body(robot, imu, &mut state.body);
     for ((known, joint), slot) in state.joints.iter_mut().zip(&robot.joints).zip(slots) {
+        known.has_torque = None;
         match (slot, &joint.servo) {
-            (Slot::Fresh(reply), Some(servo)) => *known = counts::measured(servo, reply),
+            (Slot::Fresh(reply), Some(servo)) => {
+                let measured = counts::measured(servo, reply);
+                // Where replies do not say why there is an alarm, what was told stands until the alarm is over.
+                let told = if measured.alarms == 0 { 0 } else { known.alarm_causes };
+                let alarm_causes = if servo.model.registers.tells_alarms { measured.alarms } else { told };
+                *known = JointState { alarm_causes, ..measured };
+            }
+            (Slot::Told(told), Some(_)) => {
+                known.age_s += gap_s;
+                match *told {
+                    Told::Torque(has_torque) => known.has_torque = Some(has_torque),
+                    Told::Alarms(causes) => known.alarm_causes = causes,
+                }
+            }
             _ => {
                 known.age_s += gap_s;
                 known.is_damaged |= *slot == Slot::Corrupt;

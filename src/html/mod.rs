@@ -116,7 +116,8 @@ fn ended(recording: &Recording) -> String {
     };
     let mut telemetry = Telemetry::new(&recording.robot);
     recording.samples.iter().for_each(|sample| telemetry.observe(&recording.robot, &sample.record()));
-    telemetry.body_report().map_or(ended.clone(), |body| format!("{ended}; {body}"))
+    let body = telemetry.body_report().filter(|_| recording.has_truth());
+    body.map_or(ended.clone(), |body| format!("{ended}; {body}"))
 }
 
 fn limb<'a>(robot: &'a Robot, chain: &'a Chain) -> Limb<'a> {
