@@ -64,7 +64,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
     let mut source = Pcg64Mcg::seed_from_u64(seed);
     let strokes = strokes(robot);
     let (mut order, mut until) = (Order::Perform(StrokeCommand::default()), 0.0);
-    let (mut is_inside, mut began_outside, mut shortened) = (vec![false; 12], 0, 0);
+    let (mut is_inside, mut began_outside) = (vec![false; 12], 0);
     let mut activity = Activity::Limp;
     for cycle in 0..(120.0 * robot.rate_hz) as u64 {
         let time_s = cycle as f64 * robot.period_s();
@@ -81,7 +81,6 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
         controller.learn(robot.period_s(), &slots, &ImuReading::default());
         let record = controller.record(&slots);
         activity = record.activity;
-        shortened += record.interventions;
         if cycle == 0 {
             // Nothing is heard yet.
             continue;
@@ -96,7 +95,6 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
             began_outside = is_inside.iter().filter(|is_inside| !**is_inside).count();
         }
     }
-    println!("{shortened} goals held back, {began_outside} joints began outside");
     assert_eq!(activity, Activity::Done);
     assert!(is_inside.iter().all(|is_inside| *is_inside), "every joint came in");
     began_outside
@@ -106,7 +104,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
 fn no_goal_leaves_the_range_from_waking_to_letting_go() {
     let robot = config::parse(&arm(&[]), "arm.toml").unwrap().robot;
     let at = |lift: f64, sweep: f64| {
-        let angle = |joint: usize| if joint % 2 == 0 { lift } else { sweep };
+        let angle = |joint: usize| if joint.is_multiple_of(2) { lift } else { sweep };
         let counts = robot.joints.iter().enumerate().map(|(index, joint)| {
             servo(joint).count_of(if index < 12 { angle(index) } else { 0.0 }).round() as i32
         });
