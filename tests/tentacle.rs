@@ -8,7 +8,7 @@
 
 mod common;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
 use common::arm::{Arm, chance, plan, strokes};
@@ -17,11 +17,11 @@ use glam::DVec3;
 use hippocamp::bus::Slot;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
-use hippocamp::model::{OnTrip, Pole, Robot};
+use hippocamp::model::{Motion, OnTrip, Pole, Robot};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
-use hippocamp::signals::{Feedback, ImuReading, Permission, ServoGoal};
+use hippocamp::signals::{Feedback, ImuReading, Permission, Question, ServoGoal, Told};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
@@ -144,31 +144,70 @@ fn every_stroke_runs_on_the_servos_and_ends_parked_and_limp() {
     }
 }
 
+/// Distances of the middle of the arm's outer two groups from the pole's surface grown by the arm's radius, m, by places
+/// along the links.
+fn off_pole_m(robot: &Robot, goals: &[f64], pole: Pole) -> Vec<f64> {
+    let radius_m = robot.motion.tentacle().unwrap().arms[0].radius_m;
+    let places = robot.places_in_body(&robot.chains[0], goals.iter().copied());
+    let off_m =
+        |place: DVec3| (place - pole.point_in_body).cross(pole.axis).length() - pole.radius_m - radius_m;
+    let shares = (0..20).map(|part| f64::from(part) / 20.0);
+    places[8..]
+        .windows(2)
+        .flat_map(|pair| shares.clone().map(|share| off_m(pair[0].lerp(pair[1], share))))
+        .collect()
+}
+
+/// A pole before the arm, of a radius of so many of its links.
+fn pole_of(links: f64) -> Pole {
+    Pole {
+        point_in_body: DVec3::new(0.045 + 0.034 * links, 0.0, 0.12),
+        axis: DVec3::Y,
+        radius_m: 0.034 * links,
+    }
+}
+
 #[test]
 fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
+    let mut robot = shipped("tentacle.toml");
+    // As it was wound, before it grips.
+    let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arm") };
+    tentacle.grip_share = 0.0;
+    for links in [1.5, 2.5, 4.0] {
+        let pole = pole_of(links);
+        // As fast as it can.
+        let command = StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::Wind(pole)) };
+        let mut arm = Arm::awake(&robot);
+        arm.perform(command, 14.0);
+        assert_eq!(arm.interventions, 0, "pole of {links} links: faster than the servos");
+        let offs = off_pole_m(&robot, &arm.goals[0], pole);
+        let near = offs.iter().filter(|off| **off <= 0.1 * pole.radius_m).count() as f64 / offs.len() as f64;
+        println!(
+            "{links} links: {near} of the outer groups near, {:?}",
+            offs.iter().copied().fold(f64::INFINITY, f64::min)
+        );
+        assert!(near >= 0.7, "pole of {links} links: {near} of the outer groups on it");
+        assert!(offs.iter().all(|off| *off >= 0.0), "pole of {links} links: inside it");
+        arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::LetGo) }, 12.0);
+        assert_eq!(arm.interventions, 0, "pole of {links} links: unwound faster than the servos");
+    }
+}
+
+/// A servo bears no load unless its goal lies beyond where the pole lets its joint be: goals of an arm that grips are in the
+/// pole, as deep as its skin gives at most. Here nothing presses back, which is the deepest.
+#[test]
+fn the_goals_of_a_grip_are_no_deeper_than_the_skin_gives() {
     let robot = shipped("tentacle.toml");
-    let chain = &robot.chains[0];
     let radius_m = robot.motion.tentacle().unwrap().arms[0].radius_m;
     for links in [1.5, 2.5, 4.0] {
-        let pole = Pole {
-            point_in_body: DVec3::new(0.045 + 0.034 * links, 0.0, 0.12),
-            axis: DVec3::Y,
-            radius_m: 0.034 * links,
-        };
+        let pole = pole_of(links);
         let mut arm = Arm::awake(&robot);
         arm.perform(StrokeCommand::of(Stroke::Wind(pole)), 14.0);
-        let places = robot.places_in_body(chain, arm.goals[0].iter().copied());
-        let off_m = |place: &DVec3| (*place - pole.point_in_body).cross(pole.axis).length();
-        let surface_m = pole.radius_m + radius_m;
-        // The middle of the arm, by places along the links of its outer two groups; the grip leads it a little inside.
-        let points =
-            places[8..].windows(2).flat_map(|pair| [0.0, 0.25, 0.5, 0.75].map(|u| pair[0].lerp(pair[1], u)));
-        let offs: Vec<f64> = points.map(|point| off_m(&point)).collect();
-        let near =
-            offs.iter().filter(|off| (**off - surface_m).abs() <= 0.1 * pole.radius_m + 0.3 * radius_m);
-        let share = near.count() as f64 / offs.len() as f64;
-        assert!(share >= 0.7, "pole of {links} links: {share} of the arm on it");
-        assert!(offs.iter().all(|off| *off > pole.radius_m), "pole of {links} links: inside it");
+        let deepest_m = off_pole_m(&robot, &arm.goals[0], pole).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(
+            (-0.31 * radius_m..-0.2 * radius_m).contains(&deepest_m),
+            "pole of {links} links: {deepest_m} m"
+        );
     }
 }
 
@@ -203,6 +242,11 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
     let report = watched(&robot, run_plan(&robot, Stroke::Rest, 1e9), &faults, order);
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!(report.servo_restarts, 2);
+    let told: Vec<&str> = report.outages.iter().map(|outage| outage.joint.as_str()).collect();
+    assert_eq!(told, ["arm.lift_2", "arm.sweep_10"]);
+    let words =
+        "joint arm.lift_2 (servo 3 on bus root) is left without torque: its servo has tripped: overload";
+    assert!(report.outages[0].reason.starts_with(words), "{}", report.outages[0].reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
 }
 
@@ -219,13 +263,22 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
         };
         Order::Perform(StrokeCommand::of(stroke))
     };
+    // Times of the cycles held once the jam began, and when the joint was in service again.
+    let (late_holds, back_s) = (RefCell::new(Vec::new()), Cell::new(0.0));
     let walked = |robot: &Robot| {
         let (held, frozen) = (Cell::new(0), Cell::new([0; 2]));
+        late_holds.borrow_mut().clear();
         let report = watched_by(robot, run_plan(robot, Stroke::Rest, 1e9), jam, |status| {
             let is_walk = (12.0..20.0).contains(&status.time_s);
             held.set(held.get() + u32::from(is_walk && status.permission != Permission::Move));
+            if status.time_s > 11.0 && status.permission == Permission::Hold {
+                late_holds.borrow_mut().push(status.time_s);
+            }
             let [most, last] = frozen.get();
             let now = status.frozen;
+            if now < most && back_s.get() == 0.0 {
+                back_s.set(status.time_s);
+            }
             frozen.set([most.max(now), if status.time_s < 36.0 { now } else { last }]);
             order(status.time_s)
         });
@@ -239,11 +292,30 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
         "cycles held in the walk; joints out at most, and in the last stroke"
     );
     assert_eq!(report.servo_restarts, 0, "let go before it tripped");
+    assert!(report.outages[0].reason.contains("(servo 3 on bus root)"), "{:?}", report.outages);
+    assert!(report.outages[0].reason.contains("does not follow its goal"), "{:?}", report.outages);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    // The arms are held while the joint, free and in service again, goes slowly from where the jam held it to where the
+    // others are parked: one stretch, from the cycle it is back, no longer than the slow way across its range. They are
+    // parked then, and nothing else holds them.
+    let holds = late_holds.borrow().clone();
+    let period_s = robot.period_s();
+    let (low, high) = robot.joints[2].range_rad;
+    let longest_s = (high - low) / robot.safety.slow_rate_rad_s;
+    assert!((holds[0] - back_s.get()).abs() < 1.5 * period_s, "{} s, back at {} s", holds[0], back_s.get());
+    assert!(holds.windows(2).all(|pair| pair[1] - pair[0] < 1.5 * period_s), "{holds:?}");
+    assert!((holds.len() as f64) * period_s < longest_s, "{} cycles", holds.len());
+    assert!((20.0..32.0).contains(&holds[0]) && *holds.last().unwrap() < 32.0, "{holds:?}");
     // The same jam stops a robot that is to stop.
     robot.safety.on_trip = OnTrip::Stop;
     let (report, held, _) = walked(&robot);
     assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
+}
+
+/// What is asked of one servo, or of its bus.
+struct Orders {
+    restart: Option<usize>,
+    question: Option<(usize, Question)>,
 }
 
 /// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.
@@ -259,7 +331,8 @@ struct Servos {
 }
 
 impl Servos {
-    fn exchange(&mut self, goals: &[ServoGoal], restart: Option<usize>, is_moving: bool) {
+    fn exchange(&mut self, goals: &[ServoGoal], orders: Orders, is_moving: bool) {
+        let Orders { restart, question } = orders;
         // Half a minute of strokes warms by a kelvin, and cools again; so a show gets hot now and then.
         let hot_c = if is_moving { 45.0 } else { 0.0 };
         self.warmth_c += (hot_c - self.warmth_c) * 2e-5;
@@ -281,9 +354,16 @@ impl Servos {
             }
             let is_away = self.away[index] > 0;
             self.away[index] = self.away[index].saturating_sub(1);
-            self.slots[index] = match is_away || loss {
-                true => Slot::Missing,
-                false => Slot::Fresh(Feedback {
+            // On their bus nobody is asked in the cycle of a restart, nor for feedback in that of a question.
+            let is_with = |of: Option<usize>| of.is_some_and(|of| (of < 12) == (index < 12));
+            self.slots[index] = match question {
+                _ if is_away || loss || is_with(restart) => Slot::Missing,
+                Some((of, Question::Alarms)) if is_with(Some(of)) => {
+                    Slot::Told(Told::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
+                }
+                // None of them has started anew but those that were told to.
+                Some((of, Question::Torque)) if is_with(Some(of)) => Slot::Told(Told::Torque(true)),
+                _ => Slot::Fresh(Feedback {
                     position: self.positions[index],
                     voltage_decivolt: 50,
                     temperature_c: (30.0 + self.warmth_c) as u8,
@@ -293,6 +373,51 @@ impl Servos {
             };
         }
     }
+}
+
+/// Four minutes of the show at the loop's own rate, all bytes on simulated buses, on servos that trip by chance (a trip in
+/// half a minute, which is what a restart while parked can keep up with) and a line that loses and damages replies. Each
+/// stays silent for less than it may.
+#[test]
+fn a_show_on_the_buses_goes_on_for_minutes_of_random_trips_and_lost_replies() {
+    let robot = shipped("tentacle.toml");
+    let tentacle = robot.motion.tentacle().unwrap();
+    let mut source = Pcg64Mcg::seed_from_u64(11);
+    let (minutes, mut faults, mut trips) = (4.0, String::new(), 0);
+    let mut at_s = 20.0;
+    while at_s < 60.0 * minutes {
+        let joint = &robot.joints[(chance(&mut source) * 24.0) as usize];
+        let servo = servo(joint);
+        let place = format!("bus = '{}'\nid = {}\n", robot.buses[servo.bus].name, servo.id.0);
+        let (kind, for_s) = match chance(&mut source) {
+            ..0.3 => ("overload", 0.05),
+            // A reply that comes in a quarter of an hour is lost.
+            0.3..0.6 => ("slow", 0.08 * chance(&mut source) + 0.005),
+            0.6..0.8 => ("bit-flip", 0.08),
+            _ => ("garbled", 0.08),
+        };
+        trips += u64::from(kind == "overload");
+        faults += &format!("[[fault]]\nkind = '{kind}'\nat_s = {at_s}\nfor_s = {for_s}\n{place}");
+        if kind == "slow" {
+            faults += "delay_ms = 900000\n";
+        }
+        at_s += 12.0 * chance(&mut source) + 0.1;
+    }
+    let show = RefCell::new(Show::new(&robot, Show::of_all_strokes(tentacle, 60.0 * minutes)));
+    let last_minute = Cell::new(0);
+    let mut plan = run_plan(&robot, Stroke::Rest, 1e9);
+    plan.driver = Some("a show".to_owned());
+    let report = watched_by(&robot, plan, &faults, |status| {
+        let is_moving = status.time_s > 60.0 * (minutes - 1.0) && status.activity == Activity::Performing;
+        last_minute.set(last_minute.get() + u32::from(is_moving));
+        show.borrow_mut().instruction(status).0.order
+    });
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    assert!(last_minute.get() > 3000, "it moved for {} of the last 6000 cycles", last_minute.get());
+    assert!(trips >= 5 && report.outages.len() as u64 >= trips / 2, "{trips} trips: {:?}", report.outages);
+    assert!(report.servo_restarts >= trips / 2, "{} restarts after {trips} trips", report.servo_restarts);
+    assert!(report.buses.iter().all(|bus| bus.missing > 20 && bus.corrupt > 10), "{:?}", report.buses);
 }
 
 /// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
@@ -331,6 +456,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
             yaw_rate_rad_s: 0.0,
             permission: controller.record(&servos.slots).state.permission,
             frozen: 0,
+            outage: None,
             late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
             lowest_v: 5.0,
@@ -342,8 +468,9 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         let goals = controller.decide(dt_s, instruction.order);
         let restart = goals.restart();
         restarts += u64::from(restart.is_some());
+        let orders = Orders { restart, question: goals.question() };
         let goals = goals.servos().to_vec();
-        servos.exchange(&goals, restart, activity == Activity::Performing);
+        servos.exchange(&goals, orders, activity == Activity::Performing);
         controller.learn(dt_s, &servos.slots, &ImuReading::default());
         let record = controller.record(&servos.slots);
         telemetry.observe(&robot, &record);
