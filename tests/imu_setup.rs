@@ -63,7 +63,8 @@ impl Person for Hands {
         } else {
             [0.0; 3]
         };
-        if words.contains("Enter") {
+        if words.contains("press Enter") {
+            assert!(!words.contains("moved"), "{words}");
             self.world.borrow_mut().tilt_by_hand(to_deg.map(f64::to_radians));
             self.is_asked = true;
         }

@@ -220,8 +220,13 @@ fn listen(line: &mut impl ImuLine, time: Duration, mut hear: impl FnMut(u8)) -> 
     let end = line.now() + time;
     let mut piece = [0; 512];
     loop {
-        let count = line.receive(&mut piece)?;
-        piece.iter().take(count).for_each(|byte| hear(*byte));
+        loop {
+            let count = line.receive(&mut piece)?;
+            piece.iter().take(count).for_each(|byte| hear(*byte));
+            if count < piece.len() {
+                break;
+            }
+        }
         if line.now() >= end {
             return Ok(());
         }
@@ -258,6 +263,8 @@ impl<L: ImuLine, P: Person> Tilts<'_, L, P> {
             if self.person.answer().is_none() {
                 continue;
             }
+            // What was measured before is still on its way.
+            turn_rad += self.watch(PAUSE)?.1;
             let (samples, turn) = self.watch(POSE_TIME)?;
             turn_rad += turn;
             let Some(last) = samples.last() else { return Err(ImuSetupError::Lost) };
