@@ -373,6 +373,21 @@ fn arm_from_cold(bencher: Bencher, aim: &str) {
     });
 }
 
+/// Eight arms that begin a motion in the same cycle, from straight.
+#[divan::bench]
+fn eight_arms_from_cold(bencher: Bencher) {
+    let (solver, targets) = swimming_arm();
+    let mut solvers = vec![solver; 8];
+    let mut cycle = 0;
+    bencher.bench_local(|| {
+        cycle = (cycle + 37) % targets.len();
+        for (arm, solver) in solvers.iter_mut().enumerate() {
+            let target = &targets[(cycle + 60 * arm) % targets.len()];
+            solver.solve(black_box(target), true, &mut [0.0; 24]);
+        }
+    });
+}
+
 /// The weight of a horse shared over its feet, from one cycle of a trot to the next; and with no answer to start from.
 #[divan::bench(args = ["trot", "anew"])]
 fn standing(bencher: Bencher, case: &str) {

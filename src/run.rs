@@ -14,7 +14,7 @@ use crate::model::{Robot, StopAction};
 use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::recording::Recorder;
-use crate::signals::{JointState, Permission, ServoGoal};
+use crate::signals::{JointState, Outage, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
@@ -55,8 +55,10 @@ pub struct Status {
     pub yaw_rate_rad_s: f64,
     /// What safety permits.
     pub permission: Permission,
-    /// Joints whose servo has tripped: they have no torque.
+    /// Joints that are out of service: they have no torque.
     pub frozen: usize,
+    /// The one that came to be so in the last cycle, if one did.
+    pub outage: Option<Outage>,
     /// Cycles that began late.
     pub late_cycles: u64,
     /// Hottest servo, degrees Celsius.
@@ -175,6 +177,7 @@ pub fn run_recorded<P: Ports>(
         imu: cycle.telemetry().imu_report(),
         falls: cycle.reflex().report(),
         arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
+        outages: cycle.telemetry().outage_reports(robot),
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
@@ -319,6 +322,7 @@ fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_rec
         speed_m_s: cycle.generator().speed_m_s(),
         permission: cycle.state().permission,
         frozen: cycle.state().is_out.iter().filter(|is_out| **is_out).count(),
+        outage: cycle.state().outage,
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::load::load;
-use super::write_whole;
+use super::{BadInput, write_whole};
 use crate::capability::bus_costs;
 use crate::capability::loads::LASTING_SHARE;
 use crate::capability::{Capability, FigureCapability, HorseCapability, Load, TentacleCapability};
@@ -17,6 +17,8 @@ use crate::urdf;
 pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
+    let urdf = urdf_file.map(|file| urdf::of_robot(robot).map(|text| (file, text)));
+    let urdf = urdf.transpose().map_err(|error| BadInput(format!("--urdf: {error}")))?;
     let mass_kg = robot.mass_kg();
     say!(
         "{}: {} chains, {} joints, {mass_kg:.2} kg, loop at {} Hz",
@@ -43,8 +45,8 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
         }
     }
     print_buses(robot);
-    if let Some(file) = urdf_file {
-        write_whole(file, &urdf::of_robot(robot))?;
+    if let Some((file, text)) = urdf {
+        write_whole(file, &text)?;
         say!("\nURDF written to {}", file.display());
     }
     Ok(())

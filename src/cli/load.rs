@@ -78,19 +78,28 @@ fn cannot(file: &RobotFile, error: &CapabilityError) -> Fault {
     }
 }
 
-/// The fault of arms of which a servo cannot hold up its part, unless they float: then it never need.
+/// The fault of arms of which a servo cannot hold up its part of the weight that nothing else carries. What says that
+/// it floats must float: water that carries all but a little leaves the servos that little.
 fn too_heavy(file: &RobotFile, tentacle: &TentacleMotion, loads: &[Load]) -> Option<Fault> {
     let share = |load: &&Load| load.share_of_stall.unwrap_or(0.0);
     let worst = loads.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
-    let is_too_heavy = share(&worst) > 1.0 && tentacle.carrier != Carrier::Water;
-    is_too_heavy.then(|| {
+    (share(&worst) > 1.0).then(|| {
+        let carried = match tentacle.carrier {
+            Carrier::Servos => String::new(),
+            Carrier::Water => format!(", of which water carries {:.0} %", tentacle.carried_share * 100.0),
+            Carrier::Counterweight => {
+                format!(", of which a counterweight carries {:.0} %", tentacle.carried_share * 100.0)
+            }
+        };
         let expected = format!(
-            "arms that their servos can hold: stretched out level, {} would need {:.2} N m, {:.0} % of its servo's stall \
-             torque; lighten the arm, name a stronger servo, or carry more of its weight (carried_by, carried_share)",
+            "arms that their servos can hold: stretched out level, {} would need {:.2} N m{carried}, {:.0} % of its \
+             servo's stall torque; lighten the arm, name a stronger servo, or carry more of its weight (carried_by, \
+             carried_share: 1 of what floats)",
             file.robot.joints[worst.joint].name,
             worst.torque_nm,
             share(&worst) * 100.0
         );
-        file.fault("motion.carried_share", expected)
+        let key = if tentacle.carrier == Carrier::Servos { "motion.carried_by" } else { "motion.carried_share" };
+        file.fault(key, expected)
     })
 }

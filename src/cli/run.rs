@@ -126,7 +126,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
-    let status_line = StatusLine::start(&robot.motion);
+    let status_line = StatusLine::start(robot);
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
@@ -414,6 +414,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     }
     if let Some(times) = report.arm_yields.filter(|times| *times > 0) {
         say!("  arms gave way to a load {times} times");
+    }
+    for outage in &report.outages {
+        say!("  at {:.1} s {}", outage.time_s, outage.reason);
     }
     if report.servo_restarts > 0 {
         say!("  servos that tripped: {} restarts", report.servo_restarts);

@@ -73,6 +73,7 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction};
+use crate::motion::tentacle::winder;
 pub use fault::{ConfigError, Fault};
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
@@ -208,7 +209,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let reflex = reflex::read(file, joints, motion.as_ref());
     let (chains, joints) = limbs?;
     let (trunk_mass_kg, trunk_center_m) = trunk?;
-    Some(Robot {
+    let robot = Robot {
         name: name?.to_owned(),
         rate_hz: rate_hz?,
         trunk_mass_kg,
@@ -224,8 +225,18 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         imu: imu?,
         reflex: reflex?,
         yielding: yielding?,
-    })
+    };
+    if let Motion::Tentacle(tentacle) = &robot.motion
+        && let Some(pole) = tentacle.pole
+        && let Err(reason) = winder::check(&robot, tentacle, pole)
+    {
+        file.fault("motion.pole", format!("{POLE_MEANING}: {reason}"));
+    }
+    Some(robot)
 }
+
+/// What a pole must be.
+const POLE_MEANING: &str = "a pole that an arm can wind round";
 
 /// Cycles a servo may miss, or a hold last, at the least: less would stop the robot for ordinary jitter.
 const PATIENCE_CYCLES: f64 = 2.0;

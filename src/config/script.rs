@@ -58,7 +58,7 @@ fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
         Motion::Tentacle(tentacle) => {
             let mut last = StrokeCommand::default();
             let entries =
-                read_entries(file, |at| strokes::read(at, tentacle, &mut last).map(Order::Perform))?;
+                read_entries(file, |at| strokes::read(at, (robot, tentacle), &mut last).map(Order::Perform))?;
             (Order::Perform(StrokeCommand::default()), entries)
         }
         Motion::Figure(figure) => {

@@ -36,7 +36,7 @@ pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, Imu
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
-pub use servo_model::{Protocol, Registers, ServoModel};
+pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};

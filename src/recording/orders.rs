@@ -122,7 +122,11 @@ impl TryFrom<CommandFields> for Command {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::model::Pole;
+    use crate::motion::{Stroke, StrokeCommand};
 
     #[test]
     fn every_order_comes_back_to_the_last_bit() {
@@ -134,7 +138,18 @@ mod tests {
         };
         let drives =
             [GaitChoice::Stand, GaitChoice::Auto, GaitChoice::Gait(4)].map(command).map(Order::Drive);
-        for order in [Order::Go, Order::Stop, Order::StopAtOnce].into_iter().chain(drives) {
+        let pole = Pole { point_in_body: DVec3::new(0.1, -0.2, 1.0 / 3.0), axis: DVec3::Y, radius_m: 0.03 };
+        let placed = [
+            Stroke::Reach { point_in_body: DVec3::new(0.1 + 0.2, 0.0, -1e-9), direction: None },
+            Stroke::Reach { point_in_body: DVec3::Z, direction: Some(DVec3::new(0.6, 0.0, 0.8)) },
+            Stroke::Wind(pole),
+        ];
+        let strokes = Stroke::PLACELESS.iter().map(|(_, stroke)| *stroke).chain(placed);
+        let performs = strokes
+            .map(|stroke| StrokeCommand { stroke, tempo: 1.0 / 3.0, turn_rad: -0.1 })
+            .map(Order::Perform);
+        let plain = [Order::Go, Order::Stop, Order::StopAtOnce];
+        for order in plain.into_iter().chain(drives).chain(performs) {
             let text = serde_json::to_string(&OrderFields::from(order)).unwrap();
             let fields: OrderFields = serde_json::from_str(&text).unwrap();
             assert_eq!(Order::try_from(fields), Ok(order), "{text}");
@@ -147,6 +162,11 @@ mod tests {
             r#"{"order": "drive"}"#,
             r#"{"order": "drive", "command": {"choice": "gait", "speed_m_s": 0, "yaw_rate_rad_s": 0, "rise_m": 0,
                "pitch_rad": 0, "roll_rad": 0, "sway_m": 0}}"#,
+            r#"{"order": "perform"}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "dance", "tempo": 1, "turn_rad": 0}}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "reach", "tempo": 1, "turn_rad": 0}}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "wind", "tempo": 1, "turn_rad": 0,
+               "point": {"x": 0, "y": 0, "z": 0}, "radius_m": 0.1}}"#,
         ] {
             let fields: OrderFields = serde_json::from_str(text).unwrap();
             assert!(Order::try_from(fields).is_err(), "{text}");
