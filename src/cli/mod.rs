@@ -518,7 +518,7 @@ pub fn main() -> ExitCode {
         Command::Show(options) => run::run(options, run::Kind::Show),
         Command::Jog(options) => jog::jog(options),
         Command::Doctor(options) => doctor::doctor(options),
-        Command::Imu(command) => imu::imu(&command),
+        Command::Imu(command) => imu::imu(command),
         Command::Calibrate(options) => calibrate::calibrate(options),
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
