@@ -5,6 +5,7 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use std::path::Path;
+use std::time::Duration;
 
 use divan::{Bencher, black_box};
 use glam::DVec3;
@@ -12,13 +13,14 @@ use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
+use hippocamp::cycle::Cycle;
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
-use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Robot, link_length};
+use hippocamp::model::{ArmGeometry, Bending, Robot};
 use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
-use hippocamp::motion::{Command, posture_pull};
+use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
@@ -260,6 +262,33 @@ fn exchange_without_a_wire(bencher: Bencher, name: &str) {
     bencher.bench_local(|| buses.exchange(&goals, &mut slots));
 }
 
+/// A second of a horse that walks in physics: controller, buses, servos and body, at steps of 1 and 2 ms.
+#[divan::bench(args = [1, 2], sample_count = 20, sample_size = 1)]
+fn a_second_in_physics(bencher: Bencher, step_ms: u32) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+    let mut robot = config::load(&path).unwrap().robot;
+    robot.physics.as_mut().unwrap().step_ms = step_ms;
+    let horse = robot.motion.horse().unwrap().clone();
+    let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
+    let choice = plan.gait_choice("walk-steady").unwrap();
+    let plan = plan.at_share(choice, 0.9);
+    let world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
+    let mut buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
+    buses.prepare(&robot).unwrap();
+    let mut deadline = buses.ports_mut().now();
+    let mut cycle = Cycle::new(&robot, plan, Method::CcdThenFinish, f64::MAX, buses);
+    let mut second = move || {
+        for _ in 0..100 {
+            deadline = deadline + Duration::from_millis(10);
+            cycle.buses_mut().ports_mut().wait_until(deadline);
+            cycle.step(Order::Go);
+        }
+        cycle.generator().activity()
+    };
+    while second() != Activity::Walking {}
+    bencher.bench_local(second);
+}
+
 /// Walk, inverse kinematics, safety and counts of 16 joints: a cycle without its exchange and records.
 #[divan::bench]
 fn stages_to_the_bus(bencher: Bencher) {
@@ -298,32 +327,13 @@ fn stages_to_the_bus(bencher: Bencher) {
 
 /// The thesis' arm of 12 joints of two hinges, its solver, and a swimming stroke's targets, cycle by cycle.
 fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
-    let hinge = |axis: DVec3, link_m: f64| Joint {
-        name: String::new(),
-        axis,
-        link_m: DVec3::X * link_m,
-        range_rad: (-1.57, 1.57),
-        stiffness: 1.0,
-        mass_kg: 0.0,
-        center_m: DVec3::ZERO,
-        ball: None,
-        servo: None,
-    };
-    let joints: Vec<Joint> = (0..12)
-        .flat_map(|ball| [hinge(DVec3::NEG_Y, 0.0), hinge(DVec3::Z, link_length(1.0, 0.01, ball))])
-        .collect();
-    let chain = Chain {
-        name: String::new(),
-        root_m: DVec3::ZERO,
-        root_rotation: glam::DQuat::IDENTITY,
-        joints: 0..joints.len(),
-        tendons: None,
-        foot: None,
-    };
-    let arm = ArmGeometry::of(&chain, &joints).unwrap();
+    let text = include_str!("../tests/common/thesis_arm.toml");
+    let Robot { chains, joints, .. } = config::parse(text, "thesis arm").unwrap().robot;
+    let chain = &chains[0];
+    let arm = ArmGeometry::of(chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
     let stroke = Strokes::new(part, Between::Smooth, Variation::new(1, 0, 0.05)).swim;
-    let mut target = ArmTarget::new(&chain, &joints);
+    let mut target = ArmTarget::new(chain, &joints);
     let targets = (0..500)
         .map(|cycle| {
             let phase = std::f64::consts::TAU * f64::from(cycle) / 500.0;
@@ -331,7 +341,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
             target.clone()
         })
         .collect();
-    (ArmSolver::new(&arm, &chain, &joints, Bending::Smooth, 0.01), targets)
+    (ArmSolver::new(&arm, chain, &joints, Bending::Smooth, 0.01), targets)
 }
 
 /// One arm of 24 hinges on its stroke: ends of groups, or the tip alone.

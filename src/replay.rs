@@ -36,7 +36,7 @@ pub struct Replay {
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
     pub feet: Option<FeetReport>,
-    /// The trunk, from what was recorded of it.
+    /// The trunk, where what it truly did was recorded.
     pub body: Option<BodyReport>,
     /// What should have held and did not, in words.
     pub violations: Vec<String>,
@@ -125,7 +125,7 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
         is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
         joints,
         feet,
-        body: telemetry.body_report(),
+        body: telemetry.body_report().filter(|_| recording.has_truth()),
         violations: violations(&joints, feet.as_ref(), header.ik),
         difference,
     })

@@ -4,6 +4,7 @@
 mod common;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use common::x_series::{CURRENT, mode, named, set, torque_on};
 use common::*;
 use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
@@ -286,4 +287,31 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
     // 1 kg of 1.1 kg is `ahead`: the edge is 30 mm ahead of the middle.
     assert!(!fallen(0.028) && !fallen(-0.028));
     assert!(fallen(0.045) && fallen(-0.045));
+}
+
+#[test]
+fn a_current_goal_gives_its_torque_to_the_body() {
+    // A weightless arm: torque less gear friction over the inertia of rod and rotor.
+    let mut body = arm(0.1, 0.1);
+    body.chains[0].carried_share = 1.0;
+    let model = named("XM430-W350");
+    for share in [0.2, -0.1] {
+        let mut world = world_with(model.name, &body);
+        mode(&mut world, CURRENT);
+        #[expect(clippy::cast_possible_truncation, reason = "some hundred units")]
+        let units = (share * model.stall_current_a / 0.002_69).round() as i32;
+        set(&mut world, 102, 2, units);
+        torque_on(&mut world);
+        let speed = |world: &mut World, ms: u64| {
+            world.advance_to(world.now_ns() + ms * MS);
+            world.shaft_at(0, 0).unwrap().speed_rad_s
+        };
+        let begin = speed(&mut world, 5);
+        let gained = speed(&mut world, 10) - begin;
+        let torque = f64::from(units) * 0.002_69 / model.stall_current_a * model.stall_torque_nm;
+        let rod = 0.1 * (0.1 * 0.1 * (1.0 + 1.0 / 12.0) + 0.005 * 0.005 / 4.0);
+        let inertia = rod + model.reflected_inertia_kg_m2;
+        let expected = 0.01 * (torque - torque.signum() * model.friction_nm) / inertia;
+        assert!((gained - expected).abs() < 0.03 * expected.abs(), "{share}: {gained}, not {expected} rad/s");
+    }
 }

@@ -131,6 +131,11 @@ impl Recording {
         Ok(Recording { header, robot_text, robot, samples, ending })
     }
 
+    /// True if it was told what the robot truly did. What the robot knew of its trunk itself is not in it.
+    pub fn has_truth(&self) -> bool {
+        self.samples.iter().any(|sample| sample.truth.is_some())
+    }
+
     /// How many cycles the run had, as far as the recording tells; those that were dropped count.
     pub fn cycles_of_run(&self) -> u64 {
         let recorded = self.samples.last().map_or(0, |sample| sample.times.number.saturating_add(1));

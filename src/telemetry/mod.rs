@@ -100,11 +100,13 @@ pub(crate) fn histogram_us() -> Histogram<u64> {
 impl Telemetry {
     /// For a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
+        // Simulated joints that turn freely have no trunk, whatever the robot thinks of it.
+        let has_body = robot.motion.tentacle().is_none() && robot.physics.is_some();
         Telemetry {
             buses: BusObserver::new(robot),
             feet: robot.motion.tentacle().is_none().then(|| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
-            body: robot.motion.tentacle().is_none().then(|| BodyObserver::new(robot)),
+            body: has_body.then(|| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),
             imu: ImuObserver::new(robot),
             cycles: 0,
