@@ -156,10 +156,10 @@ fn an_adapter_that_is_not_there_is_told_and_the_other_buses_are_looked_at() {
     );
     assert_eq!(all.iter().filter(|line| line.starts_with("ok servo ")).count(), 12, "{all:#?}");
 
-    // In words, for people.
+    // In words, for people. All four buses and the unit are gone.
     rig.server = None;
     let output = rig.start("doctor", &[]).wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("FAULT    bus left_hind: ") && text.contains("\n           -> plug "), "{text}");
-    assert!(text.contains("horse-dynamixel: 4 faults, "), "{text}");
+    assert!(text.contains("horse-dynamixel: 5 faults, "), "{text}");
 }
