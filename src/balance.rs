@@ -14,6 +14,8 @@ use crate::signals::{Aim, State, Targets};
 
 /// Time in which the feedback comes in, and goes, s.
 const FADE_S: f64 = 0.5;
+/// Time constant of what moves the feet, s: the trunk's rates come in steps, a few to a cycle or a few cycles to each.
+const SMOOTHING_S: f64 = 0.015;
 /// Furthest a foot is raised or lowered, as a share of the height of its leg's root above it.
 const RAISE_SHARE: f64 = 0.1;
 /// Largest change of the length of a step, a share of it: what a leg's reach leaves at the speeds it is driven at.
@@ -27,6 +29,8 @@ pub struct Balance {
     settings: Option<BalanceSettings>,
     /// Place of each leg's root, body frame, m.
     roots_m: Vec<DVec3>,
+    /// How far each foot is raised, m.
+    raised_m: Vec<f64>,
     /// How much of it is in, 0 to 1.
     share: f64,
     /// The trunk's yaw where the plan's is 0, rad.
@@ -39,6 +43,7 @@ impl Balance {
         Balance {
             settings: robot.balance.filter(|_| robot.physics.is_some()),
             roots_m: robot.chains.iter().map(|chain| chain.root_m).collect(),
+            raised_m: vec![0.0; robot.chains.len()],
             share: 0.0,
             heading_rad: 0.0,
         }
@@ -49,6 +54,7 @@ impl Balance {
         let Some(settings) = self.settings else { return };
         if targets.aim != Aim::Tips || targets.feet.is_empty() {
             self.share = 0.0;
+            self.raised_m.fill(0.0);
             return;
         }
         let body = &state.body;
@@ -58,25 +64,101 @@ impl Balance {
         }
         let step = if body.is_known { dt_s } else { -dt_s } / FADE_S;
         self.share = (self.share + step).clamp(0.0, 1.0);
+        // Before it is known again, the trunk counts as level and still.
         let numbers = [body.rate_rad_s.x, body.rate_rad_s.y, body.yaw_rad];
-        if !body.is_known || !numbers.iter().all(|number| number.is_finite()) {
-            return;
-        }
-        let off_rad = (body.yaw_rad - planned_rad - self.heading_rad + PI).rem_euclid(TAU) - PI;
+        let is_known = body.is_known && numbers.iter().all(|number| number.is_finite());
+        let (rate, yaw_rad) = if is_known {
+            (body.rate_rad_s, body.yaw_rad)
+        } else {
+            (DVec3::ZERO, planned_rad + self.heading_rad)
+        };
+        let off_rad = (yaw_rad - planned_rad - self.heading_rad + PI).rem_euclid(TAU) - PI;
         let faster_m_s = self.share * settings.heading_m_s * off_rad;
         let longer = if speed_m_s.abs() > SLOWEST_M_S { faster_m_s / speed_m_s } else { 0.0 };
         let longer = longer.clamp(-STEP_SHARE, STEP_SHARE);
+        let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
         for foot in &targets.feet {
-            let (Some(root), Some(tip)) =
-                (self.roots_m.get(foot.chain), targets.tips_in_body.get_mut(foot.chain))
+            let chain = foot.chain;
+            let (Some(root), Some(raised_m), Some(tip)) =
+                (self.roots_m.get(chain), self.raised_m.get_mut(chain), targets.tips_in_body.get_mut(chain))
             else {
                 continue;
             };
-            let raise_m = settings.roll_rate_s * body.rate_rad_s.x * root.y
-                - settings.pitch_rate_s * body.rate_rad_s.y * root.x;
+            let raise_m = settings.roll_rate_s * rate.x * root.y - settings.pitch_rate_s * rate.y * root.x;
             let most_m = RAISE_SHARE * (root.z - tip.z).abs();
-            tip.z += self.share * raise_m.clamp(-most_m, most_m);
+            *raised_m += pace * (self.share * raise_m.clamp(-most_m, most_m) - *raised_m);
+            tip.z += *raised_m;
             tip.x += foot.excursion_m * longer * if root.y > 0.0 { 1.0 } else { -1.0 };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::config;
+    use crate::signals::FootTarget;
+
+    const LEFT_HIND: usize = 0;
+    const LEFT_FORE: usize = 1;
+    const RIGHT_HIND: usize = 2;
+
+    /// Feet moved once the feedback is all in, of a robot that goes ahead at 0.1 m/s and whose trunk does as `turn` has it.
+    fn moved(turn: impl Fn(&mut State)) -> Vec<DVec3> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+        let robot = config::load(&path).unwrap().robot;
+        let mut balance = Balance::new(&robot);
+        let (mut targets, mut state) = (Targets::new(&robot), State::new(&robot));
+        targets.aim = Aim::Tips;
+        let foot = |chain| FootTarget { chain, excursion_m: 0.02, ..FootTarget::default() };
+        targets.feet.extend((0..4).map(foot));
+        let feet: Vec<DVec3> = robot.chains.iter().map(|chain| chain.root_m - DVec3::Z * 0.19).collect();
+        state.body.is_known = true;
+        for cycle in 0..100 {
+            targets.tips_in_body.copy_from_slice(&feet);
+            if cycle > 0 {
+                turn(&mut state);
+            }
+            balance.step(0.01, 0.1, &state, &mut targets);
+        }
+        targets.tips_in_body.iter().zip(&feet).map(|(moved, foot)| *moved - *foot).collect()
+    }
+
+    #[test]
+    fn legs_are_shorter_where_the_trunk_rises() {
+        // The right side sinks.
+        let feet = moved(|state| state.body.rate_rad_s.x = 0.5);
+        assert!((feet[LEFT_HIND].z - 0.1 * 0.5 * 0.06).abs() < 1e-9, "{feet:?}");
+        assert!((feet[RIGHT_HIND].z + 0.1 * 0.5 * 0.06).abs() < 1e-9, "{feet:?}");
+        // The nose sinks.
+        let feet = moved(|state| state.body.rate_rad_s.y = 0.5);
+        assert!((feet[LEFT_FORE].z + 0.05 * 0.5 * 0.085).abs() < 1e-9, "{feet:?}");
+        assert!((feet[LEFT_HIND].z - 0.05 * 0.5 * 0.085).abs() < 1e-9, "{feet:?}");
+        // Nothing moves a foot by more than a tenth of its leg.
+        let feet = moved(|state| state.body.rate_rad_s.x = 1e3);
+        assert!((feet[LEFT_HIND].z - 0.019).abs() < 1e-9, "{feet:?}");
+    }
+
+    #[test]
+    fn who_is_turned_to_the_left_takes_longer_steps_on_the_left() {
+        let feet = moved(|state| state.body.yaw_rad = TAU + 0.03);
+        // 0.2 m/s a radian are 6 mm/s of 100.
+        assert!((feet[LEFT_FORE].x - 0.06 * 0.02).abs() < 1e-9, "{feet:?}");
+        assert!((feet[RIGHT_HIND].x + 0.06 * 0.02).abs() < 1e-9, "{feet:?}");
+    }
+
+    #[test]
+    fn what_is_not_known_moves_nothing() {
+        let feet = moved(|state| {
+            state.body.is_known = false;
+            state.body.rate_rad_s.x = 0.5;
+        });
+        assert!(feet.iter().all(|moved| moved.length() <= 0.0), "{feet:?}");
+        let feet = moved(|state| state.body.rate_rad_s.x = f64::NAN);
+        assert!(feet.iter().all(|moved| moved.length() <= 0.0), "{feet:?}");
     }
 }

@@ -7,11 +7,12 @@ use crate::bus::{Buses, Ports, Slot};
 use crate::counts::{self, Goals};
 use crate::estimate::{self, Legs};
 use crate::ik::{Limbs, Method};
+use crate::imu::Imu;
 use crate::model::Robot;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::reflex::{Charge, Reflex, Yielding};
 use crate::safety::Safety;
-use crate::signals::{JointTargets, Permission, State, Targets, TrueBody};
+use crate::signals::{ImuReading, JointTargets, Permission, State, Targets, TrueBody};
 use crate::standing::Sag;
 use crate::telemetry::{CycleRecord, Telemetry};
 use crate::units::Time;
@@ -34,6 +35,7 @@ pub struct Controller<'r> {
     targets: Targets,
     joints: JointTargets,
     goals: Goals,
+    imu: ImuReading,
     state: State,
     // About the last cycle.
     order: Order,
@@ -62,6 +64,7 @@ impl<'r> Controller<'r> {
             targets: Targets::new(robot),
             joints: JointTargets::new(robot),
             goals: Goals::limp(robot),
+            imu: ImuReading::default(),
             state: State::new(robot),
             order: Order::Go,
             is_held: false,
@@ -101,9 +104,10 @@ impl<'r> Controller<'r> {
         &self.goals
     }
 
-    /// From replies to what is known: the second half. One slot a joint.
-    pub fn learn(&mut self, gap_s: f64, slots: &[Slot]) {
-        estimate::update(self.robot, gap_s, slots, &mut self.state);
+    /// From replies, one slot a joint, and the word of the inertial measurement unit to what is known: the second half.
+    pub fn learn(&mut self, gap_s: f64, slots: &[Slot], imu: &ImuReading) {
+        self.imu = *imu;
+        estimate::update(self.robot, gap_s, slots, imu, &mut self.state);
         self.legs.update(gap_s, &self.targets.feet, &mut self.state);
     }
 
@@ -137,6 +141,7 @@ impl<'r> Controller<'r> {
             joints: &self.joints,
             goals: self.goals.servos(),
             slots,
+            imu: &self.imu,
             state: &self.state,
             interventions: self.interventions,
             is_held: self.is_held,
@@ -168,6 +173,7 @@ pub struct Cycle<'r, P> {
     controller: Controller<'r>,
     buses: Buses<P>,
     slots: Vec<Slot>,
+    imu: Imu,
     telemetry: Telemetry,
     truth: Option<TrueBody>,
     times: Option<CycleTimes>,
@@ -192,6 +198,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
             controller: Controller::with_generator(robot, generator, method),
             buses,
             slots: vec![Slot::Missing; robot.joints.len()],
+            imu: Imu::new(robot),
             telemetry: Telemetry::new(robot),
             truth: None,
             times: None,
@@ -211,7 +218,8 @@ impl<'r, P: Ports> Cycle<'r, P> {
         let decided = self.buses.ports_mut().now();
         self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
-        self.controller.learn(gap_s, &self.slots);
+        self.imu.read(self.buses.ports_mut());
+        self.controller.learn(gap_s, &self.slots, self.imu.reading());
         self.truth = self.buses.ports_mut().true_body();
         let record = CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) };
         self.telemetry.observe(self.robot, &record);

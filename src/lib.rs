@@ -10,7 +10,8 @@
 //! safety    joint angles, state   -> a command: move, hold, limp
 //! counts    command               -> goals in servo counts
 //! bus       goals                 -> one slot a servo: a reply, or what became of it
-//! estimate  slots                 -> state
+//! imu       bytes                 -> how the trunk lay and turned, and how long ago
+//! estimate  slots, reading        -> state
 //! telemetry all of the above      -> the report
 //! ```
 //!
@@ -28,6 +29,7 @@ pub mod doctor;
 pub mod estimate;
 pub mod html;
 pub mod ik;
+pub mod imu;
 pub mod jog;
 pub mod model;
 pub mod monitor;

@@ -144,7 +144,7 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
 fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) -> Option<Difference> {
     let gap_s = sample.times.gap.as_secs_f64();
     controller.decide(gap_s, sample.order);
-    controller.learn(gap_s, &sample.slots);
+    controller.learn(gap_s, &sample.slots, &sample.imu);
     let now = controller.record(&sample.slots);
     let difference = |joint, what| {
         Some(Difference { cycle: sample.times.number, time_s: sample.times.began.as_secs_f64(), joint, what })

@@ -63,6 +63,8 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
+    /// What the inertial measurement unit says is too old to act on; false on a robot that has none.
+    pub is_imu_lost: bool,
     /// The recording has broken off, which stops the robot.
     pub is_recording_lost: bool,
 }
@@ -169,6 +171,7 @@ pub fn run_recorded<P: Ports>(
         feet: cycle.telemetry().feet_report(),
         body: cycle.telemetry().body_report(),
         arms: cycle.telemetry().arms_report(),
+        imu: cycle.telemetry().imu_report(),
         falls: cycle.reflex().report(),
         arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
         servo_restarts: cycle.safety().restarts(),
@@ -268,7 +271,7 @@ fn repeat<P: Ports>(
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
         let is_recording_lost = recorder.as_ref().is_some_and(Recorder::is_lost);
-        let mut wanted = operator.order(&status(cycle, start, is_recording_lost));
+        let mut wanted = operator.order(&status(robot, cycle, start, is_recording_lost));
         if wanted.is_stop() {
             if stopper == Stopper::Nobody {
                 stopper = Stopper::Operator;
@@ -302,7 +305,7 @@ fn repeat<P: Ports>(
     }
 }
 
-fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
+fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bool) -> Status {
     let time_s = cycle.buses_mut().ports_mut().now().since(start).as_secs_f64();
     let known = || cycle.state().joints.iter().filter(|joint| joint.is_known);
     let drive = cycle.generator().drive();
@@ -318,6 +321,7 @@ fn status<P: Ports>(cycle: &mut Cycle<'_, P>, start: Time, is_recording_lost: bo
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),
+        is_imu_lost: robot.imu.is_some() && !cycle.state().body.is_known,
         is_recording_lost,
     }
 }

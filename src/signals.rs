@@ -178,7 +178,7 @@ pub struct ImuReading {
 pub struct BodyEstimate {
     /// True while the IMU's word is recent enough to act on. Else the robot counts as level and still.
     pub is_known: bool,
-    /// Roll, pitch and yaw, rad (as in [`ImuReading`]); yaw since the run began.
+    /// Roll, pitch and yaw now, rad (as in [`ImuReading`]); yaw from wherever the unit counts.
     pub roll_rad: f64,
     /// See `roll_rad`.
     pub pitch_rad: f64,

@@ -91,6 +91,10 @@ impl Ports for PermittingPorts {
         self.with(|ports| ports.receive(bus, into))
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.with(|ports| ports.receive_imu(into))
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.with(|ports| ports.wait_for_input(deadline));
     }
@@ -191,6 +195,7 @@ fn no_operator_allocates() {
         late_cycles: 0,
         hottest_c: 30.0,
         lowest_v: 12.0,
+        is_imu_lost: false,
         is_recording_lost: false,
     };
     let (mut driven, mut stops, mut notes) = (0, 0, 0);

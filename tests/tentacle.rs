@@ -11,108 +11,22 @@ mod common;
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
+use common::arm::{Arm, chance, plan, strokes};
 use common::{SharedPorts, goal_counts, rate_counts_s, servo, shipped};
 use glam::DVec3;
 use hippocamp::bus::Slot;
-use hippocamp::capability::TentacleCapability;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::model::{OnTrip, Pole, Robot};
-use hippocamp::motion::tentacle::TentaclePlan;
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
-use hippocamp::signals::{Feedback, Permission, ServoGoal};
+use hippocamp::signals::{Feedback, ImuReading, Permission, ServoGoal};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::{Rng, SeedableRng};
-
-/// A robot that does not come to rest in this time never does, s.
-const WAKES_S: f64 = 60.0;
-
-fn plan(robot: &Robot, command: StrokeCommand) -> TentaclePlan {
-    let tentacle = robot.motion.tentacle().unwrap();
-    TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command)
-}
-
-/// Every stroke, to the places the robot file names.
-fn strokes(robot: &Robot) -> Vec<Stroke> {
-    let tentacle = robot.motion.tentacle().unwrap();
-    vec![
-        Stroke::Rest,
-        Stroke::Sway,
-        Stroke::Walk,
-        Stroke::Swim,
-        Stroke::Reach { point_in_body: tentacle.reach_in_body.unwrap(), direction: None },
-        Stroke::Wind(tentacle.pole.unwrap()),
-    ]
-}
-
-fn chance(source: &mut Pcg64Mcg) -> f64 {
-    (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// An arm without buses: its servos are where they are told to be. Goals are judged in every cycle.
-struct Arm<'r> {
-    robot: &'r Robot,
-    controller: Controller<'r>,
-    /// Goals of the last two cycles, newest first, rad.
-    goals: [Vec<f64>; 2],
-    interventions: u32,
-}
-
-impl<'r> Arm<'r> {
-    /// Awake and at rest.
-    fn awake(robot: &'r Robot) -> Arm<'r> {
-        let plan = plan(robot, StrokeCommand::default());
-        let controller = Controller::new(robot, plan, Method::CcdThenFinish, f64::MAX);
-        let goals = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
-        let mut arm = Arm { robot, controller, goals, interventions: 0 };
-        let rest = Order::Perform(StrokeCommand::default());
-        let cycles = (WAKES_S * robot.rate_hz) as usize;
-        assert!((0..cycles).any(|_| arm.cycle(rest) == Activity::Standing), "it never wakes");
-        arm.interventions = 0;
-        arm
-    }
-
-    fn cycle(&mut self, order: Order) -> Activity {
-        self.controller.decide(self.robot.period_s(), order);
-        self.controller.learn_from_goals();
-        let record = self.controller.record(&[]);
-        self.interventions += record.interventions;
-        self.goals.swap(0, 1);
-        self.goals[0].copy_from_slice(&record.state.goal_rad);
-        assert_ne!(record.state.permission, Permission::Stop);
-        record.activity
-    }
-
-    /// Goes on for `for_s`; every goal is in its range, and no joint is faster or gains speed faster than it may.
-    fn perform(&mut self, command: StrokeCommand, for_s: f64) {
-        let dt_s = self.robot.period_s();
-        for _ in 0..(for_s * self.robot.rate_hz) as usize {
-            let before = self.goals.clone();
-            self.cycle(Order::Perform(command));
-            for (index, joint) in self.robot.joints.iter().enumerate() {
-                let now = self.goals[0][index];
-                let (low, high) = joint.goal_range_rad();
-                assert!((low - 1e-9..=high + 1e-9).contains(&now), "{}: {now} rad", joint.name);
-                let (speed, speed_before) =
-                    ((now - before[0][index]) / dt_s, (before[0][index] - before[1][index]) / dt_s);
-                let most = self.robot.safety.rate_share * joint.no_load_speed_rad_s();
-                assert!(speed.abs() <= most * (1.0 + 1e-9), "{}: {speed} rad/s", joint.name);
-                let acceleration = (speed - speed_before) / dt_s;
-                // Range outranks acceleration: a joint does not overrun its limit to stop gently.
-                if now <= low + 1e-9 || now >= high - 1e-9 {
-                    continue;
-                }
-                let most = self.robot.safety.acceleration_rad_s2;
-                assert!(acceleration.abs() <= most * (1.0 + 1e-6), "{}: {acceleration} rad/s2", joint.name);
-            }
-        }
-    }
-}
+use rand_pcg::rand_core::SeedableRng;
 
 #[test]
 fn any_stroke_follows_any_other_from_any_phase_within_the_joints_limits() {
@@ -420,6 +334,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
             late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
             lowest_v: 5.0,
+            is_imu_lost: false,
             is_recording_lost: false,
         };
         let (instruction, note) = show.instruction(&status);
@@ -429,7 +344,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         restarts += u64::from(restart.is_some());
         let goals = goals.servos().to_vec();
         servos.exchange(&goals, restart, activity == Activity::Performing);
-        controller.learn(dt_s, &servos.slots);
+        controller.learn(dt_s, &servos.slots, &ImuReading::default());
         let record = controller.record(&servos.slots);
         telemetry.observe(&robot, &record);
         activity = record.activity;

@@ -86,6 +86,16 @@ pub enum BuildError {
         /// What it may be.
         expected: &'static str,
     },
+    /// An inertial measurement unit that cannot be.
+    #[error("inertial measurement unit: {key} is {value}; expected {expected}")]
+    BadImu {
+        /// Which field.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        expected: String,
+    },
     /// Faults on buses or servos that do not exist.
     #[error(transparent)]
     Faults(#[from] FaultError),

@@ -9,7 +9,7 @@
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
 //! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
 //! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (what
-//! their current leaves of the voltage), [`body`] (where joint torque meets joint motion: free shafts, or a robot on the
+//! their current leaves of the voltage), `imu` (what feels how the trunk lies and turns), [`body`] (where joint torque meets joint motion: free shafts, or a robot on the
 //! ground), [`faults`] (what goes wrong, and when).
 //!
 //! ```
@@ -42,6 +42,7 @@ mod dynamixel;
 mod error;
 pub mod faults;
 mod feetech;
+mod imu;
 mod model;
 mod motor;
 #[cfg(target_os = "linux")]
@@ -58,6 +59,7 @@ pub use bus::HeardRequest;
 pub use config::{BusConfig, Protocol, ServoConfig};
 pub use error::{BuildError, Unplugged};
 pub use faults::{FaultError, FaultScript};
+pub use imu::ImuConfig;
 pub use model::{MODELS, Model};
 pub use requests::{Request, requests_in};
 pub use wire::WireStatistics;

@@ -1,4 +1,5 @@
-//! Serves a [`World`] to other programs: every bus on a pseudo-terminal, in real time.
+//! Serves a [`World`] to other programs: every bus, and the inertial measurement unit, on a pseudo-terminal, in real
+//! time.
 //!
 //! In: bytes a program writes to a bus's terminal. Out: the servos' bytes, when they would have arrived. The
 //! bus is there under one path, a symbolic link, as an adapter is under `/dev/serial/by-id`: while a fault
@@ -23,10 +24,13 @@ use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlo
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use rustix::time::{ClockId, clock_gettime};
 
+use crate::error::Unplugged;
 use crate::world::World;
 
 /// The server looks at least this often whether it is to stop and whether an adapter comes or goes, ns.
 const LOOK_EVERY_NS: u64 = 5_000_000;
+/// What the link to the inertial measurement unit is called.
+const IMU_LINK: &str = "imu";
 /// Bytes moved at once; a terminal holds no more.
 const PIECE_BYTES: usize = 4096;
 
@@ -35,6 +39,7 @@ const PIECE_BYTES: usize = 4096;
 pub struct PtyServer {
     shared: Arc<Shared>,
     links: Vec<PathBuf>,
+    imu_link: Option<PathBuf>,
     server: Option<JoinHandle<()>>,
 }
 
@@ -72,12 +77,16 @@ impl PtyServer {
         prepare: impl FnOnce() + Send + 'static,
     ) -> io::Result<PtyServer> {
         let mut lines = Vec::new();
-        for (bus, (name, _)) in world.lines().enumerate() {
-            let mut line = Line { bus, link: folder.join(name), terminal: None };
+        let buses = world.lines().enumerate().map(|(bus, (name, _))| (End::Bus(bus), name));
+        let imu = world.has_imu().then_some((End::Imu, IMU_LINK));
+        for (end, name) in buses.chain(imu) {
+            let mut line = Line { end, link: folder.join(name), terminal: None };
             line.plug_in()?;
             lines.push(line);
         }
-        let links = lines.iter().map(|line| line.link.clone()).collect();
+        let link_of = |line: &Line| line.link.clone();
+        let links = lines.iter().filter(|line| line.end != End::Imu).map(link_of).collect();
+        let imu_link = lines.iter().find(|line| line.end == End::Imu).map(link_of);
         let shared = Arc::new(Shared {
             start: monotonic().saturating_sub(Duration::from_nanos(world.now_ns())),
             world: Mutex::new(world),
@@ -88,12 +97,17 @@ impl PtyServer {
             prepare();
             serve(&theirs, &mut lines);
         })?;
-        Ok(PtyServer { shared, links, server: Some(server) })
+        Ok(PtyServer { shared, links, imu_link, server: Some(server) })
     }
 
     /// Where programs find each bus, in the order of the world's buses.
     pub fn paths(&self) -> &[PathBuf] {
         &self.links
+    }
+
+    /// Where programs find the inertial measurement unit; none where there is none.
+    pub fn imu_path(&self) -> Option<&Path> {
+        self.imu_link.as_deref()
     }
 
     /// Looks at the world, brought up to the present, while it is being served. Be quick: it waits meanwhile.
@@ -109,7 +123,7 @@ impl Drop for PtyServer {
         if let Some(server) = self.server.take() {
             let _ = server.join();
         }
-        for link in &self.links {
+        for link in self.links.iter().chain(&self.imu_link) {
             let _ = fs::remove_file(link);
         }
     }
@@ -124,9 +138,48 @@ impl Shared {
     }
 }
 
-/// One bus and the terminal it is served on.
+/// What hangs on a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// A bus, by its place in the world.
+    Bus(usize),
+    /// The inertial measurement unit.
+    Imu,
+}
+
+impl End {
+    fn is_unplugged(self, world: &World) -> bool {
+        match self {
+            End::Bus(bus) => world.is_unplugged(bus),
+            End::Imu => world.is_imu_unplugged(),
+        }
+    }
+
+    fn set_host_baud(self, world: &mut World, baud: u32) {
+        match self {
+            End::Bus(bus) => world.set_host_baud(bus, baud),
+            End::Imu => world.set_imu_host_baud(baud),
+        }
+    }
+
+    fn send(self, world: &mut World, bytes: &[u8]) -> Result<(), Unplugged> {
+        match self {
+            End::Bus(bus) => world.host_send(bus, bytes),
+            End::Imu => world.imu_send(bytes),
+        }
+    }
+
+    fn receive(self, world: &mut World, into: &mut [u8]) -> Result<usize, Unplugged> {
+        match self {
+            End::Bus(bus) => world.host_receive(bus, into),
+            End::Imu => world.imu_receive(into),
+        }
+    }
+}
+
+/// A line and the terminal it is served on.
 struct Line {
-    bus: usize,
+    end: End,
     link: PathBuf,
     /// None while the adapter is out.
     terminal: Option<Terminal>,
@@ -159,7 +212,7 @@ impl Line {
 
     /// Moves what has come in either direction.
     fn exchange(&mut self, world: &mut World, piece: &mut [u8]) {
-        match (world.is_unplugged(self.bus), &self.terminal) {
+        match (self.end.is_unplugged(world), &self.terminal) {
             (true, Some(_)) => self.pull_out(),
             // If there is no terminal to be had now, there may be one the next time.
             (false, None) => drop(self.plug_in()),
@@ -169,12 +222,12 @@ impl Line {
         // A real terminal forgets an exclusive open with its last close; this one is never closed here.
         let _ = rustix::termios::ioctl_tiocnxcl(&terminal.slave);
         if let Ok(settings) = tcgetattr(&terminal.slave) {
-            world.set_host_baud(self.bus, settings.output_speed());
+            self.end.set_host_baud(world, settings.output_speed());
         }
         while let Ok(count @ 1..) = rustix::io::read(&terminal.master, &mut *piece) {
-            let _ = world.host_send(self.bus, piece.get(..count).unwrap_or_default());
+            let _ = self.end.send(world, piece.get(..count).unwrap_or_default());
         }
-        while let Ok(count @ 1..) = world.host_receive(self.bus, piece) {
+        while let Ok(count @ 1..) = self.end.receive(world, piece) {
             // Bytes a program leaves no room for are lost, as on any line without flow control.
             let _ = rustix::io::write(&terminal.master, piece.get(..count).unwrap_or_default());
         }

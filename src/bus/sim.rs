@@ -90,6 +90,14 @@ impl Ports for SimPorts {
         self.world.host_receive(bus, into).map_err(|_| PortError::Gone { bus })
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.catch_up();
+        if !self.world.has_imu() {
+            return Ok(0);
+        }
+        self.world.imu_receive(into).map_err(|_| PortError::ImuGone)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.catch_up();
         self.world.advance_to_input(deadline.0);

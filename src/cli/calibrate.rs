@@ -28,7 +28,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
         return Ok(COMPLETED);
     };
     let ports = ports::devices_for_tools(&robot, unit_file.as_ref(), &options.ports)?;
-    for port in ports.iter().map(PortOption::to_unit_bus) {
+    for port in ports.iter().filter(|port| port.is_bus()).map(PortOption::to_unit_bus) {
         if !unit.buses.iter().any(|bus| bus.name == port.name) {
             unit.buses.push(port);
         }

@@ -399,6 +399,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     if let Some(arms) = &report.arms {
         say!("  {arms}");
     }
+    if let Some(imu) = &report.imu {
+        say!("  {imu}");
+    }
     if let Some(falls) = report.falls.filter(|falls| falls.falls > 0) {
         say!("  {falls}");
     }

@@ -19,6 +19,7 @@ const WAITING: usize = 16;
 const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// What is printed.
+#[expect(clippy::large_enum_variant, reason = "the loop hands it over without allocating")]
 enum Line {
     Status(Status, Order),
     /// A line of its own.
@@ -146,7 +147,8 @@ impl Names {
             count => format!(", {count} frozen"),
         };
         let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
-        format!("{:6.1} s {doing}{servos}{frozen}{loss}{late}", status.time_s)
+        let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
+        format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
     }
 
     /// What a robot on its feet does, and of what was asked.
@@ -229,6 +231,7 @@ mod tests {
         late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
+        is_imu_lost: false,
         is_recording_lost: false,
     };
 
@@ -293,6 +296,11 @@ mod tests {
             let line = line_of(&Status { permission, ..WALKING });
             assert!(line.contains("BY SAFETY") && !line.contains("m/s"), "{line}");
         }
+    }
+
+    #[test]
+    fn an_imu_that_is_lost_is_told() {
+        assert!(line_of(&Status { is_imu_lost: true, ..WALKING }).ends_with(", NO IMU"));
     }
 
     #[test]

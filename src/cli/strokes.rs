@@ -24,17 +24,10 @@ pub(super) fn command(options: &RunArguments, tentacle: &TentacleMotion) -> Resu
         return Err(BadInput(said.to_owned()).into());
     }
     let Some(name) = &options.stroke else { return Ok(None) };
-    let stroke = match name.as_str() {
-        "reach" => {
-            tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None })
-        }
-        "wind" => tentacle.pole.map(Stroke::Wind),
-        name => Stroke::PLACELESS.iter().find(|(known, _)| *known == name).map(|(_, stroke)| *stroke),
-    };
-    let Some(stroke) = stroke else {
+    let Some(stroke) = Stroke::named(name, tentacle) else {
         let known: Vec<&str> = Stroke::PLACELESS.iter().map(|(name, _)| *name).collect();
         return Err(BadInput(format!(
-            "--stroke {name}: expected one of {}; and reach or wind where the robot file names reach_mm or a pole",
+            "--stroke {name}: expected one of {}; and reach, path or wind where the robot file names reach_mm, a path or a pole",
             known.join(", ")
         ))
         .into());

@@ -5,13 +5,13 @@
 
 use glam::DVec3;
 
-use super::chains::{ChainEntry, Limb, Roots, read_range, rotation};
+use super::chains::{ChainEntry, Limb, Root, Roots, read_range, rotation};
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::{ServoPlaces, ServoRow};
 use super::unique::Unique;
 use super::{meters, tendons};
-use crate::model::{ArmSettings, GROUPS, Joint, TendonDrive, link_length};
+use crate::model::{ArmSettings, GROUPS, Joint, SharedRange, TendonDrive, link_length};
 
 /// Most joints of an arm: more than any bus of ids carries.
 const JOINTS_MAX: u32 = 60;
@@ -51,13 +51,8 @@ fn read_arm<'a>(
     roots: &mut Roots,
     servos: &mut ServoPlaces<'_>,
 ) -> ChainEntry<'a> {
-    let name = names.name(section, "the arm's name");
-    let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
-    if let Some(root_mm) = root {
-        roots.refuse_twin(section, root_mm);
-    }
     let meaning = "roll, pitch and yaw of the arm in the body, in degrees: at 0 it points forward";
-    let rpy = section.vector_or("root_rpy_deg", meaning, DVec3::ZERO);
+    let Root { name, root, rpy } = Root::read(section, "the arm's name", meaning, names, roots);
     let joints = read_joints(section);
     let link = section.number("link_mm", "the length of the first link in mm", Limits::Positive);
     let meaning = "how much shorter each link is than the one before, as a share of the first";
@@ -83,9 +78,12 @@ fn read_arm<'a>(
         }
     };
     let settings = read_settings(section, hinges);
+    if let (Some(arm), Some((joints, tendons))) = (&settings, &bent) {
+        refuse_bad_parking(section, arm, joints, tendons.is_some());
+    }
     let limb = || {
         let (joints, tendons) = bent?;
-        Some(Limb::new(name?, meters(root?), rotation(rpy?.map(f64::to_radians)), joints, tendons))
+        Some(Limb::new(name?, meters(root?), rotation(rpy?), joints, tendons))
     };
     ChainEntry { key: format!("arm[{place}]"), name, limb: limb(), arm: settings }
 }
@@ -137,6 +135,41 @@ fn read_hinges(
         }
     }
     Some((all, None))
+}
+
+/// An arm is parked where its joints can be.
+fn refuse_bad_parking(section: &Section<'_>, arm: &ArmSettings, joints: &[Joint], is_on_tendons: bool) {
+    let park_deg = arm.park_lift_rad.to_degrees();
+    if is_on_tendons {
+        if arm.park_lift_rad.abs() > 0.0 {
+            section
+                .fault("park_lift_deg", "no such key beside tendons: an arm on tendons is parked straight");
+        }
+        return;
+    }
+    let mut pose = [0.0; 3];
+    pose[0] = arm.park_lift_rad;
+    // All joints are alike.
+    let hinges = &joints[..arm.hinges.min(joints.len()).min(pose.len())];
+    let is_in_range = |joint: &Joint, angle: f64| (joint.range_rad.0..=joint.range_rad.1).contains(&angle);
+    if let Some(joint) = hinges.iter().zip(pose).find(|(joint, angle)| !is_in_range(joint, *angle)) {
+        let (low, high) = joint.0.range_rad;
+        let expected = format!(
+            "a pose in the joints' ranges: {} would be parked at {:.0} degrees, outside [{:.0}, {:.0}]",
+            joint.0.name,
+            joint.1.to_degrees(),
+            low.to_degrees(),
+            high.to_degrees()
+        );
+        return section.fault("park_lift_deg", expected);
+    }
+    let shared = hinges.last().and_then(|joint| joint.ball.clone());
+    let shared = shared.map(|ball| SharedRange::new(hinges, ball));
+    if shared.is_some_and(|shared| !shared.holds(&pose[..hinges.len()])) {
+        let expected =
+            format!("a pose in the region of arm.ball, which {park_deg:.0} degrees of lift is not");
+        section.fault("park_lift_deg", expected);
+    }
 }
 
 /// How many joints: a multiple of three.

@@ -100,6 +100,31 @@ impl Roots {
     }
 }
 
+/// What a limb of either kind begins with: its name, and where and how it stands in the body, in mm and degrees.
+pub(super) struct Root<'a> {
+    pub(super) name: Option<&'a str>,
+    pub(super) root: Option<DVec3>,
+    pub(super) rpy: Option<DVec3>,
+}
+
+impl<'a> Root<'a> {
+    pub(super) fn read(
+        section: &Section<'a>,
+        name_meaning: &str,
+        rpy_meaning: &str,
+        names: &mut Unique<'a>,
+        roots: &mut Roots,
+    ) -> Root<'a> {
+        let name = names.name(section, name_meaning);
+        let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
+        if let Some(root_mm) = root {
+            roots.refuse_twin(section, root_mm);
+        }
+        let rpy = section.vector_or("root_rpy_deg", rpy_meaning, DVec3::ZERO);
+        Root { name, root, rpy }
+    }
+}
+
 fn read_chain<'a>(
     section: &Section<'a>,
     place: usize,
@@ -107,16 +132,8 @@ fn read_chain<'a>(
     roots: &mut Roots,
     servos: &mut ServoPlaces<'_>,
 ) -> ChainEntry<'a> {
-    let name = names.name(section, "the chain's name");
-    let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
-    if let Some(root_mm) = root {
-        roots.refuse_twin(section, root_mm);
-    }
-    let rpy = section.vector_or(
-        "root_rpy_deg",
-        "roll, pitch and yaw of the chain in the body, in degrees",
-        DVec3::ZERO,
-    );
+    let meaning = "roll, pitch and yaw of the chain in the body, in degrees";
+    let Root { name, root, rpy } = Root::read(section, "the chain's name", meaning, names, roots);
 
     let mut joint_names = Unique::default();
     let mut end = None;
@@ -138,21 +155,16 @@ fn read_chain<'a>(
 
     let foot = physics::read_foot(section);
     let limb = || {
-        let rpy = rpy?.map(f64::to_radians);
-        Some(Limb {
-            name: name?.to_owned(),
-            root_m: meters(root?),
-            root_rotation: rotation(rpy),
-            joints: joints.into_iter().collect::<Option<_>>()?,
-            tendons: None,
-            foot: foot?,
-        })
+        let joints = joints.into_iter().collect::<Option<_>>()?;
+        let limb = Limb::new(name?, meters(root?), rotation(rpy?), joints, None);
+        Some(Limb { foot: foot?, ..limb })
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
 }
 
-/// Roll about x, then pitch about y, then yaw about z, all axes fixed (REP-103).
-pub(super) fn rotation(rpy_rad: DVec3) -> DQuat {
+/// Roll about x, then pitch about y, then yaw about z, degrees, all axes fixed (REP-103).
+pub(super) fn rotation(rpy_deg: DVec3) -> DQuat {
+    let rpy_rad = rpy_deg.map(f64::to_radians);
     DQuat::from_rotation_z(rpy_rad.z) * DQuat::from_rotation_y(rpy_rad.y) * DQuat::from_rotation_x(rpy_rad.x)
 }
 

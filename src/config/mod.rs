@@ -22,6 +22,8 @@
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
+//! | `[imu]` | (`rate_hz` 200), (`baud` 115200), (`rpy_deg` 0 0 0), (`delay_ms` 5), (`stale_s` 0.1), (`lost_speed_share` 0.5); none at all: no unit |
+//! | `[imu.noise]` | (`acceleration_m_s2` 0.03), (`acceleration_bias_m_s2` 0.1), (`rate_deg_s` 0.1), (`rate_bias_deg_s` 0.1), (`angle_deg` 0.1), (`angle_drift_deg` 0.3): of a simulated unit |
 //! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
 //! | `[reflex]` | (`mode` `"reflex"`, `"passive"` or `"off"`), (`detector` `"lean"` or `"rate"`), (`roll_max_deg` 34), (`pitch_max_deg` 29), (`ahead_s` 0.14), (`rate_max_deg_s` 172), (`passive_torque_share` 0.2), (`rest_rate_deg_s` 20), (`rest_s` 0.5), (`get_ups_max` 3); no section: falls are not noticed; not of arms on a base |
 //! | `[[reflex.pose]]` | `name`, `angles_deg` of all joints |
@@ -32,7 +34,7 @@
 //! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
 //! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2); acts where there is `[physics]` |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
-//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }) |
+//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`clearance_mm` 5), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }), (`path` = { `points_mm`, `speed_mm_s` }) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
@@ -42,6 +44,7 @@ mod buses;
 mod chains;
 mod fault;
 mod gaits;
+mod imu;
 mod keys;
 mod motion;
 mod nearest;
@@ -66,7 +69,7 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use crate::model::{Motion, OnTrip, Robot, SafetySettings, StopAction};
+use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction};
 pub use fault::{ConfigError, Fault};
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
@@ -74,7 +77,7 @@ use number::Limits;
 use reader::{File, Section};
 pub use script::{load_script, parse_script};
 use source::Source;
-pub use unit::{Unit, UnitBus, UnitFile, UnitJoint, default_unit_path, load_unit, parse_unit};
+pub use unit::{Unit, UnitBus, UnitFile, UnitImu, UnitJoint, default_unit_path, load_unit, parse_unit};
 pub use unit_write::{rewrite_unit, write_unit};
 
 /// Slower than this, no loop holds a robot.
@@ -173,6 +176,15 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let chains = chains::read(file, &mut servos);
     let all_read = chains.iter().all(|chain| chain.limb.is_some());
     servos.refuse_idle_buses(file, all_read);
+    let imu = imu::read(file, rate_hz);
+    if matches!(imu, Some(Some(_)))
+        && let Some(bus) = buses.iter().position(|bus| bus.name == Some(IMU_LINE))
+    {
+        file.fault(
+            &format!("bus[{bus}].name"),
+            "another name: the inertial measurement unit's line has this one",
+        );
+    }
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
@@ -206,6 +218,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         physics: physics?,
         balance: balance?,
         stop_action: stop_action?,
+        imu: imu?,
         reflex: reflex?,
         yielding: yielding?,
     })

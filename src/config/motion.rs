@@ -5,7 +5,7 @@ use super::gaits;
 use super::meters;
 use super::number::Limits;
 use super::reader::Section;
-use super::strokes::read_pole;
+use super::strokes::{read_path, read_pole};
 use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, TentacleMotion};
 
 /// The kinds of motion a file may name.
@@ -107,6 +107,8 @@ fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usi
     }
 }
 
+/// How far arms keep from each other and the base where the file says nothing, mm.
+const CLEARANCE_MM: f64 = 5.0;
 /// How hard arms hold a pole where the file says nothing.
 const GRIP_SHARE: f64 = 0.15;
 
@@ -116,7 +118,7 @@ const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", B
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
 /// Keys of a tentacle's motion that may be left out: what each is, and what holds then.
-const OPTIONAL: [(&str, &str, &str); 5] = [
+const OPTIONAL: [(&str, &str, &str); 6] = [
     ("reach_mm", "where a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers", "nowhere"),
     (
         "base_radius_mm",
@@ -130,6 +132,7 @@ const OPTIONAL: [(&str, &str, &str); 5] = [
     ),
     ("bending", "how an arm is bent to where its groups end: one of \"ccd\", \"smooth\"", "\"smooth\""),
     ("pole", "what to wind round, a table", "nothing to wind round"),
+    ("path", "what a tip goes along, a table", "no path"),
 ];
 
 fn read_tentacle(
@@ -179,10 +182,16 @@ fn read_tentacle(
         }
         false => Some(None),
     };
+    let meaning = "the distance arms keep from each other and from the base, skin to skin, in mm";
+    let clearance_mm = section.number_or("clearance_mm", meaning, Limits::NotNegative, CLEARANCE_MM);
     let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
     let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {
         true => section.section("pole", "what to wind round", read_pole).map(Some),
+        false => Some(None),
+    };
+    let path = match section.has("path") {
+        true => section.section("path", "what a tip goes along", read_path).map(Some),
         false => Some(None),
     };
     let arm =
@@ -198,7 +207,9 @@ fn read_tentacle(
         seed: u64::from(seed?),
         reach_in_body: reach?.map(meters),
         base_radius_m: base?.map(|radius_mm| radius_mm / 1000.0),
+        clearance_m: clearance_mm? / 1000.0,
         grip_share: grip?,
         pole: pole?,
+        path: path?.map(Box::new),
     })
 }

@@ -299,15 +299,25 @@ impl<'a> Section<'a> {
     ) -> Option<[f64; N]> {
         let expected = format!("{meaning}, a list of {N} numbers");
         self.describe(key, &expected, None);
-        let items = self.required(key, &expected)?.as_array().filter(|items| items.len() == N);
-        let Some(items) = items else {
-            self.fault(key, expected);
+        let value = self.required(key, &expected)?;
+        self.row(&self.path(key), value, meaning, limits)
+    }
+
+    /// The list of exactly `N` numbers at `path`.
+    fn row<const N: usize>(
+        &self,
+        path: &str,
+        value: &DeValue<'_>,
+        meaning: &str,
+        limits: Limits,
+    ) -> Option<[f64; N]> {
+        let Some(items) = value.as_array().filter(|items| items.len() == N) else {
+            self.note(path, format!("{meaning}, a list of {N} numbers"));
             return None;
         };
-        let path = self.path(key);
         let mut values = [None; N];
         for (index, (value, item)) in values.iter_mut().zip(items.iter()).enumerate() {
-            *value = self.limited(&element(&path, index), item.get_ref(), meaning, limits);
+            *value = self.limited(&element(path, index), item.get_ref(), meaning, limits);
         }
         let good = values.iter().all(Option::is_some);
         good.then(|| values.map(Option::unwrap_or_default))
@@ -347,6 +357,30 @@ impl<'a> Section<'a> {
         let expected = format!("{meaning} along x, y, z, a list of 3 numbers");
         self.describe(key, &expected, Some(format!("{:?}", default.to_array())));
         if self.has(key) { self.vector(key, meaning) } else { Some(default) }
+    }
+
+    /// A list of three numbers along x, y, z each, of a length in `range`.
+    pub(super) fn vectors(
+        &self,
+        key: &'static str,
+        meaning: &str,
+        range: std::ops::RangeInclusive<usize>,
+    ) -> Option<Vec<DVec3>> {
+        let (least, most) = (range.start(), range.end());
+        let expected = format!("{meaning} along x, y, z, a list of {least} to {most} lists of 3 numbers");
+        self.describe(key, &expected, None);
+        let value = self.required(key, &expected)?;
+        let Some(items) = value.as_array().filter(|items| range.contains(&items.len())) else {
+            self.fault(key, expected);
+            return None;
+        };
+        let path = self.path(key);
+        let row = |(index, item): (usize, &toml::Spanned<DeValue<'_>>)| {
+            self.row(&element(&path, index), item.get_ref(), meaning, Limits::Any).map(DVec3::from_array)
+        };
+        // All are read, so that all faults are told.
+        let rows: Vec<Option<DVec3>> = items.iter().enumerate().map(row).collect();
+        rows.into_iter().collect()
     }
 
     fn limited(&self, path: &str, value: &DeValue<'_>, meaning: &str, limits: Limits) -> Option<f64> {

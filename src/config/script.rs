@@ -4,7 +4,7 @@
 //! |---|---|
 //! | top | (`end_s` 5 after the last entry) |
 //! | `[[at]]` of a horse | `time_s`, (`gait`), (`speed_m_s`), (`yaw_deg_s`), (`height_mm`), (`pitch_deg`), (`roll_deg`), (`sway_mm`); what is left out stays as it was |
-//! | `[[at]]` of arms | `time_s`, (`stroke`), (`tempo`), (`turn_deg`), of `reach` (`point_mm`), (`direction`), of `wind` (`point_mm`, `axis`, `radius_mm`); what is left out stays as it was, places are those of the robot file |
+//! | `[[at]]` of arms | `time_s`, (`stroke`), (`tempo`), (`turn_deg` or `goal_mm`), of `reach` (`point_mm`), (`direction`), of `path` (`points_mm`, `speed_mm_s`), of `wind` (`point_mm`, `axis`, `radius_mm`); what is left out stays as it was, places are those of the robot file |
 
 use std::path::Path;
 

@@ -3,7 +3,8 @@
 use super::meters;
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::{Pole, TentacleMotion};
+use crate::model::{Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
+use crate::motion::tentacle::route::sweep_towards;
 use crate::motion::{Stroke, StrokeCommand};
 
 /// Fastest strokes, times the robot file's.
@@ -16,6 +17,7 @@ const TURN_MAX_DEG: f64 = 180.0;
 enum Kind {
     Placeless(Stroke),
     Reach,
+    Path,
     Wind,
 }
 
@@ -30,14 +32,34 @@ pub(super) fn read(
     let tempo = section.number_or("tempo", meaning, Limits::FromTo(0.0, TEMPO_MAX), last.tempo);
     let meaning = "the turn of the strokes in degrees, to the left if positive";
     let limits = Limits::FromTo(-TURN_MAX_DEG, TURN_MAX_DEG);
-    let turn_deg = section.number_or("turn_deg", meaning, limits, last.turn_rad.to_degrees());
-    *last = StrokeCommand { stroke: stroke?, tempo: tempo?, turn_rad: turn_deg?.to_radians() };
+    let turn_rad = match section.has("goal_mm") {
+        true => read_goal(section),
+        false => {
+            let turn_deg = section.number_or("turn_deg", meaning, limits, last.turn_rad.to_degrees());
+            turn_deg.map(f64::to_radians)
+        }
+    };
+    *last = StrokeCommand { stroke: stroke?, tempo: tempo?, turn_rad: turn_rad? };
     Some(*last)
+}
+
+/// The turn towards a goal, rad.
+fn read_goal(section: &Section<'_>) -> Option<f64> {
+    if section.has("turn_deg") {
+        section.fault("goal_mm", "no such key beside turn_deg: strokes turn to the goal, or by an angle");
+        return None;
+    }
+    let goal_mm = section.vector("goal_mm", "the point that strokes turn to, in the body, in mm")?;
+    if goal_mm.truncate().length() <= 0.0 {
+        section.fault("goal_mm", "a point beside the body's z axis: strokes turn to the left or the right");
+        return None;
+    }
+    Some(sweep_towards(0.0, goal_mm, TURN_MAX_DEG.to_radians()))
 }
 
 fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Stroke> {
     let placeless = Stroke::PLACELESS.map(|(name, stroke)| (name, Kind::Placeless(stroke)));
-    let placed = [("reach", Kind::Reach), ("wind", Kind::Wind)];
+    let placed = [("reach", Kind::Reach), ("path", Kind::Path), ("wind", Kind::Wind)];
     let kinds: Vec<_> = placeless.into_iter().chain(placed).collect();
     match section.choice("stroke", "a stroke", &kinds)? {
         Kind::Placeless(stroke) => Some(stroke),
@@ -53,6 +75,12 @@ fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Strok
             };
             Some(Stroke::Reach { point_in_body: point?, direction: direction? })
         }
+        Kind::Path => {
+            match (section.has("points_mm") | section.has("speed_mm_s"), tentacle.path.as_deref()) {
+                (false, Some(path)) => Some(Stroke::Path(*path)),
+                _ => read_path(section).map(Stroke::Path),
+            }
+        }
         Kind::Wind => {
             match (section.has("radius_mm") | section.has("point_mm") | section.has("axis"), tentacle.pole) {
                 (false, Some(pole)) => Some(Stroke::Wind(pole)),
@@ -60,6 +88,17 @@ fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Strok
             }
         }
     }
+}
+
+/// A path in the keys of `section`.
+pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
+    let meaning = "the places the tip goes through, in the body, in mm";
+    let points_mm = section.vectors("points_mm", meaning, 2..=WAYPOINTS_MAX);
+    let meaning = "the speed of the tip along the path in mm/s";
+    let speed_mm_s = section.number("speed_mm_s", meaning, Limits::Positive);
+    let points_m: Vec<_> = points_mm?.into_iter().map(meters).collect();
+    let path = TipPath::new(&points_m, speed_mm_s? / 1000.0);
+    path.map_err(|error| section.fault("points_mm", error.to_string())).ok()
 }
 
 /// A pole in the keys of `section`.

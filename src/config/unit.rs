@@ -13,7 +13,7 @@ use super::number::Limits;
 use super::reader::Section;
 use super::source::Source;
 use super::{parse_with, read_text};
-use crate::model::Firmware;
+use crate::model::{Firmware, IMU_BAUDS};
 
 /// The version of the schema below.
 pub(super) const VERSION: u32 = 1;
@@ -32,6 +32,9 @@ pub struct Unit {
     /// Its serial lines.
     #[serde(rename = "bus", skip_serializing_if = "Vec::is_empty")]
     pub buses: Vec<UnitBus>,
+    /// Its inertial measurement unit, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<UnitImu>,
     /// Its joints, as far as they have been calibrated.
     #[serde(rename = "joint", skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<UnitJoint>,
@@ -44,6 +47,22 @@ pub struct UnitBus {
     pub name: String,
     /// Path of its serial device.
     pub device: String,
+}
+
+/// The inertial measurement unit that is built in.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitImu {
+    /// Path of its serial device.
+    pub device: String,
+    /// Its line rate, bit/s; none where it is the robot file's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baud: Option<u32>,
+    /// Roll, pitch and yaw of the unit in the body, degrees; none where they are the robot file's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rpy_deg: Option<[f64; 3]>,
+    /// True for a unit that tells its turn rates with the other sign; none where that was not looked at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rates_reversed: Option<bool>,
 }
 
 /// How one joint came out.
@@ -72,6 +91,7 @@ pub struct UnitJoint {
 /// |---|---|
 /// | top | `version` = 1, `robot_file`, (`calibrated_on`, a date), (`calibration_hash`) |
 /// | `[[bus]]` | `name`, `device` |
+/// | `[imu]` | `device`, (`baud`, `rpy_deg` as in the robot file), (`rates_reversed` false) |
 /// | `[[joint]]` | `name`, `zero_count`, (`reversed` as in the robot file), (`direction_checked` false), (`firmware`) |
 ///
 /// The servos have no serial number that could be read; that of an adapter is in its path in `/dev/serial/by-id`.
@@ -127,6 +147,10 @@ fn read_unit(file: &Section<'_>) -> Option<Unit> {
     let calibrated_on = file.date_if_set("calibrated_on", "the day of the calibration");
     let calibration_hash = file.text_if_set("calibration_hash", "what the calibration wrote here");
     let buses = read_buses(file);
+    let imu = match file.has("imu") {
+        true => file.section("imu", "the inertial measurement unit", read_imu).map(Some),
+        false => Some(None),
+    };
     let mut names = Names::default();
     let joints = file.list("joint", "the joints", |joint| read_joint(joint, &mut names));
     version?;
@@ -135,6 +159,7 @@ fn read_unit(file: &Section<'_>) -> Option<Unit> {
         calibrated_on: calibrated_on?,
         calibration_hash: calibration_hash?.map(str::to_owned),
         buses: buses?,
+        imu: imu?,
         joints: joints.into_iter().collect::<Option<_>>()?,
     })
 }
@@ -147,6 +172,42 @@ fn read_buses(file: &Section<'_>) -> Option<Vec<UnitBus>> {
         Some(UnitBus { name: name?.to_owned(), device: device?.to_owned() })
     });
     buses.into_iter().collect()
+}
+
+fn read_imu(imu: &Section<'_>) -> Option<UnitImu> {
+    let device = imu.text("device", "the path of the unit's serial device");
+    let baud = match imu.has("baud") {
+        true => read_imu_baud(imu).map(Some),
+        false => Some(None),
+    };
+    let rpy_deg = match imu.has("rpy_deg") {
+        true => imu
+            .numbers("rpy_deg", "roll, pitch and yaw of the unit in the body, in degrees", Limits::Any)
+            .map(Some),
+        false => Some(None),
+    };
+    let meaning = "whether the unit tells its turn rates with the other sign";
+    let rates_reversed = match imu.has("rates_reversed") {
+        true => imu.flag_or("rates_reversed", meaning, false).map(Some),
+        false => Some(None),
+    };
+    Some(UnitImu {
+        device: device?.to_owned(),
+        baud: baud?,
+        rpy_deg: rpy_deg?,
+        rates_reversed: rates_reversed?,
+    })
+}
+
+fn read_imu_baud(imu: &Section<'_>) -> Option<u32> {
+    let words: Vec<String> = IMU_BAUDS.iter().map(u32::to_string).collect();
+    let meaning = format!("the line's bits per second, one of {}", words.join(", "));
+    let baud = imu.integer("baud", &meaning, 1..=u32::MAX)?;
+    if !IMU_BAUDS.contains(&baud) {
+        imu.fault("baud", meaning);
+        return None;
+    }
+    Some(baud)
 }
 
 fn read_joint<'a>(joint: &Section<'a>, names: &mut Names<'a>) -> Option<UnitJoint> {

@@ -5,12 +5,14 @@ use std::hash::Hasher;
 use std::path::Path;
 
 use fnv::FnvHasher;
+use glam::DVec3;
 use toml::value::Date;
 
+use super::chains::rotation;
 use super::fault::{ConfigError, Fault};
 use super::nearest::nearest;
-use super::unit::{Unit, UnitFile, UnitJoint};
-use crate::model::{Joint, Robot, Servo};
+use super::unit::{Unit, UnitFile, UnitImu, UnitJoint};
+use crate::model::{ImuSettings, Joint, Robot, Servo};
 
 /// Rounding error that does not count as crossing the end of the counts.
 const ROUNDING_COUNTS: f64 = 1e-6;
@@ -70,6 +72,19 @@ impl UnitJoint {
     }
 }
 
+impl UnitImu {
+    /// Makes what the robot file says of a unit what is known of this one.
+    fn apply(&self, settings: &mut ImuSettings) {
+        settings.baud = self.baud.unwrap_or(settings.baud);
+        if let Some(rpy_deg) = self.rpy_deg {
+            settings.rotation = rotation(DVec3::from_array(rpy_deg).map(f64::to_radians));
+        }
+        if self.rates_reversed == Some(true) {
+            settings.rate_sign = -1.0;
+        }
+    }
+}
+
 impl UnitFile {
     /// Gives each servo of `robot` its zero count, the way it is mounted where that was measured, and the firmware it
     /// was calibrated with.
@@ -99,12 +114,18 @@ impl UnitFile {
                 }
             }
         }
+        if self.unit.imu.is_some() && robot.imu.is_none() {
+            faults.push(self.fault("imu", "no unit, as in the robot file; or [imu] there too"));
+        }
         if !faults.is_empty() {
             faults.sort_by_key(|fault| fault.line);
             return Err(ConfigError { faults });
         }
         for (index, servo) in calibrations {
             robot.joints[index].servo = Some(servo);
+        }
+        if let (Some(entry), Some(settings)) = (&self.unit.imu, &mut robot.imu) {
+            entry.apply(settings);
         }
         Ok(())
     }

@@ -7,12 +7,10 @@ use crate::signals::{FootTarget, JointState, State};
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.806_65;
-/// Load from which a foot that is planned to stand does, as a share of what it carries where all feet stand; and to
+/// Load from which a foot that is planned to stand does stand, as a share of what it carries where all feet stand; and to
 /// where it still does.
 const STANDS_SHARE: f64 = 0.25;
 const STILL_STANDS_SHARE: f64 = 0.1;
-/// The same of a foot that is planned to be in the air: what it takes to swing a leg is read as load too.
-const STUMBLES_SHARE: f64 = 1.0;
 /// Damping of the way from joint torques to foot force, m^2 of lever: legs of hinges side by side feel no sideways force.
 const DAMPING_M2: f64 = 1e-5;
 /// Time constant of the trunk's velocity, s: joint speeds are read in whole steps.
@@ -72,14 +70,11 @@ impl Legs {
             let share =
                 self.force_n(foot.chain, at_m, &state.joints).dot(up) / (self.weight_n / self.feet_count());
             let stood = body.is_in_contact[foot.chain];
-            let least = match (foot.is_swing, stood) {
-                (true, _) => STUMBLES_SHARE,
-                (false, true) => STILL_STANDS_SHARE,
-                (false, false) => STANDS_SHARE,
-            };
-            let stands = share >= least;
+            let least = if stood { STILL_STANDS_SHARE } else { STANDS_SHARE };
+            // What it takes to swing a leg is read as load too: in the air the plan is believed.
+            let stands = !foot.is_swing && share >= least;
             body.is_in_contact[foot.chain] = stands;
-            if stands && !foot.is_swing {
+            if stands {
                 sum_m_s -= body.rate_rad_s.cross(at_m) + self.velocity_m_s(foot.chain, at_m, &state.joints);
                 standing += 1.0;
             }
@@ -112,5 +107,58 @@ impl Legs {
     fn velocity_m_s(&self, chain: usize, at_m: DVec3, joints: &[JointState]) -> DVec3 {
         let of_joint = |index: usize| self.posture.lever(index, at_m) * joints[index].speed_rad_s;
         self.posture.joints_of(chain).map(of_joint).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::config;
+
+    /// Force of the ground on each foot, and velocity of the trunk: what joints that hold and turn accordingly tell.
+    #[test]
+    fn joints_tell_which_feet_stand_and_how_fast_the_trunk_goes() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+        let robot = config::load(&path).unwrap().robot;
+        let (mut legs, mut state) = (Legs::new(&robot), State::new(&robot));
+        let (force_n, velocity) = (DVec3::Z * 7.0, DVec3::new(0.1, 0.0, -0.02));
+        // The left hind foot is planned to stand, but nothing presses on it; the right fore swings.
+        let pressed = [0.0, 1.0, 1.0, 0.3];
+        for (index, joint) in robot.joints.iter().enumerate() {
+            state.joints[index] =
+                JointState { is_known: true, position_rad: joint.middle_rad(), ..JointState::default() };
+            legs.angles_rad[index] = joint.middle_rad();
+        }
+        legs.posture.bend(&legs.angles_rad);
+        legs.posture.hold(-DVec3::Z * GRAVITY_M_S2, &mut legs.hold_nm);
+        for (chain, press) in pressed.iter().enumerate() {
+            let at_m = legs.posture.tip(chain).0 - DVec3::Z * 0.01;
+            let levers: Vec<(usize, DVec3)> =
+                legs.posture.joints_of(chain).map(|joint| (joint, legs.posture.lever(joint, at_m))).collect();
+            let outer = |lever: DVec3| DMat3::from_cols(lever * lever.x, lever * lever.y, lever * lever.z);
+            let across = DMat3::from_diagonal(DVec3::Y);
+            let square = levers.iter().fold(across, |square, (_, lever)| square + outer(*lever));
+            for (joint, lever) in levers {
+                let model = robot.joints[joint].servo.unwrap().model;
+                let torque_nm = legs.hold_nm[joint] - lever.dot(force_n * *press);
+                let speed_rad_s = lever.dot(square.inverse() * -velocity);
+                state.joints[joint].speed_rad_s = speed_rad_s;
+                state.joints[joint].load_share =
+                    torque_nm / model.stall_torque_nm + speed_rad_s / model.no_load_speed_rad_s;
+            }
+        }
+        let feet: Vec<FootTarget> =
+            (0..4).map(|chain| FootTarget { chain, is_swing: chain == 3, ..FootTarget::default() }).collect();
+        for _ in 0..100 {
+            legs.update(0.01, &feet, &mut state);
+        }
+        assert_eq!(state.body.is_in_contact, [false, true, true, false]);
+        assert!((state.body.velocity_m_s - velocity).length() < 1e-3, "{}", state.body.velocity_m_s);
+        legs.update(0.01, &[], &mut state);
+        assert_eq!(state.body.is_in_contact, [false; 4]);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ArmSolution, ArmSolver, HandOver, Method, SectionSolver, Solver};
+use super::{ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, Solver};
 use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
@@ -11,6 +11,8 @@ use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 pub struct Limbs {
     method: Method,
     limbs: Vec<Limb>,
+    /// Of arms.
+    clearance: Option<Clearance>,
 }
 
 #[derive(Debug, Clone)]
@@ -39,16 +41,16 @@ enum Bender {
 impl Limbs {
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
-        let bending = match &robot.motion {
-            Motion::Horse(_) => Bending::default(),
-            Motion::Tentacle(tentacle) => tentacle.bending,
+        let (bending, clearance) = match &robot.motion {
+            Motion::Horse(_) => (Bending::default(), None),
+            Motion::Tentacle(tentacle) => (tentacle.bending, Some(Clearance::new(robot, tentacle))),
         };
         let limb = |chain: &Chain| Limb {
             joints: chain.joints.clone(),
             tip: Solver::new(chain, robot.joints_of(chain)),
             arm: Arm::of(robot, chain, bending),
         };
-        Limbs { method, limbs: robot.chains.iter().map(limb).collect() }
+        Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance }
     }
 
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
@@ -89,6 +91,14 @@ impl Limbs {
                 if let Some(arm) = &mut limb.arm {
                     arm.hand_over.pass(&joints.angles_rad[limb.joints.clone()]);
                 }
+            }
+        }
+        if let Some(clearance) = &mut self.clearance {
+            match targets.aim {
+                _ if joints.not_finite.is_some() => clearance.pass(),
+                Aim::Arms => clearance.keep(Mode::Strokes, &mut joints.angles_rad),
+                Aim::Pose => clearance.keep(Mode::Pose, &mut joints.angles_rad),
+                _ => clearance.pass(),
             }
         }
     }

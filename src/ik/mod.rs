@@ -30,7 +30,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Chain, Joint};
-pub use arm::{ArmSolution, ArmSolver, HandOver, SectionSolver};
+pub use arm::{ArmSolution, ArmSolver, Clearance, HandOver, Mode, SectionSolver};
 use chain::ChainSolver;
 use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;

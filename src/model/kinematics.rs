@@ -42,18 +42,7 @@ impl Robot {
         angles: impl IntoIterator<Item = f64>,
         places: &mut Vec<DVec3>,
     ) {
-        let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
-        places.clear();
-        places.push(position);
-        if let Some(drive) = &chain.tendons {
-            drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
-            return;
-        }
-        for (joint, angle) in self.joints_of(chain).iter().zip(angles) {
-            rotation *= DQuat::from_axis_angle(joint.axis, angle);
-            position += rotation * joint.link_m;
-            places.push(position);
-        }
+        chain.write_places_in_body(self.joints_of(chain), angles, places);
     }
 
     /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
@@ -81,6 +70,28 @@ fn bends_at(drive: &TendonDrive, angles: impl IntoIterator<Item = f64>) -> [Sect
 }
 
 impl Chain {
+    /// Writes the places of its `joints` and, last, of its tip in the body frame, m, for the same `angles` as
+    /// [`Robot::tip_in_body`], in the place of what `places` holds.
+    pub fn write_places_in_body(
+        &self,
+        joints: &[Joint],
+        angles: impl IntoIterator<Item = f64>,
+        places: &mut Vec<DVec3>,
+    ) {
+        let (mut position, mut rotation) = (self.root_m, self.root_rotation);
+        places.clear();
+        places.push(position);
+        if let Some(drive) = &self.tendons {
+            drive.walk(position, rotation, &bends_at(drive, angles), |joint| places.push(joint.end));
+            return;
+        }
+        for (joint, angle) in joints.iter().zip(angles) {
+            rotation *= DQuat::from_axis_angle(joint.axis, angle);
+            position += rotation * joint.link_m;
+            places.push(position);
+        }
+    }
+
     /// Length of the stretched chain, m.
     pub fn length_m(&self, joints: &[Joint]) -> f64 {
         if let Some(drive) = &self.tendons {

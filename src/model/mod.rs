@@ -8,11 +8,14 @@ mod balance;
 pub mod ball_joint;
 mod firmware;
 mod gait;
+mod imu;
 mod kinematics;
 mod physics;
 mod posture;
 mod reflex;
+pub mod segments;
 pub mod servo_model;
+mod shared_range;
 pub mod tendon;
 mod tentacle;
 
@@ -25,12 +28,14 @@ pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_l
 pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
 pub use firmware::Firmware;
+pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
 pub use servo_model::{Protocol, Registers, ServoModel};
+pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
-pub use tentacle::{ArmSettings, Between, Carrier, Pole, TentacleMotion};
+pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
 
 /// A whole robot.
 #[derive(Debug, Clone)]
@@ -59,6 +64,8 @@ pub struct Robot {
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
+    /// The inertial measurement unit in its trunk; none where it has none.
+    pub imu: Option<ImuSettings>,
     /// What it does when it falls; none where the file says nothing.
     pub reflex: Option<ReflexSettings>,
     /// What an arm does that is loaded beyond its limit; none where the file says nothing.

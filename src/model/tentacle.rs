@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::Bending;
 
@@ -30,10 +31,14 @@ pub struct TentacleMotion {
     pub reach_in_body: Option<DVec3>,
     /// Radius of the base, a ball round the trunk's centre, that arms keep clear of, m.
     pub base_radius_m: Option<f64>,
+    /// Distance that arms keep from each other and from the base, skin to skin, m.
+    pub clearance_m: f64,
     /// Mean load of an arm's outer joints on a pole it holds, as a share of stall torque.
     pub grip_share: f64,
     /// What to wind round while the operator does not say.
     pub pole: Option<Pole>,
+    /// Where a tip goes along while the operator does not say.
+    pub path: Option<Box<TipPath>>,
 }
 
 /// One arm: a chain that is an arm ([`super::ArmGeometry`]), and its part in the motion.
@@ -75,6 +80,58 @@ pub struct Pole {
     pub axis: DVec3,
     /// Radius, m.
     pub radius_m: f64,
+}
+
+/// Most places a path leads through: one is part of an order, which is copied from cycle to cycle.
+pub const WAYPOINTS_MAX: usize = 6;
+
+/// A way for a tip: through places, at a speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TipPath {
+    waypoints_in_body: [DVec3; WAYPOINTS_MAX],
+    count: usize,
+    speed_m_s: f64,
+}
+
+/// What makes a path none.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum PathError {
+    /// Too few places or too many.
+    #[error("a path leads through 2 to {WAYPOINTS_MAX} places, not {0}")]
+    Count(usize),
+    /// A number that is none, or no speed.
+    #[error("the places of a path are finite, and its speed is above 0")]
+    Number,
+}
+
+impl TipPath {
+    /// The path through these `waypoints_in_body` (body frame, m), in their order, at `speed_m_s`.
+    ///
+    /// # Errors
+    /// What makes it none.
+    pub fn new(waypoints_in_body: &[DVec3], speed_m_s: f64) -> Result<TipPath, PathError> {
+        let count = waypoints_in_body.len();
+        if !(2..=WAYPOINTS_MAX).contains(&count) {
+            return Err(PathError::Count(count));
+        }
+        let are_finite = waypoints_in_body.iter().all(|waypoint| waypoint.is_finite());
+        if !(are_finite && speed_m_s > 0.0 && speed_m_s.is_finite()) {
+            return Err(PathError::Number);
+        }
+        let mut path = TipPath { waypoints_in_body: [DVec3::ZERO; WAYPOINTS_MAX], count, speed_m_s };
+        path.waypoints_in_body[..count].copy_from_slice(waypoints_in_body);
+        Ok(path)
+    }
+
+    /// The places, body frame, m.
+    pub fn waypoints(&self) -> &[DVec3] {
+        &self.waypoints_in_body[..self.count]
+    }
+
+    /// How fast the tip goes, m/s.
+    pub fn speed_m_s(&self) -> f64 {
+        self.speed_m_s
+    }
 }
 
 /// What lies between key poses.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::Pole;
+use crate::model::{Pole, TentacleMotion, TipPath};
 
 /// What the operator wants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,6 +126,8 @@ pub enum Stroke {
         /// Where the tip is to point to, if that matters: a direction in the body frame.
         direction: Option<DVec3>,
     },
+    /// Bring the tip to where a path begins, and along it.
+    Path(TipPath),
     /// Wind round a pole.
     Wind(Pole),
     /// Unwind, back to rest.
@@ -170,6 +172,18 @@ impl Stroke {
         ("let-go", Stroke::LetGo),
     ];
 
+    /// The stroke of this name, to the place the robot file names for it; none if there is no such stroke or place.
+    pub fn named(name: &str, tentacle: &TentacleMotion) -> Option<Stroke> {
+        match name {
+            "reach" => {
+                tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None })
+            }
+            "path" => tentacle.path.as_deref().copied().map(Stroke::Path),
+            "wind" => tentacle.pole.map(Stroke::Wind),
+            name => Stroke::PLACELESS.iter().find(|(known, _)| *known == name).map(|(_, stroke)| *stroke),
+        }
+    }
+
     /// Its name in files and options.
     pub fn name(self) -> &'static str {
         match self {
@@ -179,6 +193,7 @@ impl Stroke {
             Stroke::Walk => "walk",
             Stroke::Swim => "swim",
             Stroke::Reach { .. } => "reach",
+            Stroke::Path(_) => "path",
             Stroke::Wind(_) => "wind",
             Stroke::LetGo => "let-go",
         }

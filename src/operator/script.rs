@@ -104,6 +104,7 @@ mod tests {
             late_cycles: 0,
             hottest_c: 0.0,
             lowest_v: 0.0,
+            is_imu_lost: false,
             is_recording_lost: false,
         }
     }

@@ -38,14 +38,13 @@ impl Show {
     /// Every stroke these arms know, one after the other, on repeat, for `for_s`.
     pub fn of_all_strokes(tentacle: &TentacleMotion, for_s: f64) -> Script {
         let stroke_s = tentacle.stroke_time_s;
-        let reach =
-            tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None });
-        let wind = tentacle.pole.map(Stroke::Wind);
+        let [reach, path, wind] = ["reach", "path", "wind"].map(|name| Stroke::named(name, tentacle));
         let parts = [
             (Some(Stroke::Sway), 2.0 * stroke_s),
             (Some(Stroke::Walk), 3.0 * stroke_s),
             (Some(Stroke::Swim), 3.0 * stroke_s),
             (reach, REACH_S),
+            (path, 2.0 * stroke_s + REACH_S),
             // Arms rest, lie along the pole, wind round it and hold it.
             (wind, 2.0 * stroke_s + HOLD_S),
             (wind.map(|_| Stroke::LetGo), 2.0 * stroke_s),
@@ -137,6 +136,7 @@ mod tests {
             late_cycles: 0,
             hottest_c,
             lowest_v: 5.0,
+            is_imu_lost: false,
             is_recording_lost: false,
         }
     }

@@ -4,6 +4,9 @@ use super::{Instruction, Key};
 use crate::model::TentacleMotion;
 use crate::motion::{Order, Stroke, StrokeCommand};
 
+/// What the keys 1, 2 and so on ask for.
+const KEYS: [&str; 7] = ["sway", "walk", "swim", "reach", "wind", "let-go", "path"];
+
 /// Steps of tempo from nothing to the robot file's, and the most.
 const TEMPO_STEPS: i8 = 10;
 const TEMPO_STEPS_MAX: i8 = 20;
@@ -15,7 +18,7 @@ const TURN_STEPS_MAX: i8 = 9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrokeKeys {
     /// By the keys 1, 2 and so on; none where the robot file names no place for it.
-    strokes: [Option<Stroke>; 6],
+    strokes: [Option<Stroke>; KEYS.len()],
     stroke: Stroke,
     tempo: i8,
     turn: i8,
@@ -26,14 +29,7 @@ impl StrokeKeys {
     /// For arms with these settings.
     pub fn new(tentacle: &TentacleMotion) -> StrokeKeys {
         StrokeKeys {
-            strokes: [
-                Some(Stroke::Sway),
-                Some(Stroke::Walk),
-                Some(Stroke::Swim),
-                tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None }),
-                tentacle.pole.map(Stroke::Wind),
-                Some(Stroke::LetGo),
-            ],
+            strokes: KEYS.map(|name| Stroke::named(name, tentacle)),
             stroke: Stroke::Rest,
             tempo: TEMPO_STEPS,
             turn: 0,
@@ -72,11 +68,13 @@ impl StrokeKeys {
             Key::Right | Key::Character('d') => self.turn = (self.turn - 1).max(-TURN_STEPS_MAX),
             Key::Character(' ' | '0') => self.stroke = Stroke::Rest,
             Key::Character('p') => self.stroke = Stroke::Park,
-            Key::Character(digit @ '1'..='6') => {
+            Key::Character(digit @ '1'..='7') => {
                 let place = digit.to_digit(10).and_then(|digit| usize::try_from(digit).ok()).unwrap_or(1) - 1;
                 match self.strokes[place] {
                     Some(stroke) => self.stroke = stroke,
-                    None => return Some("the robot file names no place for that: see reach_mm and pole"),
+                    None => {
+                        return Some("the robot file names no place for that: see reach_mm, pole and path");
+                    }
                 }
             }
             Key::Character(_) => {}
@@ -130,6 +128,8 @@ mod tests {
         assert_eq!(strokes, expected);
         assert!(matches!(command("4").stroke, Stroke::Reach { .. }));
         assert!(matches!(command("5").stroke, Stroke::Wind(_)));
+        assert_eq!(command("6").stroke, Stroke::LetGo);
+        assert!(matches!(command("7").stroke, Stroke::Path(_)));
     }
 
     #[test]

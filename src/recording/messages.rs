@@ -212,6 +212,29 @@ pub struct FootPlan {
     pub swing_acceleration_m_s2: f64,
 }
 
+/// `hippocamp.Imu`: see [`crate::signals::ImuReading`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Imu {
+    /// When.
+    pub timestamp: Stamp,
+    /// True once the unit has been heard.
+    pub is_known: bool,
+    /// True where what it said was recent enough to act on.
+    pub is_acted_on: bool,
+    /// Time since it was measured, s.
+    pub age_s: f64,
+    /// Attitude of the trunk.
+    pub roll_rad: f64,
+    /// See `roll_rad`.
+    pub pitch_rad: f64,
+    /// See `roll_rad`.
+    pub yaw_rad: f64,
+    /// Turn rate of the trunk.
+    pub rate_rad_s: Vector3,
+    /// Acceleration less gravity.
+    pub specific_force_m_s2: Vector3,
+}
+
 /// `foxglove.PoseInFrame`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PoseInFrame<'a> {

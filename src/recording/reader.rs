@@ -17,7 +17,7 @@ use super::writer::{OUTCOME_METADATA, ROBOT_ATTACHMENT, RUN_ATTACHMENT};
 use crate::bus::{ServoGoal, Slot};
 use crate::config::{self, ConfigError};
 use crate::model::Robot;
-use crate::signals::FootTarget;
+use crate::signals::{FootTarget, ImuReading};
 use crate::units::Time;
 
 /// Why a file is no recording of this program.
@@ -212,6 +212,8 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     let feet: Option<messages::Feet<'_>> = read(cycle, topics::FEET)?;
     let trunk: Option<messages::PoseInFrame<'_>> = read(cycle, topics::TRUNK)?;
     let buses: Option<messages::Buses<'_>> = read(cycle, topics::BUSES)?;
+    // Not in a recording of a robot that has none.
+    let imu: Option<messages::Imu> = read(cycle, topics::IMU)?;
     let truth: Option<messages::TrueBody> = read(cycle, topics::TRUE_BODY)?;
     let (Some(times), Some(motion), Some(states), Some(goals)) = (times, motion, states, goals) else {
         return Ok(None);
@@ -236,6 +238,18 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.targets.aim = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
     sample.targets.trunk_turn = trunk.pose.orientation.into();
+    if let Some(imu) = imu {
+        sample.imu = ImuReading {
+            is_known: imu.is_known,
+            age_s: imu.age_s,
+            rate_rad_s: imu.rate_rad_s.into(),
+            specific_force_m_s2: imu.specific_force_m_s2.into(),
+            roll_rad: imu.roll_rad,
+            pitch_rad: imu.pitch_rad,
+            yaw_rad: imu.yaw_rad,
+        };
+        sample.state.body.is_known = imu.is_acted_on;
+    }
     sample.truth = truth.map(Into::into);
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;

@@ -8,7 +8,7 @@ use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::cycle::CycleTimes;
 use crate::model::{Chain, Robot};
 use crate::motion::{Activity, Order};
-use crate::signals::{JointTargets, State, Targets, TrueBody};
+use crate::signals::{ImuReading, JointTargets, State, Targets, TrueBody};
 use crate::telemetry::CycleRecord;
 
 /// One bus after a cycle.
@@ -45,6 +45,8 @@ pub struct Sample {
     pub goals: Vec<ServoGoal>,
     /// What the servos answered, one slot a joint.
     pub slots: Vec<Slot>,
+    /// What the inertial measurement unit last said.
+    pub imu: ImuReading,
     /// What is known of the robot after the exchange.
     pub state: State,
     /// Joints that were told something else than was asked.
@@ -72,6 +74,7 @@ impl Sample {
             joints: JointTargets::new(robot),
             goals: vec![ServoGoal::Limp; robot.joints.len()],
             slots: vec![Slot::Missing; robot.joints.len()],
+            imu: ImuReading::default(),
             state: State::new(robot),
             interventions: 0,
             is_held: false,
@@ -112,6 +115,12 @@ impl Sample {
         self.state.joints.clone_from(&record.state.joints);
         self.state.goal_rad.clone_from(&record.state.goal_rad);
         self.state.permission = record.state.permission;
+        let (body, known) = (&mut self.state.body, &record.state.body);
+        body.is_known = known.is_known;
+        (body.roll_rad, body.pitch_rad, body.yaw_rad) = (known.roll_rad, known.pitch_rad, known.yaw_rad);
+        (body.rate_rad_s, body.velocity_m_s) = (known.rate_rad_s, known.velocity_m_s);
+        body.is_in_contact.clone_from(&known.is_in_contact);
+        self.imu = *record.imu;
         self.goals.copy_from_slice(record.goals);
         self.slots.copy_from_slice(record.slots);
         for (sample, bus) in self.buses.iter_mut().zip(buses) {
@@ -134,6 +143,7 @@ impl Sample {
             joints: &self.joints,
             goals: &self.goals,
             slots: &self.slots,
+            imu: &self.imu,
             state: &self.state,
             interventions: self.interventions,
             is_held: self.is_held,

@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::messages::Vector3;
-use crate::model::Pole;
+use crate::model::{Pole, TipPath};
 use crate::motion::{Stroke, StrokeCommand};
 
 /// A [`StrokeCommand`] in the fields of a message.
@@ -25,6 +25,12 @@ pub struct StrokeFields {
     /// Of `wind`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     radius_m: Option<f64>,
+    /// Of `path`, body frame, m.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    waypoints: Option<Vec<Vector3>>,
+    /// Of `path`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    speed_m_s: Option<f64>,
 }
 
 impl From<StrokeCommand> for StrokeFields {
@@ -34,6 +40,10 @@ impl From<StrokeCommand> for StrokeFields {
             Stroke::Wind(pole) => (Some(pole.point_in_body), Some(pole.axis), Some(pole.radius_m)),
             _ => (None, None, None),
         };
+        let path = match command.stroke {
+            Stroke::Path(path) => Some(path),
+            _ => None,
+        };
         StrokeFields {
             stroke: command.stroke.name().to_owned(),
             tempo: command.tempo,
@@ -41,6 +51,8 @@ impl From<StrokeCommand> for StrokeFields {
             point: point.map(Vector3::from),
             direction: direction.map(Vector3::from),
             radius_m,
+            waypoints: path.map(|path| path.waypoints().iter().copied().map(Vector3::from).collect()),
+            speed_m_s: path.map(|path| path.speed_m_s()),
         }
     }
 }
@@ -60,6 +72,13 @@ impl TryFrom<&StrokeFields> for StrokeCommand {
             "reach" => {
                 Stroke::Reach { point_in_body: point()?, direction: fields.direction.map(DVec3::from) }
             }
+            "path" => {
+                let waypoints = fields.waypoints.as_deref().unwrap_or_default();
+                let waypoints: Vec<DVec3> = waypoints.iter().copied().map(DVec3::from).collect();
+                let speed_m_s = fields.speed_m_s.ok_or("a path without a speed")?;
+                let path = TipPath::new(&waypoints, speed_m_s);
+                Stroke::Path(path.map_err(|_| "a path without places or speed")?)
+            }
             "wind" => Stroke::Wind(Pole {
                 point_in_body: point()?,
                 axis: fields.direction.map(DVec3::from).ok_or("a pole without an axis")?,
@@ -71,5 +90,28 @@ impl TryFrom<&StrokeFields> for StrokeCommand {
             }
         };
         Ok(StrokeCommand { stroke, tempo: fields.tempo, turn_rad: fields.turn_rad })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strokes_come_back_as_they_were_recorded() {
+        let pole = Pole { point_in_body: DVec3::X, axis: DVec3::Y, radius_m: 0.03 };
+        let path = TipPath::new(&[DVec3::X, DVec3::new(0.1, 0.2, 0.3), DVec3::Z], 0.08).unwrap();
+        let placed = [
+            Stroke::Reach { point_in_body: DVec3::Z, direction: None },
+            Stroke::Reach { point_in_body: DVec3::Z, direction: Some(DVec3::NEG_Y) },
+            Stroke::Path(path),
+            Stroke::Wind(pole),
+        ];
+        for stroke in Stroke::PLACELESS.map(|(_, stroke)| stroke).into_iter().chain(placed) {
+            let command = StrokeCommand { stroke, tempo: 0.7, turn_rad: -0.2 };
+            let text = serde_json::to_string(&StrokeFields::from(command)).unwrap();
+            let fields: StrokeFields = serde_json::from_str(&text).unwrap();
+            assert_eq!(StrokeCommand::try_from(&fields), Ok(command), "{text}");
+        }
     }
 }

@@ -29,6 +29,7 @@ topics! {
     JOINT_GOALS "/joint_goals" "sensor_msgs/JointState" "JointState.json";
     SERVOS "/servos" "hippocamp.Servos" "Servos.json";
     FEET "/feet" "hippocamp.Feet" "Feet.json";
+    IMU "/imu" "hippocamp.Imu" "Imu.json";
     TRUNK "/trunk" "foxglove.PoseInFrame" "foxglove.PoseInFrame.json";
     MOTION "/motion" "hippocamp.Motion" "Motion.json";
     BUSES "/buses" "hippocamp.Buses" "Buses.json";

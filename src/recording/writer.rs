@@ -107,6 +107,9 @@ impl<W: Write> RecordingWriter<W> {
         self.put(topics::JOINT_GOALS, cycle, at, |robot| joint_goals(robot, sample, stamp))?;
         self.put(topics::SERVOS, cycle, at, |robot| servos(robot, sample, stamp))?;
         self.put(topics::FEET, cycle, at, |robot| feet(robot, sample, stamp))?;
+        if self.robot.imu.is_some() {
+            self.put(topics::IMU, cycle, at, |_| imu(sample, stamp))?;
+        }
         self.put(topics::TRUNK, cycle, at, |_| messages::PoseInFrame {
             timestamp: stamp,
             frame_id: scene::WORLD.into(),
@@ -252,6 +255,21 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
 /// JSON knows no infinity.
 fn finite(place: Option<DVec3>) -> Option<messages::Vector3> {
     place.filter(|place| place.is_finite()).map(messages::Vector3::from)
+}
+
+fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
+    let reading = &sample.imu;
+    messages::Imu {
+        timestamp,
+        is_known: reading.is_known,
+        is_acted_on: sample.state.body.is_known,
+        age_s: reading.age_s,
+        roll_rad: reading.roll_rad,
+        pitch_rad: reading.pitch_rad,
+        yaw_rad: reading.yaw_rad,
+        rate_rad_s: reading.rate_rad_s.into(),
+        specific_force_m_s2: reading.specific_force_m_s2.into(),
+    }
 }
 
 fn motion(sample: &Sample, timestamp: Stamp) -> messages::Motion {

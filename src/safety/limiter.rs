@@ -83,6 +83,19 @@ impl Limiter {
         (goal, differs)
     }
 
+    /// The goal before this one, `dt_s` ago, rad.
+    pub(super) fn goal_before_rad(&self, dt_s: f64) -> f64 {
+        self.goal_rad - self.speed_rad_s * dt_s
+    }
+
+    /// Takes back all but this `share` of the last step, `dt_s` long; returns the goal.
+    pub(super) fn shorten(&mut self, share: f64, dt_s: f64) -> f64 {
+        let before = self.goal_before_rad(dt_s);
+        let goal = before + share * (self.goal_rad - before);
+        self.accept(goal, dt_s);
+        goal
+    }
+
     /// Comes to rest as fast as the acceleration limit allows; returns the goal, and whether that is not
     /// `wanted_rad`.
     pub(super) fn hold(&mut self, wanted_rad: f64, dt_s: f64) -> (f64, bool) {

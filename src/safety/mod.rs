@@ -11,13 +11,16 @@
 
 mod describe;
 mod limiter;
+mod shared;
 mod stall;
 #[cfg(test)]
 mod tests;
 mod trip;
 mod watch;
 
-use crate::model::{OnTrip, Robot, SafetySettings};
+use std::ops::Range;
+
+use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
 use crate::signals::{JointState, JointTargets, Permission, State};
 use limiter::Limiter;
 use trip::Trip;
@@ -68,6 +71,8 @@ impl Command {
 pub struct Safety {
     settings: SafetySettings,
     joints: Vec<JointSafety>,
+    /// Joints that share a range, and which.
+    shared: Vec<(Range<usize>, SharedRange)>,
     watch: Watch,
     command: Command,
     /// Servos restarted so far.
@@ -101,6 +106,7 @@ impl Safety {
         Safety {
             settings: robot.safety.clone(),
             joints: robot.joints.iter().map(of_joint).collect(),
+            shared: SharedRange::of_robot(robot),
             watch: Watch::new(robot),
             command: Command {
                 joints: vec![JointCommand::Limp; robot.joints.len()],
@@ -175,6 +181,7 @@ impl Safety {
             let torque_share = self.settings.torque_share * rise.min(targets.torque_shares[index]);
             self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
         }
+        self.keep_shared_ranges(dt_s, state);
         let is_catching_up =
             |joint: &JointSafety| joint.torque_on_s.is_some() && joint.limiter.is_catching_up();
         if state.permission == Permission::Move && self.joints.iter().any(is_catching_up) {

@@ -3,11 +3,11 @@
 
 mod body;
 
-use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ServoConfig, World};
+use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, ServoConfig, World};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{Protocol, Robot};
+use crate::model::{ImuSettings, Protocol, Robot};
 
 /// How far outside its range a limp joint may lie, share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
@@ -47,10 +47,35 @@ pub fn world_from_pose(
     faults: &FaultScript,
 ) -> Result<World, BuildError> {
     let buses = buses(robot, pose);
-    let Some(physics) = &robot.physics else { return World::new(&buses, faults.clone(), seed) };
-    let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
-    world.put_down(SETTLE_S);
+    let mut world = match &robot.physics {
+        None => World::new(&buses, faults.clone(), seed)?,
+        Some(physics) => {
+            let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
+            world.put_down(SETTLE_S);
+            world
+        }
+    };
+    if let Some(settings) = &robot.imu {
+        world.fit_imu(&imu(settings), seed)?;
+    }
     Ok(world)
+}
+
+/// The unit of a robot file, set up and built in as that says.
+fn imu(settings: &ImuSettings) -> ImuConfig {
+    let noise = &settings.noise;
+    ImuConfig {
+        rate_hz: settings.rate_hz,
+        baud: settings.baud,
+        rotation: settings.rotation.to_array(),
+        delay_s: settings.delay_s,
+        acceleration_noise_m_s2: noise.acceleration_m_s2,
+        acceleration_bias_m_s2: noise.acceleration_bias_m_s2,
+        rate_noise_rad_s: noise.rate_rad_s,
+        rate_bias_rad_s: noise.rate_bias_rad_s,
+        angle_noise_rad: noise.angle_rad,
+        angle_drift_rad: noise.angle_drift_rad,
+    }
 }
 
 /// Reads a fault script, of a file called `file_name`, for the buses of `robot`.

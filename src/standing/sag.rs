@@ -13,8 +13,9 @@ use crate::signals::{Aim, JointTargets, State, Targets};
 
 /// Time in which the correction comes in once the robot is on its feet, s.
 const FADE_S: f64 = 0.5;
-/// Time constant of a change of load, s: in a trot one pair of feet takes over from the other at once.
-const SMOOTHING_S: f64 = 0.03;
+/// Time constant of a change of load, taken twice so that no goal sets out with a jump of its speed, s: in a trot one pair
+/// of feet takes over from the other at once.
+const SMOOTHING_S: f64 = 0.015;
 /// Damping of the way in which joints make up for others, m^2 of lever: keeps a stretched leg from leaping.
 const DAMPING_M2: f64 = 1e-5;
 
@@ -27,6 +28,8 @@ pub struct Sag {
     /// Chains with a foot.
     legs: Vec<usize>,
     wanted_rad: Vec<f64>,
+    /// On its way to what is wanted; the correction follows it.
+    lead_rad: Vec<f64>,
     /// How much of the correction is in, 0 to 1.
     share: f64,
 }
@@ -57,6 +60,7 @@ impl Sag {
             loads: vec![0.0; robot.chains.len()],
             legs: soles.iter().map(|sole| sole.chain).collect(),
             wanted_rad: vec![0.0; robot.joints.len()],
+            lead_rad: vec![0.0; robot.joints.len()],
             share: 0.0,
         })
     }
@@ -67,6 +71,7 @@ impl Sag {
         let is_on_feet = targets.aim == Aim::Tips && !targets.feet.is_empty();
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
             self.share = 0.0;
+            self.lead_rad.fill(0.0);
             joints.sag_rad.fill(0.0);
             return;
         }
@@ -78,8 +83,9 @@ impl Sag {
         self.work_out(joints, state);
         self.share = (self.share + dt_s / FADE_S).min(1.0);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
-        for (sag, wanted) in joints.sag_rad.iter_mut().zip(&self.wanted_rad) {
-            *sag += pace * (self.share * wanted - *sag);
+        for ((sag, lead), wanted) in joints.sag_rad.iter_mut().zip(&mut self.lead_rad).zip(&self.wanted_rad) {
+            *lead += pace * (self.share * wanted - *lead);
+            *sag += pace * (*lead - *sag);
         }
     }
 

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{GRAVITY_M_S2, Sole, Standing, TrunkMotion};
+use super::{GRAVITY_M_S2, Sag, Sole, Standing, TrunkMotion};
 use crate::capability::HorseCapability;
 use crate::config;
 use crate::model::Robot;
 use crate::motion::Command;
+use crate::signals::{Aim, FootTarget, JointTargets, State, Targets};
 
 /// A shipped horse with soles across its legs, and the posture it sits in.
 fn horse() -> (Robot, Vec<Sole>, Vec<f64>) {
@@ -99,4 +100,47 @@ fn a_number_that_is_none_leaves_no_trace() {
     for (torque, good) in standing.torques_nm().iter().zip(good) {
         assert!((torque - good).abs() < 1e-6);
     }
+}
+
+#[test]
+fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
+    let (robot, _, pose) = horse();
+    let mut sag = Sag::new(&robot).unwrap();
+    let (mut targets, mut joints, state) =
+        (Targets::new(&robot), JointTargets::new(&robot), State::new(&robot));
+    joints.angles_rad.copy_from_slice(&pose);
+    sag.step(0.01, &targets, &state, &mut joints);
+    assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0), "nothing on a robot off its feet");
+    targets.aim = Aim::Tips;
+    targets.feet.extend((0..4).map(|chain| FootTarget { chain, load_share: 1.0, ..FootTarget::default() }));
+    let mut before = joints.sag_rad.clone();
+    for _ in 0..200 {
+        sag.step(0.01, &targets, &state, &mut joints);
+        for (now, before) in joints.sag_rad.iter().zip(&before) {
+            assert!((now - before).abs() < 0.001, "it comes in slowly");
+        }
+        before.copy_from_slice(&joints.sag_rad);
+    }
+    let goals: Vec<f64> = pose.iter().zip(&joints.sag_rad).map(|(angle, sag)| angle + sag).collect();
+    for (joint, goal) in robot.joints.iter().zip(&goals) {
+        let (low, high) = joint.goal_range_rad();
+        assert!((low - 1e-12..=high + 1e-12).contains(goal), "{}", joint.name);
+    }
+    // Where servos stand that give way by torque over stiffness.
+    let torques = sag.standing().torques_nm();
+    let stands = |index: usize| {
+        let model = robot.joints[index].servo.unwrap().model;
+        goals[index] - torques[index] / model.stiffness_nm_rad(model.nominal_voltage_v)
+    };
+    for chain in &robot.chains {
+        let tip = |angle: &dyn Fn(usize) -> f64| robot.tip_in_body(chain, chain.joints.clone().map(angle));
+        let told = tip(&|index| pose[index]);
+        let corrected = (tip(&stands) - told).length();
+        let sagging = (tip(&|index| stands(index) - joints.sag_rad[index]) - told).length();
+        assert!(corrected < 1e-4 && sagging > 1e-3, "{}: {corrected} m, {sagging} m", chain.name);
+    }
+    // Off its feet, at once nothing.
+    targets.aim = Aim::Pose;
+    sag.step(0.01, &targets, &state, &mut joints);
+    assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0));
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::CycleRecord;
 use super::report::ArmsReport;
-use crate::model::{Robot, TentacleMotion};
+use crate::model::{GROUPS, Robot, TentacleMotion, segments};
 use crate::signals::Aim;
 
 /// Distances between arms are looked at once in so many cycles: nothing comes near in a few.
@@ -65,11 +65,12 @@ impl ArmObserver {
         for (index, (arm, places)) in self.settings.arms.iter().zip(&self.places).enumerate() {
             for (other, others) in self.settings.arms.iter().zip(&self.places).skip(index + 1) {
                 let skins_m = arm.radius_m + other.radius_m;
-                least_m = least_m.min(distance_m(outer(places), outer(others)) - skins_m);
+                // Their root groups are beside each other however they are bent.
+                let apart_m = distance_m(outer(places), others).min(distance_m(places, outer(others)));
+                least_m = least_m.min(apart_m - skins_m);
             }
             if let Some(radius_m) = self.settings.base_radius_m {
-                let off = |pair: &[DVec3]| from_segment_m(robot.trunk_center_m, pair[0], pair[1]);
-                let nearest_m = outer(places).windows(2).map(off).fold(f64::INFINITY, f64::min);
+                let nearest_m = distance_m(outer(places), &[robot.trunk_center_m; 2]);
                 least_m = least_m.min(nearest_m - radius_m - arm.radius_m);
             }
         }
@@ -77,9 +78,9 @@ impl ArmObserver {
     }
 }
 
-/// An arm but for its first group, which has its neighbours and the base beside it however it is bent.
+/// An arm but for its first group.
 fn outer(places: &[DVec3]) -> &[DVec3] {
-    &places[places.len() / 3..]
+    &places[(places.len() - 1) / GROUPS..]
 }
 
 /// The largest angle between one link and the next, the root's direction before the first, rad.
@@ -95,22 +96,10 @@ fn largest_bend_rad(ahead: DVec3, places: &[DVec3]) -> f64 {
     largest
 }
 
-/// Least distance of two lines through places, m: from the places of each to the links of the other.
+/// Least distance of two lines through places, m.
 fn distance_m(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let one_way = |points: &[DVec3], line: &[DVec3]| {
-        let from_point = |point: &DVec3| {
-            let off = |pair: &[DVec3]| from_segment_m(*point, pair[0], pair[1]);
-            line.windows(2).map(off).fold(f64::INFINITY, f64::min)
-        };
-        points.iter().map(from_point).fold(f64::INFINITY, f64::min)
-    };
-    one_way(a, b).min(one_way(b, a))
-}
-
-fn from_segment_m(point: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let along = to - from;
-    let share = ((point - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    point.distance(from + along * share)
+    let pairs = a.windows(2).flat_map(|a| b.windows(2).map(move |b| ([a[0], a[1]], [b[0], b[1]])));
+    pairs.map(|(a, b)| segments::distance_m(a, b)).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -128,6 +117,7 @@ mod tests {
         assert!((largest_bend_rad(DVec3::NEG_X, &bent).to_degrees() - 180.0).abs() < 1e-9);
         let beside = line(&[[2.0, -1.0, 0.0], [2.0, 3.0, 0.0]]);
         assert!((distance_m(&bent, &beside) - 1.0).abs() < 1e-12);
-        assert!((from_segment_m(DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, DVec3::Y) - 4.0).abs() < 1e-12);
+        let across = line(&[[0.5, -1.0, 0.2], [0.5, 1.0, 0.2]]);
+        assert!((distance_m(&bent, &across) - 0.2).abs() < 1e-12, "between the ends of links, too");
     }
 }

@@ -7,18 +7,21 @@ mod arms;
 mod body;
 mod buses;
 mod feet;
+mod imu;
 mod joints;
 mod report;
 
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
-use crate::signals::{JointTargets, State, Targets, TrueBody};
+use crate::signals::{ImuReading, JointTargets, State, Targets, TrueBody};
 use arms::ArmObserver;
 use body::BodyObserver;
 use buses::BusObserver;
 use feet::FootObserver;
 use hdrhistogram::Histogram;
+use imu::ImuObserver;
+pub use imu::ImuReport;
 use joints::JointObserver;
 pub use report::{
     ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report,
@@ -41,6 +44,8 @@ pub struct CycleRecord<'a> {
     pub goals: &'a [ServoGoal],
     /// What the servos answered, one slot a joint.
     pub slots: &'a [Slot],
+    /// What the inertial measurement unit last said.
+    pub imu: &'a ImuReading,
     /// What is known of the robot after the exchange.
     pub state: &'a State,
     /// Joints that were told something else than was asked.
@@ -64,6 +69,8 @@ pub struct Telemetry {
     /// None on a rig without feet.
     body: Option<BodyObserver>,
     joints: JointObserver,
+    /// None on a robot without an inertial measurement unit.
+    imu: Option<ImuObserver>,
     cycles: u64,
     late_cycles: u64,
     interventions: u64,
@@ -94,6 +101,7 @@ impl Telemetry {
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
             body: robot.motion.horse().map(|_| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),
+            imu: ImuObserver::new(robot),
             cycles: 0,
             late_cycles: 0,
             interventions: 0,
@@ -113,6 +121,9 @@ impl Telemetry {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
         }
         self.joints.observe(robot, record);
+        if let Some(imu) = &mut self.imu {
+            imu.observe(record);
+        }
         if let Some(arms) = &mut self.arms {
             arms.observe(robot, record);
         }

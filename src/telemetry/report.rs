@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::Telemetry;
 use super::arms::ArmObserver;
+use super::imu::{ImuObserver, ImuReport};
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
@@ -70,6 +71,9 @@ pub struct Report {
     /// Arms; none on a rig without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arms: Option<ArmsReport>,
+    /// The inertial measurement unit; none on a robot that has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuReport>,
     /// Falls, as the robot noticed them; none where its file says nothing of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub falls: Option<ReflexReport>,
@@ -303,6 +307,11 @@ impl Telemetry {
     /// Arms so far; none on a rig without.
     pub fn arms_report(&self) -> Option<ArmsReport> {
         self.arms.as_ref().map(ArmObserver::report)
+    }
+
+    /// The inertial measurement unit so far; none on a robot that has none.
+    pub fn imu_report(&self) -> Option<ImuReport> {
+        self.imu.as_ref().map(ImuObserver::report)
     }
 
     /// Feet so far; none on a rig of arms.

@@ -171,6 +171,10 @@ impl Ports for Listening<'_> {
         self.ports.receive(bus, into)
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.ports.receive_imu(into)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.ports.wait_for_input(deadline);
     }

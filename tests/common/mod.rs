@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+pub(crate) mod arm;
 pub(crate) mod bare;
 pub(crate) mod built;
 pub(crate) mod frames;
@@ -336,6 +337,10 @@ impl Ports for SharedPorts {
 
     fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
         self.0.borrow_mut().receive(bus, into)
+    }
+
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.borrow_mut().receive_imu(into)
     }
 
     fn wait_for_input(&mut self, deadline: Time) {

@@ -42,6 +42,10 @@ impl<W: FnMut(&SimPorts)> Ports for Spy<W> {
         self.inner.receive(bus, into)
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.inner.receive_imu(into)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.inner.wait_for_input(deadline);
     }

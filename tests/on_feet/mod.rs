@@ -9,7 +9,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::horse::{Drive, HorsePlan};
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::safety::Safety;
-use hippocamp::signals::{Aim, JointState, JointTargets, Permission, Slot, State, Targets};
+use hippocamp::signals::{Aim, ImuReading, JointState, JointTargets, Permission, Slot, State, Targets};
 use hippocamp::telemetry::{CycleRecord, Telemetry};
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
@@ -102,6 +102,7 @@ impl<'r> OnFeet<'r> {
                 joints: &self.joints,
                 goals: self.goals.servos(),
                 slots: &self.slots,
+                imu: &ImuReading::default(),
                 state: &self.state,
                 interventions,
                 is_held: false,

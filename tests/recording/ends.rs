@@ -88,6 +88,10 @@ impl Ports for Panicking {
         self.0.receive(bus, into)
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.receive_imu(into)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.0.wait_for_input(deadline);
     }

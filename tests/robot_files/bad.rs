@@ -35,6 +35,36 @@ const fn missing(
     Bad { old, new, key, value: None, said }
 }
 
+const IMU: &[Bad] = &[
+    bad("rate_hz = 100\n", "@rate_hz = 150\n", "imu.rate_hz", "150", &["20, 50, 100, 125, 200"]),
+    bad(
+        "baud = 38400\nrpy",
+        "@baud = 19200\nrpy",
+        "imu.baud",
+        "19200",
+        &["at least 33000", "100 measurements"],
+    ),
+    bad("baud = 38400\nrpy", "@baud = 1000000\nrpy", "imu.baud", "1000000", &["115200", "921600"]),
+    bad("delay_ms = 4", "@delay_ms = -1", "imu.delay_ms", "-1", &["from 0 to 100"]),
+    bad(
+        "stale_s = 0.21",
+        "@stale_s = 0.02",
+        "imu.stale_s",
+        "0.02",
+        &["at least 0.032", "a cycle of the loop"],
+    ),
+    bad(
+        "lost_speed_share = 0.35",
+        "@lost_speed_share = 0",
+        "imu.lost_speed_share",
+        "0",
+        &["above 0 and at most 1"],
+    ),
+    bad("rate_deg_s = 0\n", "@rate_deg_s = -1\n", "imu.noise.rate_deg_s", "-1", &["turn rate", "from 0"]),
+    bad("rpy_deg = [180, 0, 90]", "@rpy_deg = [180, 0]", "imu.rpy_deg", "[180, 0]", &["3 numbers"]),
+    bad("delay_ms = 4", "@delays_ms = 4", "imu.delays_ms", "4", &["did you mean delay_ms?"]),
+];
+
 const TOP: &[Bad] = &[
     missing("name = \"foal\"", "@", "name", &["robot's name", "text in quotes"]),
     bad("\"foal\"", "@\"  \"", "name", "\"  \"", &["text in quotes"]),
@@ -382,7 +412,7 @@ fn check(case: &Bad) {
 
 #[test]
 fn top_and_trunk() {
-    TOP.iter().for_each(check);
+    TOP.iter().chain(IMU).for_each(check);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is written is what is read.
 
-use hippocamp::config::{self, Unit, UnitBus, UnitJoint};
+use hippocamp::config::{self, Unit, UnitBus, UnitImu, UnitJoint};
 use hippocamp::model::Firmware;
 use proptest::prelude::*;
 use toml::value::Date;
@@ -14,6 +14,12 @@ fn the_file_is_as_a_person_would_write_it() {
         calibrated_on: Some(Date { year: 2026, month: 3, day: 9 }),
         calibration_hash: Some("00ff".into()),
         buses: vec![UnitBus { name: "legs".into(), device: "/dev/serial/by-id/a".into() }],
+        imu: Some(UnitImu {
+            device: "/dev/serial/by-id/b".into(),
+            baud: Some(115_200),
+            rpy_deg: Some([0.0, 0.5, -90.0]),
+            rates_reversed: None,
+        }),
         joints: vec![UnitJoint {
             name: "left_hind.hip".into(),
             zero_count: -12.5,
@@ -26,6 +32,7 @@ fn the_file_is_as_a_person_would_write_it() {
         text_of(&unit, "golden"),
         "version = 1\nrobot_file = \"horse.toml\"\ncalibrated_on = 2026-03-09\ncalibration_hash = \"00ff\"\n\n\
          [[bus]]\nname = \"legs\"\ndevice = \"/dev/serial/by-id/a\"\n\n\
+         [imu]\ndevice = \"/dev/serial/by-id/b\"\nbaud = 115200\nrpy_deg = [0.0, 0.5, -90.0]\n\n\
          [[joint]]\nname = \"left_hind.hip\"\nzero_count = -12.5\ndirection_checked = true\nfirmware = \"3.10\"\n"
     );
     assert_eq!(
@@ -78,7 +85,13 @@ proptest! {
             robot_file,
             calibrated_on: date.map(|(year, month, day)| Date { year, month, day }),
             calibration_hash: hash,
-            buses: vec![UnitBus { name: "a".into(), device }],
+            buses: vec![UnitBus { name: "a".into(), device: device.clone() }],
+            imu: reversed.map(|_| UnitImu {
+                device,
+                baud: None,
+                rpy_deg: Some([zero_count, 0.0, 1.0]),
+                rates_reversed: reversed,
+            }),
             joints: vec![UnitJoint { name: "b".into(), zero_count, reversed, direction_checked, firmware }],
         };
         prop_assert_eq!(parsed(&text_of(&unit, "any")).unit, unit);

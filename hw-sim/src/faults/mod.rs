@@ -174,6 +174,33 @@ impl BusFaults {
     }
 }
 
+/// The faults of the inertial measurement unit.
+#[derive(Debug, Default)]
+pub(crate) struct ImuFaults {
+    faults: Vec<Fault>,
+}
+
+impl ImuFaults {
+    pub(crate) fn is_on(&self, now_ns: u64, kind: FaultKind) -> bool {
+        self.faults.iter().any(|fault| fault.kind == kind && fault.is_on(now_ns))
+    }
+}
+
+/// What a script comes to: the faults of every bus, of the host, and of the inertial measurement unit.
+pub(crate) struct Assigned {
+    pub(crate) buses: Vec<BusFaults>,
+    pub(crate) stalls: HostStalls,
+    pub(crate) imu: ImuFaults,
+}
+
+impl FaultKind {
+    /// True of what befalls the inertial measurement unit.
+    pub fn is_of_imu(self) -> bool {
+        use FaultKind::{ImuFrozen, ImuGarbled, ImuSilent, ImuUnplugged};
+        matches!(self, ImuFrozen | ImuGarbled | ImuSilent | ImuUnplugged)
+    }
+}
+
 /// Moments at which the host oversleeps.
 #[derive(Debug, Default)]
 pub(crate) struct HostStalls {
@@ -192,7 +219,7 @@ impl HostStalls {
 
 impl FaultScript {
     /// Gives every bus its faults.
-    pub(crate) fn assign(self, buses: &[BusConfig]) -> Result<(Vec<BusFaults>, HostStalls), BuildError> {
+    pub(crate) fn assign(self, buses: &[BusConfig]) -> Result<Assigned, BuildError> {
         let mut assigned: Vec<BusFaults> = buses
             .iter()
             .map(|bus| BusFaults {
@@ -201,6 +228,7 @@ impl FaultScript {
             })
             .collect();
         let mut stalls = HostStalls::default();
+        let mut imu = ImuFaults::default();
         let mut mistakes = Vec::new();
         for fault in &self.faults {
             let places = targets::buses_of(&fault.target, buses).unwrap_or_else(|mistake| {
@@ -215,6 +243,10 @@ impl FaultScript {
             let until_ns = for_ns.map_or(u64::MAX, |for_ns| from_ns.saturating_add(for_ns));
             if let FaultKind::LateHost { delay_ms } = fault.kind {
                 stalls.stalls.push((from_ns, nanoseconds(delay_ms / 1000.0)));
+                continue;
+            }
+            if fault.kind.is_of_imu() {
+                imu.faults.push(Fault { kind: fault.kind, from_ns, until_ns, id: None });
                 continue;
             }
             if let FaultKind::Push(_) = fault.kind {
@@ -234,6 +266,6 @@ impl FaultScript {
         for faults in &mut assigned {
             faults.unplugs_ns.sort_unstable_by(|a, b| b.cmp(a));
         }
-        Ok((assigned, stalls))
+        Ok(Assigned { buses: assigned, stalls, imu })
     }
 }

@@ -23,6 +23,8 @@ enum Scope {
     Servos,
     /// Servos, once: no `for_s`.
     ServosOnce,
+    /// The inertial measurement unit: no `bus` or `id`.
+    Imu,
     /// The trunk: no `bus` or `id`, and keys of its own.
     Trunk,
 }
@@ -41,7 +43,7 @@ const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> K
     Kind { word, scope, own: None, make }
 }
 
-static KINDS: [Kind; 17] = [
+static KINDS: [Kind; 21] = [
     kind("silent", Scope::Servos, |_| FaultKind::Silent),
     Kind {
         own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
@@ -73,6 +75,10 @@ static KINDS: [Kind; 17] = [
         own: Some(("celsius", "the temperature of the servo", -40.0..=200.0)),
         ..kind("hot", Scope::Servos, |celsius| FaultKind::Hot { celsius })
     },
+    kind("imu-silent", Scope::Imu, |_| FaultKind::ImuSilent),
+    kind("imu-frozen", Scope::Imu, |_| FaultKind::ImuFrozen),
+    kind("imu-garbled", Scope::Imu, |_| FaultKind::ImuGarbled),
+    kind("imu-unplugged", Scope::Imu, |_| FaultKind::ImuUnplugged),
     kind("push", Scope::Trunk, |impulse_n_s| {
         FaultKind::Push(ScriptedPush {
             impulse_n_s,
@@ -341,7 +347,7 @@ impl<'a> Section<'a> {
         for key in &KEYS[2..] {
             let belongs = match *key {
                 "for_s" => !matches!(kind.scope, Scope::Host | Scope::ServosOnce),
-                "bus" => !matches!(kind.scope, Scope::Host | Scope::Trunk),
+                "bus" => !matches!(kind.scope, Scope::Host | Scope::Imu | Scope::Trunk),
                 "id" => matches!(kind.scope, Scope::Servos | Scope::ServosOnce),
                 push_key if PUSH_KEYS.contains(&push_key) => kind.scope == Scope::Trunk,
                 own_key => own == Some(own_key),

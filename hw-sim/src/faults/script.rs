@@ -56,6 +56,14 @@ pub enum FaultKind {
         /// Which, °C.
         celsius: f64,
     },
+    /// The inertial measurement unit says nothing.
+    ImuSilent,
+    /// It goes on saying what it said last.
+    ImuFrozen,
+    /// Every byte it says is another.
+    ImuGarbled,
+    /// Its adapter is gone.
+    ImuUnplugged,
 }
 
 /// A push of the trunk.

@@ -5,6 +5,7 @@
 //! depend on how the host cuts time into calls. What a person does with single servos is in `hands`.
 
 mod hands;
+mod imu_line;
 
 use std::collections::BTreeSet;
 
@@ -13,7 +14,8 @@ use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
 use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
-use crate::faults::{FaultScript, HostStalls, Pushes};
+use crate::faults::{Assigned, FaultScript, HostStalls, ImuFaults, Pushes};
+use crate::imu::Imu;
 use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
@@ -54,6 +56,9 @@ pub struct World {
     torques: Vec<f64>,
     body: Box<dyn Body + Send>,
     stalls: HostStalls,
+    imu: Option<Box<Imu>>,
+    /// Those of the unit that may yet be fitted.
+    imu_faults: ImuFaults,
     /// Pushes: from when, until when (exclusive), ns, and what.
     pushes: Vec<(u64, u64, Push)>,
     scripted_pushes: Pushes,
@@ -69,7 +74,7 @@ impl World {
     /// or servo that does not exist.
     pub fn new(buses: &[BusConfig], faults: FaultScript, seed: u64) -> Result<World, BuildError> {
         let scripted_pushes = Pushes::of(&faults, seed);
-        let (bus_faults, stalls) = faults.assign(buses)?;
+        let Assigned { buses: bus_faults, stalls, imu: imu_faults } = faults.assign(buses)?;
         let mut built = Vec::new();
         let mut shafts = Vec::new();
         let mut names = BTreeSet::new();
@@ -98,6 +103,8 @@ impl World {
             torques,
             body: Box::new(FreeJoints),
             stalls,
+            imu: None,
+            imu_faults,
             pushes: Vec::new(),
             scripted_pushes,
             turning: Vec::new(),
@@ -195,7 +202,8 @@ impl World {
     /// When to come back for a host that is served in pieces, as a USB adapter does: when a burst will have
     /// crossed a line whole, or a piece of it will have got through an adapter. None while every line rests.
     pub fn next_handover_ns(&self) -> Option<u64> {
-        self.buses.iter().filter_map(Bus::next_handover_ns).min()
+        let imu = self.imu.as_ref().and_then(|imu| imu.next_handover_ns());
+        self.buses.iter().filter_map(Bus::next_handover_ns).chain(imu).min()
     }
 
     /// Whether a script has the adapter of a bus out now, or there is no such bus.
@@ -279,6 +287,13 @@ impl World {
                 (at, who) = (bus_ns, Some(index));
             }
         }
+        if let Some(imu) = &mut self.imu
+            && imu.next_ns() < at
+            && imu.next_ns() <= ns
+        {
+            imu.step();
+            return true;
+        }
         if at > ns {
             return false;
         }
@@ -321,6 +336,9 @@ impl World {
         self.body.step(STEP_S, &mut self.shafts, &self.torques);
         self.turn_by_hand();
         self.observe(now_ns, STEP_S);
+        if let Some(imu) = &mut self.imu {
+            imu.observe(now_ns, self.body.state());
+        }
     }
 
     fn observe(&mut self, now_ns: u64, dt_s: f64) {

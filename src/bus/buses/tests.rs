@@ -175,6 +175,7 @@ fn robot() -> Robot {
         physics: None,
         balance: None,
         stop_action: StopAction::Hold,
+        imu: None,
         reflex: None,
         yielding: None,
     }

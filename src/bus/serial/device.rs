@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use serialport::{ErrorKind, SerialPort, TTYPort};
 
-use crate::model::Bus;
+use crate::model::{Bus, IMU_LINE, ImuSettings};
 use crate::platform::{descriptor, set_low_latency};
 
 /// Links to the adapters that are plugged in, named after maker and serial number (udev).
@@ -33,6 +33,13 @@ impl Device {
     /// `bus` on the device at `path`.
     pub fn of(bus: &Bus, path: PathBuf) -> Device {
         Device { bus: bus.name.clone(), path, baud: bus.baud, adapter_latency_us: bus.adapter_latency_us }
+    }
+}
+
+impl Device {
+    /// The inertial measurement unit on the device at `path`.
+    pub fn of_imu(imu: &ImuSettings, path: PathBuf) -> Device {
+        Device { bus: IMU_LINE.to_owned(), path, baud: imu.baud, adapter_latency_us: 1000 }
     }
 }
 

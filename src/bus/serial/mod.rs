@@ -31,8 +31,11 @@ const PIECES_MAX: usize = 16;
 /// A robot's serial lines, all open, none shared with another program.
 #[derive(Debug)]
 pub struct SerialPorts {
-    /// Each bus's line; none while it is gone.
+    /// Each bus's line, and behind them that of the inertial measurement unit, if there is one; none while it is gone.
     lines: Vec<Option<TTYPort>>,
+    /// Place of the unit's line.
+    imu: Option<usize>,
+    /// The buses' lines alone: nobody waits for the unit.
     poll_list: PollList,
     /// None where a line that is lost is lost for good.
     reopener: Option<Reopener>,
@@ -49,18 +52,28 @@ impl SerialPorts {
     /// # Errors
     /// Every device that cannot be used, and why. None is kept open then.
     pub fn open(devices: &[Device]) -> Result<SerialPorts, OpenError> {
-        let lines = device::open_all(devices)?;
-        let mut poll_list = PollList::new(lines.len());
-        for (bus, port) in lines.iter().enumerate() {
+        SerialPorts::open_with_imu(devices, None)
+    }
+
+    /// The same, and the line of the inertial measurement unit.
+    ///
+    /// # Errors
+    /// As [`SerialPorts::open`].
+    pub fn open_with_imu(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts, OpenError> {
+        let devices: Vec<Device> = buses.iter().chain(imu).cloned().collect();
+        let lines = device::open_all(&devices)?;
+        let mut poll_list = PollList::new(buses.len());
+        for (bus, port) in lines.iter().take(buses.len()).enumerate() {
             poll_list.set(bus, Some(port));
         }
         Ok(SerialPorts {
             lines: lines.into_iter().map(Some).collect(),
+            imu: imu.map(|_| buses.len()),
             poll_list,
-            reopener: Some(Reopener::start(devices.to_vec())),
             start: monotonic(),
             notes: devices.iter().filter_map(latency::advice).collect(),
             paths: devices.iter().map(|device| device.path.display().to_string()).collect(),
+            reopener: Some(Reopener::start(devices)),
         })
     }
 
@@ -74,6 +87,7 @@ impl SerialPorts {
         }
         SerialPorts {
             lines,
+            imu: None,
             poll_list,
             reopener: None,
             start: monotonic(),
@@ -98,7 +112,9 @@ impl SerialPorts {
 
     /// Gives a line up, and has its device tried again.
     fn lose(&mut self, bus: usize) -> PortError {
-        self.poll_list.set(bus, None);
+        if self.imu != Some(bus) {
+            self.poll_list.set(bus, None);
+        }
         let port = self.lines.get_mut(bus).and_then(Option::take);
         if let (Some(port), Some(reopener)) = (port, &self.reopener) {
             reopener.hand_over(bus, port);
@@ -109,7 +125,9 @@ impl SerialPorts {
     /// Takes lines that are back into use.
     fn take_back(&mut self) {
         while let Some((bus, port)) = self.reopener.as_ref().and_then(Reopener::returned) {
-            self.poll_list.set(bus, Some(&port));
+            if self.imu != Some(bus) {
+                self.poll_list.set(bus, Some(&port));
+            }
             if let Some(line) = self.lines.get_mut(bus) {
                 *line = Some(port);
             }
@@ -161,9 +179,14 @@ impl Ports for SerialPorts {
         }
     }
 
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        let Some(imu) = self.imu else { return Ok(0) };
+        self.receive(imu, into).map_err(|_| PortError::ImuGone)
+    }
+
     fn wait_for_input(&mut self, deadline: Time) {
         self.poll_list.wait_until(self.start + Duration::from_nanos(deadline.0));
-        for bus in 0..self.lines.len() {
+        for bus in 0..self.imu.unwrap_or(self.lines.len()) {
             // Without this, a line that is hung up would end every wait at once.
             if self.poll_list.readiness(bus) == Readiness::HungUp {
                 self.lose(bus);

@@ -106,6 +106,10 @@ impl Shared {
     /// Gives a line back that was opened again, if the servos of `bus` are on it. Only reads.
     fn recognise(&self, bus: usize, port: TTYPort) -> Option<TTYPort> {
         let Some(robot) = self.robot.get() else { return Some(port) };
+        if bus >= robot.buses.len() {
+            // An inertial measurement unit has no name to ask for.
+            return Some(port);
+        }
         let mut buses = Buses::new(robot, SerialPorts::with_only(bus, robot.buses.len(), port));
         let found = match buses.company(robot, bus) {
             Company::Own => return buses.into_ports().into_line(bus),

@@ -14,7 +14,7 @@ use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::Device;
 use crate::config::{UnitBus, UnitFile, default_unit_path, nearest};
-use crate::model::{Bus, Robot};
+use crate::model::{Bus, IMU_LINE, Robot};
 
 /// `--port BUS=PATH`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,6 +24,11 @@ pub(super) struct PortOption {
 }
 
 impl PortOption {
+    /// True of a bus; false of the inertial measurement unit.
+    pub(super) fn is_bus(&self) -> bool {
+        self.bus != IMU_LINE
+    }
+
     /// As it stands in a unit file.
     pub(super) fn to_unit_bus(&self) -> UnitBus {
         // A link in /dev/serial/by-id stays one.
@@ -72,7 +77,8 @@ pub(super) enum Choice {
         /// On a virtual clock.
         is_virtual: bool,
     },
-    /// On real ports: one for each bus, in the robot's order of buses; all paths different.
+    /// On real ports: one for each bus, in the robot's order of buses, and behind them that of the inertial measurement
+    /// unit, if there is one; all paths different.
     Devices(Vec<PortOption>),
 }
 
@@ -159,7 +165,14 @@ fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> bool {
 
 /// Opens `ports`, one for each bus of `robot`, and says what could be better about them.
 pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
-    let ports = SerialPorts::open(&devices(robot, ports)?)?;
+    let imu = imu_device(robot, ports);
+    if robot.imu.is_some() && imu.is_none() {
+        warn(
+            "the robot file has an inertial measurement unit, and there is no device for it: the robot goes slower, without \
+             feedback ('hippocamp imu setup', or --port imu=PATH)",
+        );
+    }
+    let ports = SerialPorts::open_with_imu(&devices(robot, ports)?, imu.as_ref())?;
     ports.notes().iter().for_each(|note| warn(note));
     Ok(ports)
 }
@@ -172,7 +185,8 @@ pub(super) fn warn(text: &str) {
 /// Each for a bus of the robot, each bus once.
 fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
     for (index, port) in ports.iter().enumerate() {
-        let names = || robot.buses.iter().map(|of| of.name.as_str());
+        let imu = robot.imu.as_ref().map(|_| IMU_LINE);
+        let names = || robot.buses.iter().map(|of| of.name.as_str()).chain(imu);
         if !names().any(|name| name == port.bus) {
             let near =
                 nearest(&port.bus, names()).map(|near| format!("; did you mean {near}?")).unwrap_or_default();
@@ -209,7 +223,8 @@ fn fill_up(
             missing.join(", ")
         )));
     }
-    let all: Vec<PortOption> = names().filter_map(port_of).collect();
+    let imu = robot.imu.as_ref().and_then(|_| imu_port(unit, ports));
+    let all: Vec<PortOption> = names().filter_map(port_of).chain(imu).collect();
     for (index, port) in all.iter().enumerate() {
         if let Some(twin) = all[..index].iter().find(|twin| twin.path == port.path) {
             let (a, b, path) = (&twin.bus, &port.bus, port.path.display());
@@ -217,6 +232,21 @@ fn fill_up(
         }
     }
     Ok(all)
+}
+
+/// Where the inertial measurement unit is, if that is known: the user's device before the unit file's.
+fn imu_port(unit: Option<&UnitFile>, ports: &[PortOption]) -> Option<PortOption> {
+    let from_unit = || {
+        let entry = unit?.unit.imu.as_ref()?;
+        Some(PortOption { bus: IMU_LINE.to_owned(), path: PathBuf::from(&entry.device) })
+    };
+    ports.iter().find(|port| port.bus == IMU_LINE).cloned().or_else(from_unit)
+}
+
+/// The device of the inertial measurement unit, where `ports` has one.
+pub(super) fn imu_device(robot: &Robot, ports: &[PortOption]) -> Option<Device> {
+    let port = ports.iter().find(|port| port.bus == IMU_LINE)?;
+    Some(Device::of_imu(robot.imu.as_ref()?, port.path.clone()))
 }
 
 /// The device of each bus, in the order of the robot's buses.

@@ -48,7 +48,8 @@ impl UnitNotes {
 
     /// Notes the device of every bus.
     pub(super) fn set_devices(&mut self, devices: &[PortOption]) -> Result<()> {
-        let buses: Vec<UnitBus> = devices.iter().map(PortOption::to_unit_bus).collect();
+        let buses: Vec<UnitBus> =
+            devices.iter().filter(|port| port.is_bus()).map(PortOption::to_unit_bus).collect();
         if buses == self.unit.buses {
             return Ok(());
         }

@@ -20,6 +20,7 @@ use self::rig::Rig;
 use super::run::fault_script;
 use super::{BadInput, SimArguments, unit};
 use crate::config;
+use crate::model::IMU_LINE;
 
 /// Serves the robot's buses until a signal, or `quit`.
 pub(super) fn sim(options: &SimArguments) -> Result<()> {
@@ -46,7 +47,11 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
 
     // Before there are links that a signal would leave behind.
     let stop = stop_signals()?;
-    let links = Links::take(options.link.as_deref(), &options.robot, world.lines().map(|(name, _)| name))?;
+    let links = Links::take(
+        options.link.as_deref(),
+        &options.robot,
+        world.lines().map(|(name, _)| name).chain(world.has_imu().then_some(IMU_LINE)),
+    )?;
     let server = PtyServer::start(world, links.folder())
         .with_context(|| format!("the buses could not be served in {}", links.folder().display()))?;
     rig.announce(&server);

@@ -159,6 +159,11 @@ impl Rig {
             let (name, protocol) = (&bus.name, bus.protocol.name());
             say!("  {name}: {} -> {} ({protocol}, {} baud)", path.display(), terminal.display(), bus.baud);
         }
+        if let Some(path) = server.imu_path() {
+            let terminal = std::fs::read_link(path).unwrap_or_default();
+            let baud = self.robot.imu.as_ref().map_or(0, |imu| imu.baud);
+            say!("  imu: {} -> {} (WitMotion, {baud} baud)", path.display(), terminal.display());
+        }
         say!("Type help for what can be done to the servos; Ctrl-C ends.");
     }
 }

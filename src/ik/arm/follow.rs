@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::super::pose::Angle;
-use super::pose::{Axis, Pose};
+use super::pose::Pose;
+use crate::model::Axis;
 
 impl Pose {
     /// Points each link at its place in turn, as far as the ranges let it; what one misses the next makes good.

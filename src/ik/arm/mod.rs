@@ -6,9 +6,11 @@
 //! pose before; when the motion is new it starts from arcs ([`arcs`]). Never allocates after construction.
 
 mod arcs;
+mod clearance;
 mod follow;
 mod groups;
 mod hand_over;
+mod held;
 mod pose;
 mod sections;
 mod smooth;
@@ -20,6 +22,7 @@ use glam::DVec3;
 use crate::model::{ArmGeometry, Bending, Chain, GROUPS, Joint};
 use crate::signals::{ArmAim, ArmTarget};
 use arcs::SIDES;
+pub use clearance::{Clearance, Mode};
 pub use hand_over::HandOver;
 use pose::Pose;
 pub use sections::SectionSolver;

@@ -1,25 +1,15 @@
 //! The pose of an arm: each hinge's angle with its sine and cosine, its place and its axis.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 
 use super::super::pose::{Angle, SMALL_TURN_RAD, small_turn};
 use super::smooth::rest_bend;
-use crate::model::ball_joint::SwingTwist;
-use crate::model::{ArmGeometry, BallJoint, Chain, Joint};
-
-/// Coordinate axis of its own frame that a hinge turns about. An arm's hinges have no others, which makes a turn half
-/// the arithmetic of one about any axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Axis {
-    X,
-    Y,
-    Z,
-}
+use crate::model::{ArmGeometry, Axis, Chain, Joint, SharedRange};
 
 /// A hinge and where the solve has it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hinge {
-    // What is fixed.
+    // What is fixed. An arm's hinges turn about coordinate axes, which makes a turn half the arithmetic of one about any.
     pub(super) axis: Axis,
     /// 1, or -1 where it turns about the axis backwards.
     pub(super) sense: f64,
@@ -47,7 +37,7 @@ pub(super) struct Hinge {
 pub(super) struct Ball {
     pub(super) first: usize,
     pub(super) end: usize,
-    pub(super) range: Option<BallJoint>,
+    pub(super) range: Option<SharedRange>,
 }
 
 /// An arm's fixed geometry and its pose.
@@ -62,32 +52,9 @@ pub(super) struct Pose {
     next: usize,
 }
 
-impl Axis {
-    fn turn(self, angle: f64) -> DQuat {
-        match self {
-            Axis::X => DQuat::from_rotation_x(angle),
-            Axis::Y => DQuat::from_rotation_y(angle),
-            Axis::Z => DQuat::from_rotation_z(angle),
-        }
-    }
-
-    /// The turn about it that brings x as near to `way`, in the hinge's frame, as it can; none by a twist.
-    pub(super) fn aim(self, way: DVec3) -> f64 {
-        match self {
-            Axis::X => 0.0,
-            Axis::Y => (-way.z).atan2(way.x),
-            Axis::Z => way.y.atan2(way.x),
-        }
-    }
-}
-
 impl Hinge {
     fn new(joint: &Joint, ball: usize) -> Hinge {
-        let (axis, along) = match joint.axis.abs().max_position() {
-            0 => (Axis::X, joint.axis.x),
-            1 => (Axis::Y, joint.axis.y),
-            _ => (Axis::Z, joint.axis.z),
-        };
+        let (axis, sense) = Axis::of(joint);
         let (low, high) = joint.goal_range_rad();
         let rest_rad = match axis {
             Axis::X => 0.0,
@@ -96,7 +63,7 @@ impl Hinge {
         };
         Hinge {
             axis,
-            sense: along.signum(),
+            sense,
             link_m: joint.link_m.x,
             range_rad: (low, high),
             stiffness: joint.stiffness,
@@ -152,7 +119,8 @@ impl Pose {
         let mut hinges = Vec::with_capacity(joints.len());
         let mut balls = Vec::with_capacity(arm.joints.len());
         for (ball, joint) in arm.joints.iter().enumerate() {
-            let range = joint.range.clone();
+            let range =
+                joint.range.clone().map(|range| SharedRange::new(&joints[joint.hinges.clone()], range));
             balls.push(Ball { first: joint.hinges.start, end: joint.hinges.end, range });
             hinges.extend(joints[joint.hinges.clone()].iter().map(|joint| Hinge::new(joint, ball)));
         }
@@ -245,13 +213,13 @@ impl Pose {
     #[inline]
     pub(super) fn hold_ball(&mut self, ball: usize, from: (DVec3, DMat3)) -> (DVec3, DMat3) {
         let Ball { first, end, .. } = self.balls[ball];
-        if self.balls[ball].range.is_some() {
+        if let Some(range) = &self.balls[ball].range {
             let mut angles = [0.0; 3];
             let angles = &mut angles[..end - first];
             for (angle, hinge) in angles.iter_mut().zip(&self.hinges[first..end]) {
                 *angle = hinge.angle.rad;
             }
-            if self.bring_into_range(ball, angles) {
+            if range.bring_in(angles) {
                 for (hinge, angle) in self.hinges[first..end].iter_mut().zip(angles) {
                     hinge.angle = Angle::of(hinge.held(*angle));
                 }
@@ -259,39 +227,5 @@ impl Pose {
         }
         let hinges = self.hinges[first..end].iter_mut();
         hinges.fold(from, |(place, rotation), hinge| hinge.put(place, rotation))
-    }
-
-    /// Brings the `angles` of joint `ball` into the range its hinges share; says whether they were outside.
-    pub(super) fn bring_into_range(&self, ball: usize, angles: &mut [f64]) -> bool {
-        let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
-        let hinges = &self.hinges[*first..*end];
-        let turn = hinges
-            .iter()
-            .zip(&*angles)
-            .fold(DQuat::IDENTITY, |turn, (hinge, angle)| turn * hinge.axis.turn(hinge.sense * angle));
-        let asked = SwingTwist::of(turn);
-        let mut held = range.nearest(asked);
-        let can_twist = hinges.iter().any(|hinge| hinge.axis == Axis::X);
-        if !can_twist {
-            // Two hinges have the twist that comes with their swing.
-            held.twist_rad = asked.twist_rad;
-        }
-        if held == asked {
-            return false;
-        }
-        let mut left = held.turn();
-        let last = hinges.iter().rposition(|hinge| hinge.axis != Axis::X);
-        for (index, (hinge, angle)) in hinges.iter().zip(angles).enumerate() {
-            let way = left * DVec3::X;
-            let sign = if way.x < 0.0 && Some(index) != last { -1.0 } else { 1.0 };
-            let aim = match hinge.axis {
-                // Once the link points where it is to, what is left is twist.
-                Axis::X => SwingTwist::of(left).twist_rad,
-                Axis::Y | Axis::Z => hinge.axis.aim(way * sign),
-            };
-            *angle = hinge.sense * aim;
-            left = hinge.axis.turn(-aim) * left;
-        }
-        true
     }
 }

@@ -150,7 +150,8 @@ impl Pose {
 
     /// Holds the hinges of joint `ball` where this share of their turns would leave the range they share; says whether.
     fn hold_in_range(&mut self, ball: usize, share: f64) -> bool {
-        let Ball { first, end, range: Some(_) } = self.balls[ball] else { return false };
+        let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
+        let (first, end) = (*first, *end);
         if !self.hinges[first..end].iter().any(|hinge| hinge.is_free) {
             return false;
         }
@@ -160,7 +161,7 @@ impl Pose {
             let share = if hinge.is_free { share } else { 1.0 };
             *angle = hinge.held(hinge.angle.rad + share * hinge.turn_rad);
         }
-        if !self.bring_into_range(ball, angles) {
+        if !range.bring_in(angles) {
             return false;
         }
         for (hinge, angle) in self.hinges[first..end].iter_mut().zip(angles) {

@@ -26,6 +26,8 @@ pub struct Drive {
     way_reach: Reachable,
     /// How much of the gaits' bob the trunk does, 0 to 1: it grows with the first stride and fades with the last.
     bob_share: f64,
+    /// Share of the gait's top speed it keeps to, 0 to 1.
+    speed_share: f64,
     now_s: f64,
     /// Place of the trunk's middle over the ground, m.
     trunk_m: DVec2,
@@ -42,10 +44,16 @@ impl Drive {
             granted: Posture::default(),
             way_reach: plan.reach.level,
             bob_share: 0.0,
+            speed_share: 1.0,
             now_s: 0.0,
             trunk_m: DVec2::ZERO,
             plan,
         }
+    }
+
+    /// From now on keeps to this share of each gait's top speed, 0 to 1; the change is as smooth as that of any command.
+    pub fn limit_speed(&mut self, share: f64) {
+        self.speed_share = share;
     }
 
     /// Stands at time 0 again, as if it had never gone anywhere.
@@ -102,6 +110,7 @@ impl Drive {
             },
             GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
         };
+        let wish = self.slowed(wish, reach_m);
         // A horse that is to stand does so in the posture it is in; and where its steps do not fit another posture yet,
         // they must first be made to.
         let is_to_stand_first = wish.gait.is_none() && self.is_walking();
@@ -112,6 +121,16 @@ impl Drive {
             let way_reach = self.way_reach;
             self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &way_reach);
         }
+    }
+
+    /// `wish` within the share of the top speed it keeps to.
+    fn slowed(&self, mut wish: Wish, reach_m: f64) -> Wish {
+        if let Some(gait) = wish.gait.filter(|_| self.speed_share < 1.0) {
+            let speed_m_s = &mut wish.rates.speed_m_s;
+            let top_m_s = self.speed_share * self.plan.top_m_s(gait, *speed_m_s, reach_m);
+            *speed_m_s = speed_m_s.clamp(-top_m_s, top_m_s);
+        }
+        wish
     }
 
     /// True from when a change of gait is planned until it is over.

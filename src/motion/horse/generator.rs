@@ -11,6 +11,8 @@ use crate::signals::{Aim, Permission, State, Targets};
 const RISE_S: f64 = 1.5;
 /// Time to stand before walking, and after, s.
 const STAND_S: f64 = 0.3;
+/// How long the trunk's attitude is to be known again before the robot goes as fast as before, s.
+const HEARD_S: f64 = 1.0;
 /// Where the robot is between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
@@ -47,6 +49,10 @@ pub struct HorseGenerator {
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
+    /// Share of its top speed without feedback of the trunk's attitude; none where there never is any.
+    lost_speed_share: Option<f64>,
+    /// How long that has been there without a break, s.
+    heard_for_s: f64,
 }
 
 impl HorseGenerator {
@@ -61,6 +67,8 @@ impl HorseGenerator {
             torque_ramp_s: robot.safety.torque_ramp_s,
             slow_rate_rad_s: robot.safety.slow_rate_rad_s,
             stop_action: robot.stop_action,
+            lost_speed_share: robot.imu.as_ref().map(|imu| imu.lost_speed_share),
+            heard_for_s: 0.0,
         }
     }
 
@@ -72,6 +80,7 @@ impl HorseGenerator {
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
         self.change_phase(state, order);
+        self.slow_down_unheard(dt_s, state);
         if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
             let command = command(order, self.now_s - *from, self.walk_for_s, &self.drive.plan().command);
             self.drive.step(dt_s, command);
@@ -80,6 +89,15 @@ impl HorseGenerator {
             *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
         }
         self.write_targets(targets);
+    }
+
+    /// A horse that cannot feel how its trunk lies goes slower; and as before once that has been felt for a while, so that
+    /// one that is heard off and on does not change its speed all the time.
+    fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
+        let Some(share) = self.lost_speed_share else { return };
+        self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };
+        let is_heard = self.heard_for_s >= HEARD_S;
+        self.drive.limit_speed(if is_heard { 1.0 } else { share });
     }
 
     /// Goes to the sitting pose from the last goals, and rises.

@@ -33,10 +33,17 @@ impl Grip {
         self.squeeze_m = 0.0;
     }
 
-    /// Goes deeper or less deep, for `dt_s`, by the load of the hinges that lie on the pole.
-    pub(super) fn step(&mut self, dt_s: f64, arm_radius_m: f64, hinges: &[JointState]) {
-        let count = hinges.len().max(1) as f64;
-        let load = hinges.iter().map(|hinge| hinge.load_share.abs()).sum::<f64>() / count;
+    /// Goes deeper or less deep, for `dt_s`, by the load of the hinges that lie on the pole: of those that were heard just
+    /// now and are in service. Where none was, it stays.
+    pub(super) fn step(&mut self, dt_s: f64, arm_radius_m: f64, hinges: &[JointState], is_out: &[bool]) {
+        let heard =
+            |(hinge, is_out): &(&JointState, &bool)| hinge.is_known && hinge.age_s <= 0.0 && !**is_out;
+        let loads = hinges.iter().zip(is_out).filter(heard).map(|(hinge, _)| hinge.load_share.abs());
+        let (sum, count) = loads.fold((0.0, 0.0), |(sum, count), load| (sum + load, count + 1.0));
+        if count <= 0.0 {
+            return;
+        }
+        let load = sum / count;
         if (load - self.load_share).abs() <= RIGHT_SHARE * self.load_share {
             return;
         }
@@ -49,13 +56,16 @@ impl Grip {
 mod tests {
     use super::*;
 
+    fn heard(load_share: f64) -> JointState {
+        JointState { is_known: true, load_share, ..JointState::default() }
+    }
+
     /// A pole that presses back in proportion to the depth, and where the grip comes to rest.
     fn gripped(stiffness_per_m: f64) -> (f64, f64) {
         let mut grip = Grip::new(0.15);
         let mut load_share = 0.0;
         for _ in 0..1000 {
-            let hinge = JointState { load_share, ..JointState::default() };
-            grip.step(0.01, 0.02, &[hinge; 4]);
+            grip.step(0.01, 0.02, &[heard(load_share); 4], &[false; 4]);
             load_share = -stiffness_per_m * grip.squeeze_m();
         }
         (grip.squeeze_m(), load_share.abs())
@@ -73,8 +83,20 @@ mod tests {
     fn it_gives_way_where_the_load_is_too_much() {
         let mut grip = Grip::new(0.15);
         grip.squeeze_m = 0.003;
-        let hinge = JointState { load_share: 0.4, ..JointState::default() };
-        (0..200).for_each(|_| grip.step(0.01, 0.02, &[hinge; 4]));
+        (0..200).for_each(|_| grip.step(0.01, 0.02, &[heard(0.4); 4], &[false; 4]));
         assert!(grip.squeeze_m() <= 0.0);
+    }
+
+    #[test]
+    fn hinges_that_are_silent_or_out_of_service_have_no_part() {
+        let late = JointState { age_s: 0.05, ..heard(0.0) };
+        let hinges = [heard(0.15), late, heard(0.0), JointState::default()];
+        let mut grip = Grip::new(0.15);
+        (0..100).for_each(|_| grip.step(0.01, 0.02, &hinges, &[false, false, true, false]));
+        assert!(grip.squeeze_m() <= 0.0, "the one that is heard bears what it should");
+        (0..100).for_each(|_| grip.step(0.01, 0.02, &[late; 4], &[false; 4]));
+        assert!(grip.squeeze_m() <= 0.0, "where none is heard it stays");
+        (0..100).for_each(|_| grip.step(0.01, 0.02, &[heard(0.0); 4], &[false; 4]));
+        assert!(grip.squeeze_m() > 0.0);
     }
 }

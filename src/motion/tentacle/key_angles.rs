@@ -8,6 +8,9 @@ use crate::model::GROUPS;
 /// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
 pub const KEYS: usize = 4;
 
+/// How near to a key straight lines are rounded, in quarters of a stroke.
+pub const ROUNDING_QUARTERS: f64 = 0.1;
+
 /// Turns of each pseudo-target in its parent's frame at the key poses, rad; up where the stroke is upright.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyAngles(pub [[f64; KEYS]; GROUPS]);
@@ -42,6 +45,28 @@ impl KeyAngles {
                 Between::Smooth => hermite(share, here, slope(before, next), next, slope(here, after)),
             }
         })
+    }
+
+    /// The same, the corners of straight lines rounded: within [`ROUNDING_QUARTERS`] of a key, the mean over that much
+    /// before and after, which is a parabola. The key is missed by a quarter of that times the change of slope a quarter:
+    /// in walking by at most 8 degrees. The speed of a turn is continuous so, whatever the loop's rate.
+    pub fn rounded_at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+        let mut turns = self.at(between, phase);
+        if between == Between::Smooth {
+            return turns;
+        }
+        let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
+        let off = quarters - quarters.round();
+        if off.abs() < ROUNDING_QUARTERS {
+            let key = (0..KEYS).rev().find(|key| quarters.round() >= *key as f64).unwrap_or(0);
+            let key = if quarters.round() >= KEYS as f64 { 0 } else { key };
+            let left = ROUNDING_QUARTERS - off.abs();
+            let share = left * left / (4.0 * ROUNDING_QUARTERS);
+            for (turn, keys) in turns.iter_mut().zip(self.0) {
+                *turn += share * (keys[(key + 1) % KEYS] - 2.0 * keys[key] + keys[(key + KEYS - 1) % KEYS]);
+            }
+        }
+        turns
     }
 
     /// The same stroke, each turn times `gain`.
@@ -129,6 +154,33 @@ mod tests {
                     let leap = acceleration(2.0, target) - acceleration(-2.0, target);
                     // The third derivative of the steepest piece is below 30 rad a rad^3.
                     assert!(leap.abs() < 4.0 * h * 30.0 + 1e-5, "leaps by {leap} at {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rounded_corners_are_parabolas_that_touch_the_lines() {
+        let step = 1e-4;
+        for (keys, _) in TABLE {
+            let speed = |phase: f64| -> [f64; GROUPS] {
+                let [before, after] =
+                    [phase - step, phase + step].map(|phase| keys.rounded_at(Between::Linear, phase));
+                std::array::from_fn(|group| (after[group] - before[group]) / (2.0 * step))
+            };
+            for index in 0..4000 {
+                let phase = TAU * f64::from(index) / 4000.0;
+                let [exact, rounded] =
+                    [keys.at(Between::Linear, phase), keys.rounded_at(Between::Linear, phase)];
+                let off = phase / FRAC_PI_2 - (phase / FRAC_PI_2).round();
+                for (group, (exact, rounded)) in exact.iter().zip(rounded).enumerate() {
+                    let miss_deg = (exact - rounded).abs().to_degrees();
+                    let most_deg = if off.abs() < ROUNDING_QUARTERS { 8.0 + 1e-9 } else { 1e-9 };
+                    assert!(miss_deg <= most_deg, "{miss_deg} degrees at {phase}");
+                    // 320 degrees a quarter of change within a fifth of a quarter.
+                    let gain = (speed(phase + step)[group] - speed(phase)[group]).abs() / step;
+                    let most = 320.0_f64.to_radians() / 0.2 / (FRAC_PI_2 * FRAC_PI_2);
+                    assert!(gain <= most * 1.01, "{gain} a radian squared at {phase}");
                 }
             }
         }

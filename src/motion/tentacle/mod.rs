@@ -4,17 +4,20 @@
 //! do about it is inverse kinematics' matter. Frames: `in_arm` is the arm's own at its root, x along the straight arm,
 //! y left, z up.
 
+mod arm_plan;
+mod follower;
 mod generator;
 mod grip;
 pub mod key_angles;
 mod performer;
+mod progress;
 pub mod pseudo_targets;
 pub mod route;
 mod settled;
 pub mod stroke;
+pub mod tour;
 pub mod variation;
 pub mod winding;
-mod wound;
 
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::{Stroke, StrokeCommand};

@@ -3,33 +3,44 @@
 //! ```text
 //!            +--> Keyed (sway, walk, swim) --+
 //!   Still <--+--> Reach                    --+--> whatever is asked next
+//!     |      +--> ToPath --> Travel        --+
 //!     |      |
 //!     +------+--> Approach --> Winding --> Unwinding --+   (only from Still: nothing sweeps through a pole)
 //! ```
-//! From each to the next the joints go over without a leap ([`crate::ik::HandOver`]); what is new begins at rest.
+//! From each to the next the joints go over without a leap ([`crate::ik::HandOver`]); what is new begins at rest. A
+//! point to reach for that moves is followed; only one that leaps away is a new motion.
 
 use std::f64::consts::TAU;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
+use super::arm_plan::ArmPlan;
+use super::follower::{Follower, Limits};
+use super::progress::{Progress, RAMP_SHARE};
 use super::settled::Settled;
-use super::stroke::{Part, Strokes};
-use super::variation::Variation;
-use super::winding::Winding;
-use super::wound::Wound;
+use super::tour::Tour;
 use super::{Grip, TentaclePlan};
-use crate::model::{ArmGeometry, GROUPS, Pole, Robot};
+use crate::model::{GROUPS, Pole, Robot, TipPath};
 use crate::motion::{Stroke, StrokeCommand};
-use crate::signals::{Aim, ArmAim, ArmTarget, State, Targets};
+use crate::signals::{Aim, ArmAim, State, Targets};
 
 /// Time in which strokes come to their tempo from rest, s.
 const RAMP_S: f64 = 1.0;
 /// Time constant of the turn towards a goal, s.
 const TURN_TIME_S: f64 = 1.0;
-/// Slowest tempo of winding: an arm that is to let go does so in the end.
+/// Slowest tempo of winding and of paths: an arm that is to let go does so in the end.
 const TEMPO_MIN: f64 = 0.1;
 /// Time to wind or unwind the whole arm at tempo 1, times the stroke's.
 const WIND_STROKES: f64 = 1.5;
+/// So fast a tip goes along a path or after a point at most, in arm lengths a second, and gains speed, a second more.
+const TIP_LENGTHS_S: f64 = 0.5;
+const TIP_LENGTHS_S2: f64 = 2.0;
+/// The same of the direction a tip is to point to, rad/s and rad/s^2.
+const DIRECTION_LIMITS: Limits = Limits { speed: 1.0, acceleration: 4.0 };
+/// A point that goes this much further in a cycle than a tip can is another point: in arm lengths.
+const LEAP_LENGTHS: f64 = 0.02;
+/// A direction that turns so far in a cycle is another one, rad.
+const LEAP_RAD: f64 = 0.1;
 
 /// What the arms do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +49,12 @@ enum Stage {
     Still,
     /// By key angles: walking, swimming or swaying.
     Keyed(Keyed),
-    /// The arm nearest to the point reaches for it.
-    Reach { point_in_body: DVec3, direction: Option<DVec3> },
+    /// The arm nearest to the point reaches for it, with a direction or without.
+    Reach { has_direction: bool },
+    /// The arm nearest to where the path begins reaches for that.
+    ToPath(TipPath),
+    /// Its tip goes along the path, and stays at its end.
+    Travel(TipPath),
     /// The arm beside the pole lies straight along it.
     Approach(Pole),
     /// It winds round the pole, and holds it.
@@ -49,26 +64,10 @@ enum Stage {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Keyed {
+pub(super) enum Keyed {
     Sway,
     Walk,
     Swim,
-}
-
-/// One arm.
-#[derive(Debug, Clone)]
-struct ArmPlan {
-    chain: usize,
-    root_m: DVec3,
-    root_rotation: DQuat,
-    group_lengths_m: [f64; GROUPS],
-    links_m: Vec<f64>,
-    radius_m: f64,
-    strokes: Strokes,
-    /// Ends of its groups where it is parked, body frame, m.
-    parked_in_body: [DVec3; GROUPS],
-    /// The hinges of its outer two groups.
-    outer_hinges: std::ops::Range<usize>,
 }
 
 /// Moves arms as they are asked to.
@@ -87,8 +86,14 @@ pub struct Performer {
     phase: f64,
     rate_rad_s: f64,
     turn_rad: f64,
+    /// The point that is reached for, body frame, m, and the direction.
+    point: Follower,
+    direction: Follower,
+    /// The path that is gone along, and how much of it is.
+    tour: Tour,
+    travelled: Progress,
     /// How much of what can be wound is.
-    wound: Wound,
+    wound: Progress,
     grip: Grip,
     settled: Settled,
 }
@@ -97,40 +102,9 @@ impl Performer {
     /// Arms of `robot`, still where they are parked.
     pub fn new(robot: &Robot, plan: &TentaclePlan) -> Performer {
         let settings = &plan.settings;
-        let arm = |(index, arm): (usize, &crate::model::ArmSettings)| {
-            let chain = &robot.chains[arm.chain];
-            let joints = robot.joints_of(chain);
-            // Robot files make no others.
-            let geometry = ArmGeometry::of(chain, joints).ok()?;
-            let angles = plan.park_pose_rad[chain.joints.clone()].iter().copied();
-            let places = robot.places_in_body(chain, angles);
-            let part =
-                Part { role: arm.role, is_right: chain.root_m.y < 0.0, walk_plane_rad: arm.stroke_plane_rad };
-            let first_outer =
-                geometry.joints.get(geometry.joints_to_end(0)).map_or(0, |joint| joint.hinges.start);
-            Some(ArmPlan {
-                chain: arm.chain,
-                root_m: chain.root_m,
-                root_rotation: chain.root_rotation,
-                group_lengths_m: geometry.group_lengths_m(),
-                links_m: geometry.joints.iter().map(|joint| joint.link_m).collect(),
-                radius_m: arm.radius_m,
-                strokes: Strokes::new(
-                    part,
-                    settings.between,
-                    Variation::new(settings.seed, index, settings.variation_rad),
-                ),
-                parked_in_body: std::array::from_fn(|group| {
-                    let joints = geometry.joints_to_end(group);
-                    // A link ends behind its joint's last hinge; on tendons there are no hinges between.
-                    let hinges = geometry.joints[joints - 1].hinges.end;
-                    places[if chain.tendons.is_some() { joints } else { hinges }]
-                }),
-                outer_hinges: chain.joints.start + first_outer..chain.joints.end,
-            })
-        };
+        let arms = settings.arms.iter().enumerate();
         Performer {
-            arms: settings.arms.iter().enumerate().filter_map(arm).collect(),
+            arms: arms.filter_map(|(index, arm)| ArmPlan::new(robot, plan, index, arm)).collect(),
             stroke_time_s: settings.stroke_time_s,
             tempo_max: plan.tempo_max,
             asked: StrokeCommand::default(),
@@ -140,7 +114,11 @@ impl Performer {
             phase: 0.0,
             rate_rad_s: 0.0,
             turn_rad: 0.0,
-            wound: Wound::default(),
+            point: Follower::default(),
+            direction: Follower::default(),
+            tour: Tour::new(&[]),
+            travelled: Progress::default(),
+            wound: Progress::default(),
             grip: Grip::new(settings.grip_share),
             settled: Settled::new(robot.joints.len()),
         }
@@ -151,23 +129,41 @@ impl Performer {
         self.asked = if command.is_finite() { command } else { StrokeCommand::default() };
         self.settled.look(dt_s, state);
         let next = self.next_stage();
-        if std::mem::discriminant(&next) != std::mem::discriminant(&self.stage) || self.begins_anew(next) {
+        if std::mem::discriminant(&next) != std::mem::discriminant(&self.stage)
+            || self.begins_anew(dt_s, next)
+        {
             self.begin(next);
         }
         self.stage = next;
         self.advance_phase(dt_s);
+        self.follow(dt_s);
+        self.travel(dt_s);
         self.turn_rad += (self.asked.turn_rad - self.turn_rad) * (1.0 - (-dt_s / TURN_TIME_S).exp());
         self.wind(dt_s, state);
     }
 
     /// Whether `next`, of the same kind as what the arms do, is another motion all the same.
-    fn begins_anew(&self, next: Stage) -> bool {
+    fn begins_anew(&self, dt_s: f64, next: Stage) -> bool {
         match (self.stage, next) {
-            (Stage::Keyed(now), Stage::Keyed(next)) => now != next,
-            (Stage::Reach { .. }, Stage::Reach { .. }) => self.stage != next,
-            (Stage::Approach(now), Stage::Approach(next)) => now != next,
+            (Stage::Reach { .. }, Stage::Reach { .. }) => self.stage != next || self.leaps(dt_s),
+            (Stage::Keyed(_), Stage::Keyed(_))
+            | (Stage::ToPath(_), Stage::ToPath(_))
+            | (Stage::Approach(_), Stage::Approach(_)) => self.stage != next,
             _ => false,
         }
+    }
+
+    /// Whether what is to be reached for is another point than it was, not the same that moved on.
+    fn leaps(&self, dt_s: f64) -> bool {
+        let Stroke::Reach { point_in_body, direction } = self.asked.stroke else { return false };
+        let most_m = self.length_m() * (LEAP_LENGTHS + TIP_LENGTHS_S * dt_s);
+        let turns = |direction: DVec3| self.direction.leap(direction.normalize_or_zero()) > LEAP_RAD;
+        self.point.leap(point_in_body) > most_m || direction.is_some_and(turns)
+    }
+
+    /// Length of the arm that takes part, m.
+    fn length_m(&self) -> f64 {
+        self.arms.get(self.taking_part).map_or(0.0, ArmPlan::length_m)
     }
 
     fn next_stage(&self) -> Stage {
@@ -187,25 +183,41 @@ impl Performer {
             (_, Stroke::Sway) => Stage::Keyed(Keyed::Sway),
             (_, Stroke::Walk) => Stage::Keyed(Keyed::Walk),
             (_, Stroke::Swim) => Stage::Keyed(Keyed::Swim),
-            (_, Stroke::Reach { point_in_body, direction }) => Stage::Reach { point_in_body, direction },
+            (_, Stroke::Reach { direction, .. }) => Stage::Reach { has_direction: direction.is_some() },
+            (Stage::Travel(path), Stroke::Path(same)) if path == same => self.stage,
+            (Stage::ToPath(path), Stroke::Path(same)) if path == same && self.settled.is() => {
+                Stage::Travel(path)
+            }
+            (_, Stroke::Path(path)) => Stage::ToPath(path),
         }
     }
 
     /// What begins, begins at rest.
     fn begin(&mut self, next: Stage) {
-        // Winding goes on from the approach, and unwinding from that, place by place.
-        if !matches!(next, Stage::Winding(..) | Stage::Unwinding(..)) {
+        // Winding goes on from the approach, and unwinding from that, place by place; a path from its first waypoint.
+        if !matches!(next, Stage::Winding(..) | Stage::Unwinding(..) | Stage::Travel(..)) {
             self.change = self.change.wrapping_add(1);
             self.settled.begin();
         }
         self.phase = 0.0;
         self.rate_rad_s = 0.0;
         match next {
-            Stage::Reach { point_in_body, .. } => self.taking_part = self.nearest(point_in_body),
+            Stage::Reach { .. } => {
+                if let Stroke::Reach { point_in_body, direction } = self.asked.stroke {
+                    self.taking_part = self.nearest(point_in_body);
+                    self.point = Follower::at(point_in_body);
+                    self.direction = Follower::at(direction.unwrap_or_default().normalize_or_zero());
+                }
+            }
+            Stage::ToPath(path) => {
+                self.tour = Tour::new(path.waypoints());
+                self.travelled = Progress::default();
+                self.taking_part = self.nearest(self.tour.place(0.0));
+            }
             Stage::Approach(pole) => {
                 self.taking_part = self.winder(pole).unwrap_or(0);
                 self.grip.let_go();
-                self.wound = Wound::default();
+                self.wound = Progress::default();
             }
             _ => {}
         }
@@ -220,6 +232,31 @@ impl Performer {
         self.phase += self.rate_rad_s * dt_s;
     }
 
+    /// Goes on after the point that is to be reached for.
+    fn follow(&mut self, dt_s: f64) {
+        let (Stage::Reach { .. }, Stroke::Reach { point_in_body, direction }) =
+            (self.stage, self.asked.stroke)
+        else {
+            return;
+        };
+        let length_m = self.length_m();
+        let limits = Limits { speed: TIP_LENGTHS_S * length_m, acceleration: TIP_LENGTHS_S2 * length_m };
+        self.point.step(dt_s, point_in_body, limits);
+        let direction = direction.unwrap_or_default().normalize_or_zero();
+        self.direction.step(dt_s, direction, DIRECTION_LIMITS);
+    }
+
+    /// Goes on along the path, at its speed but for a ramp at either end.
+    fn travel(&mut self, dt_s: f64) {
+        let Stage::Travel(path) = self.stage else { return };
+        let asked_m_s = path.speed_m_s() * self.asked.tempo.max(TEMPO_MIN);
+        let speed_m_s = asked_m_s.min(TIP_LENGTHS_S * self.length_m());
+        let time_s = self.tour.length_m() / (speed_m_s * (1.0 - RAMP_SHARE));
+        if time_s > 0.0 && time_s.is_finite() {
+            self.travelled.step(dt_s, 1.0, time_s);
+        }
+    }
+
     /// Winds or unwinds, and once all is wound, grips.
     fn wind(&mut self, dt_s: f64, state: &State) {
         let goal = match self.stage {
@@ -230,7 +267,8 @@ impl Performer {
         let time_s = WIND_STROKES * self.stroke_time_s / self.asked.tempo.clamp(TEMPO_MIN, 1.0);
         self.wound.step(dt_s, goal, time_s);
         if let (true, Some(arm)) = (self.wound.share >= 1.0, self.arms.get(self.taking_part)) {
-            self.grip.step(dt_s, arm.radius_m, &state.joints[arm.outer_hinges.clone()]);
+            let hinges = arm.outer_hinges.clone();
+            self.grip.step(dt_s, arm.radius_m, &state.joints[hinges.clone()], &state.is_out[hinges]);
         }
     }
 
@@ -262,10 +300,15 @@ impl Performer {
             let tip = &mut targets.tips_in_body[arm.chain];
             match self.stage {
                 Stage::Keyed(keyed) => arm.write_keyed(keyed, self.phase, self.turn_rad, target),
-                Stage::Reach { point_in_body, direction } if takes_part => {
-                    target.aim = if direction.is_some() { ArmAim::TipAlong } else { ArmAim::Tip };
-                    target.ends_in_body[GROUPS - 1] = point_in_body;
-                    target.direction_in_body = direction.unwrap_or(DVec3::X);
+                Stage::Reach { has_direction } if takes_part => {
+                    target.aim = if has_direction { ArmAim::TipAlong } else { ArmAim::Tip };
+                    target.ends_in_body[GROUPS - 1] = self.point.place();
+                    target.direction_in_body = self.direction.place();
+                }
+                Stage::ToPath(_) | Stage::Travel(_) if takes_part => {
+                    target.aim = ArmAim::Tip;
+                    target.ends_in_body[GROUPS - 1] =
+                        self.tour.place(self.travelled.share * self.tour.length_m());
                 }
                 Stage::Approach(pole) if takes_part => arm.write_winding(pole, 0.0, 0.0, target),
                 Stage::Winding(pole) | Stage::Unwinding(pole) if takes_part => {
@@ -301,43 +344,10 @@ impl Performer {
             Stage::Keyed(Keyed::Sway) => Stroke::Sway,
             Stage::Keyed(Keyed::Walk) => Stroke::Walk,
             Stage::Keyed(Keyed::Swim) => Stroke::Swim,
-            Stage::Reach { point_in_body, direction } => Stroke::Reach { point_in_body, direction },
+            Stage::Reach { .. } => self.asked.stroke,
+            Stage::ToPath(path) | Stage::Travel(path) => Stroke::Path(path),
             Stage::Approach(pole) | Stage::Winding(pole) => Stroke::Wind(pole),
             Stage::Unwinding(..) => Stroke::LetGo,
         }
-    }
-}
-
-impl ArmPlan {
-    fn to_body(&self, in_arm: DVec3) -> DVec3 {
-        self.root_m + self.root_rotation * in_arm
-    }
-
-    /// Moves it by a stroke at a phase of it.
-    fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
-        let stroke = match keyed {
-            Keyed::Walk => &self.strokes.walk,
-            Keyed::Swim => &self.strokes.swim,
-            Keyed::Sway => {
-                target.aim = ArmAim::Places;
-                self.strokes.sway.write(phase, self.links_m.iter().copied(), &mut target.places_in_body);
-                target.places_in_body.iter_mut().for_each(|place| *place = self.to_body(*place));
-                return;
-            }
-        };
-        let in_arm = stroke.ends_in_arm(self.group_lengths_m, phase, turn_rad);
-        target.ends_in_body = in_arm.map(|place| self.to_body(place));
-    }
-
-    fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
-        let ahead = self.root_rotation * DVec3::X;
-        Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
-    }
-
-    /// Lays its links along and round the pole, `wound` of what can be (0 to 1).
-    fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
-        let Some(winding) = self.winding(pole, squeeze_m) else { return };
-        target.aim = ArmAim::Places;
-        winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);
     }
 }

@@ -102,8 +102,10 @@ impl KeyStroke {
     /// Turns of the pseudo-targets at `phase` (rad, one stroke is 2 pi) with `sweep_rad` towards a goal on the left
     /// (3.5), which the whole arm takes.
     pub fn turns(&self, phase: f64, sweep_rad: f64) -> [Turn; GROUPS] {
-        let mut turns =
-            self.keys.at(self.between, phase - self.lag).map(|angle| Turn::in_plane(angle, self.plane_rad));
+        let mut turns = self
+            .keys
+            .rounded_at(self.between, phase - self.lag)
+            .map(|angle| Turn::in_plane(angle, self.plane_rad));
         turns[0].sweep += sweep_rad;
         turns
     }

@@ -1,19 +1,19 @@
-//! How much of an arm is wound round its pole, and how fast that changes: never by a leap of speed.
+//! How much of a motion is done, winding or a way, and how fast that changes: never by a leap of speed.
 
-/// Time in which winding comes to its speed, as a share of that of the whole.
-const RAMP_SHARE: f64 = 0.2;
+/// Time in which it comes to its speed, as a share of that of the whole.
+pub(super) const RAMP_SHARE: f64 = 0.2;
 /// So near the end is there.
 const THERE: f64 = 1e-5;
 
-/// From 0, not wound, to 1, all that can be.
+/// From 0, nothing, to 1, all that can be.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Wound {
+pub(super) struct Progress {
     pub(super) share: f64,
     /// 1/s.
     speed: f64,
 }
 
-impl Wound {
+impl Progress {
     /// Goes on for `dt_s` towards `goal`, all the way in about `time_s`.
     pub(super) fn step(&mut self, dt_s: f64, goal: f64, time_s: f64) {
         let fastest = 1.0 / ((1.0 - RAMP_SHARE) * time_s);
@@ -25,7 +25,7 @@ impl Wound {
         self.speed += (wanted - self.speed).clamp(-change, change);
         self.share = (self.share + self.speed * dt_s).clamp(0.0, 1.0);
         if (goal - self.share).abs() < THERE && self.speed.abs() <= change {
-            *self = Wound { share: goal, speed: 0.0 };
+            *self = Progress { share: goal, speed: 0.0 };
         }
     }
 }
@@ -39,23 +39,23 @@ mod tests {
         let (dt_s, time_s) = (0.01, 4.0);
         let most = 1.0 / ((1.0 - RAMP_SHARE) * time_s) / (RAMP_SHARE * time_s) * dt_s;
         for turned_at in [10, 60, 150, 390] {
-            let mut wound = Wound::default();
+            let mut progress = Progress::default();
             for step in 0..1200 {
-                let before = wound;
-                wound.step(dt_s, if step < turned_at { 1.0 } else { 0.0 }, time_s);
+                let before = progress;
+                progress.step(dt_s, if step < turned_at { 1.0 } else { 0.0 }, time_s);
                 let speed_before = before.speed;
-                let speed = (wound.share - before.share) / dt_s;
+                let speed = (progress.share - before.share) / dt_s;
                 assert!(
                     (speed - speed_before).abs() <= most + 2.0 * THERE / dt_s,
                     "{turned_at}: step {step}"
                 );
             }
-            assert_eq!(wound, Wound::default(), "turned at {turned_at}");
+            assert_eq!(progress, Progress::default(), "turned at {turned_at}");
         }
-        let mut wound = Wound::default();
+        let mut progress = Progress::default();
         let steps = (0..).find(|_| {
-            wound.step(dt_s, 1.0, time_s);
-            wound.share >= 1.0
+            progress.step(dt_s, 1.0, time_s);
+            progress.share >= 1.0
         });
         assert!(steps.is_some_and(|steps| (370..=440).contains(&steps)), "{steps:?} steps");
     }

@@ -1,0 +1,160 @@
+//! What the unit measures of the truth: late, turned by its mounting, and wrong.
+
+use std::collections::VecDeque;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use super::config::ImuConfig;
+use crate::body::BodyState;
+use crate::convert::nanoseconds;
+
+/// Time in which the slow part of an angle's error becomes another, s. Our choice; the maker states none.
+const DRIFT_S: f64 = 20.0;
+/// Gravity, m/s^2, where there is no body: as the rigid body has it.
+const GRAVITY: f64 = 9.81;
+
+type Vector = [f64; 3];
+
+/// The truth of one step of the motors, in the trunk's axes.
+#[derive(Debug, Clone, Copy)]
+struct Truth {
+    at_ns: u64,
+    rotation: [f64; 4],
+    rate_rad_s: Vector,
+    force_m_s2: Vector,
+}
+
+/// What one output says, in the unit's axes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measurement {
+    pub(super) force_m_s2: Vector,
+    pub(super) rate_rad_s: Vector,
+    /// Roll, pitch, yaw.
+    pub(super) angles_rad: Vector,
+}
+
+#[derive(Debug)]
+pub(super) struct Sense {
+    config: ImuConfig,
+    delay_ns: u64,
+    /// Oldest first; as many as the delay needs.
+    past: VecDeque<Truth>,
+    /// Sum and count of the forces since the output before.
+    force_sum: (Vector, f64),
+    force_bias: Vector,
+    rate_bias: Vector,
+    drift: Vector,
+    rng: Pcg64Mcg,
+}
+
+impl Sense {
+    pub(super) fn new(config: &ImuConfig, mut rng: Pcg64Mcg) -> Sense {
+        let force_bias = noise(&mut rng, config.acceleration_bias_m_s2);
+        let rate_bias = noise(&mut rng, config.rate_bias_rad_s);
+        let mut drift = noise(&mut rng, config.angle_drift_rad);
+        drift[2] = 0.0;
+        Sense {
+            delay_ns: nanoseconds(config.delay_s),
+            config: config.clone(),
+            past: VecDeque::new(),
+            force_sum: ([0.0; 3], 0.0),
+            force_bias,
+            rate_bias,
+            drift,
+            rng,
+        }
+    }
+
+    /// A step of the motors has ended. Without a body the trunk lies level and still.
+    pub(super) fn observe(&mut self, at_ns: u64, body: Option<&BodyState>) {
+        let level = Truth {
+            at_ns,
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            rate_rad_s: [0.0; 3],
+            force_m_s2: [0.0, 0.0, GRAVITY],
+        };
+        let truth = body.map_or(level, |body| Truth {
+            at_ns,
+            rotation: body.rotation,
+            rate_rad_s: body.rate_rad_s,
+            force_m_s2: body.specific_force_m_s2,
+        });
+        self.past.push_back(truth);
+        // The second is what can be told by now: so is the first no more wanted.
+        while self.past.get(1).is_some_and(|next| next.at_ns + self.delay_ns <= at_ns) {
+            self.past.pop_front();
+        }
+        if let Some(told) = self.past.front().filter(|told| told.at_ns + self.delay_ns <= at_ns) {
+            let (sum, count) = &mut self.force_sum;
+            sum.iter_mut().zip(told.force_m_s2).for_each(|(sum, force)| *sum += force);
+            *count += 1.0;
+        }
+    }
+
+    /// The output due now, `period_s` after the one before; none before anything could be measured.
+    pub(super) fn measure(&mut self, period_s: f64) -> Option<Measurement> {
+        let told = *self.past.front()?;
+        // An accelerometer's own filter lets through no more than it can output: the mean since the last.
+        let (sum, count) = std::mem::take(&mut self.force_sum);
+        let force = if count > 0.0 { sum.map(|sum| sum / count) } else { told.force_m_s2 };
+        let config = &self.config;
+        let [x, y, z, w] = config.rotation;
+        let to_unit = [-x, -y, -z, w];
+        let force_noise = noise(&mut self.rng, config.acceleration_noise_m_s2);
+        let rate_noise = noise(&mut self.rng, config.rate_noise_rad_s);
+        let angle_noise = noise(&mut self.rng, config.angle_noise_rad);
+        self.drift(period_s);
+        // From the unit's axes to the trunk's to the world's.
+        let angles = roll_pitch_yaw(product(told.rotation, self.config.rotation));
+        Some(Measurement {
+            force_m_s2: sum3(turned(to_unit, force), sum3(force_noise, self.force_bias)),
+            rate_rad_s: sum3(turned(to_unit, told.rate_rad_s), sum3(rate_noise, self.rate_bias)),
+            angles_rad: sum3(angles, sum3(angle_noise, self.drift)),
+        })
+    }
+
+    /// Roll and pitch are drawn back by gravity; nothing draws yaw back.
+    fn drift(&mut self, dt_s: f64) {
+        let fade = (1.0 - dt_s / DRIFT_S).max(0.0);
+        let stir = self.config.angle_drift_rad * (1.0 - fade * fade).max(0.0).sqrt();
+        let step = noise(&mut self.rng, stir);
+        let kept = [fade, fade, 1.0];
+        self.drift = std::array::from_fn(|axis| kept[axis] * self.drift[axis] + step[axis]);
+    }
+}
+
+/// Three numbers of this standard deviation, near enough to normal: twelve uniform ones each, of which every machine
+/// makes the same sum.
+fn noise(rng: &mut Pcg64Mcg, deviation: f64) -> Vector {
+    std::array::from_fn(|_| deviation * ((0..12).map(|_| rng.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0))
+}
+
+fn sum3(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|axis| a[axis] + b[axis])
+}
+
+fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
+    [
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    ]
+}
+
+fn turned(turn: [f64; 4], [x, y, z]: Vector) -> Vector {
+    let [tx, ty, tz, tw] = turn;
+    let [x, y, z, _] = product(product(turn, [x, y, z, 0.0]), [-tx, -ty, -tz, tw]);
+    [x, y, z]
+}
+
+/// The angles as the maker defines them: yaw about z, then pitch about the new y, then roll about the new x (WT901
+/// datasheet v20-0702, 5.1.4); roll and yaw within half a turn, pitch within a quarter.
+fn roll_pitch_yaw([x, y, z, w]: [f64; 4]) -> Vector {
+    let roll = (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y));
+    let pitch = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin();
+    let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+    [roll, pitch, yaw]
+}

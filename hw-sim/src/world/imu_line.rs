@@ -1,0 +1,65 @@
+//! The line of the inertial measurement unit.
+
+use super::World;
+use crate::error::{BuildError, Unplugged};
+use crate::imu::{Imu, ImuConfig};
+
+impl World {
+    /// Fits a unit into the trunk, of which there is one at most; its errors come from `seed`. The script's faults of
+    /// the unit are this one's.
+    ///
+    /// # Errors
+    /// [`BuildError::BadImu`] names the first number that cannot be.
+    pub fn fit_imu(&mut self, config: &ImuConfig, seed: u64) -> Result<(), BuildError> {
+        let faults = std::mem::take(&mut self.imu_faults);
+        self.imu = Some(Box::new(Imu::new(config, faults, self.now_ns, seed)?));
+        Ok(())
+    }
+
+    /// Whether there is a unit.
+    pub fn has_imu(&self) -> bool {
+        self.imu.is_some()
+    }
+
+    /// Hands bytes to the unit's adapter.
+    ///
+    /// # Errors
+    /// [`Unplugged`] while a script has the adapter out, or when there is no unit.
+    pub fn imu_send(&mut self, bytes: &[u8]) -> Result<(), Unplugged> {
+        self.imu.as_mut().ok_or(Unplugged)?.send(self.now_ns, bytes)
+    }
+
+    /// Takes the unit's bytes that have reached the host by now; returns how many, 0 when there are none.
+    ///
+    /// # Errors
+    /// As [`World::imu_send`].
+    pub fn imu_receive(&mut self, into: &mut [u8]) -> Result<usize, Unplugged> {
+        self.imu.as_mut().ok_or(Unplugged)?.receive(self.now_ns, into)
+    }
+
+    /// Whether a script has the unit's adapter out now, or there is no unit.
+    pub fn is_imu_unplugged(&self) -> bool {
+        self.imu.as_ref().is_none_or(|imu| imu.is_unplugged(self.now_ns))
+    }
+
+    /// The host of the unit talks and listens at this rate from now on, bit/s. Does nothing if there is no unit.
+    pub fn set_imu_host_baud(&mut self, baud: u32) {
+        if let Some(imu) = &mut self.imu {
+            imu.set_host_baud(baud);
+        }
+    }
+
+    /// The unit's power goes and comes: it forgets what was not saved. Does nothing if there is none.
+    pub fn restart_imu(&mut self) {
+        if let Some(imu) = &mut self.imu {
+            imu.restart(self.now_ns);
+        }
+    }
+
+    /// The unit is as it comes out of its box: 10 Hz at 9600 bit/s. Does nothing if there is none.
+    pub fn reset_imu_to_factory(&mut self) {
+        if let Some(imu) = &mut self.imu {
+            imu.reset_to_factory(self.now_ns);
+        }
+    }
+}

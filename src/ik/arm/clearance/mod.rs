@@ -1,0 +1,166 @@
+//! Arms keep a distance from each other and from the base, whatever is asked of them.
+//!
+//! Comes in: the angles arms are to have. Go out: the same, unless arms would come too near to each other. The nearer two
+//! are, the slower they may approach: their distance falls to the least by an exponential, never below. What that takes
+//! from an arm fades again when the way is free. Looked at are the arms' links, skin to skin, all but the root group of one
+//! with the root group of another, which are neighbours however they are bent; and of each arm the outer two groups with
+//! the base, a ball.
+//!
+//! Never allocates after construction.
+
+mod guarded;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use crate::model::{GROUPS, Robot, TentacleMotion};
+use guarded::{Guarded, Near};
+
+/// How fast the distance above the least may fall, as a share of it, 1/s.
+const APPROACH_S: f64 = 5.0;
+/// How fast what an arm was turned aside fades, as a share of it, 1/s.
+const RETURN_S: f64 = 2.0;
+/// More than the distance there should be, as a share of it: safety may hold single joints back, which turns an arm a
+/// little otherwise than was found good here.
+const RESERVE_SHARE: f64 = 0.25;
+/// Corrections in one cycle.
+const PASSES: u32 = 8;
+/// Distances this much short of what they should be are good, m.
+const GOOD_M: f64 = 1e-6;
+
+/// Keeps arms apart.
+#[derive(Debug, Clone)]
+pub struct Clearance {
+    arms: Vec<Guarded>,
+    /// Centre and radius, m.
+    base: Option<(DVec3, f64)>,
+    distance_m: f64,
+    period_s: f64,
+    /// What was done in the cycle before; none where arms were limp.
+    last: Option<Mode>,
+}
+
+/// Who asks for the angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Strokes: arms that are too near to each other go apart.
+    Strokes,
+    /// A pose: arms that are too near, as they may be where they hung, only come no nearer.
+    Pose,
+}
+
+impl Clearance {
+    /// For the arms of `robot`.
+    pub fn new(robot: &Robot, tentacle: &TentacleMotion) -> Clearance {
+        Clearance {
+            arms: tentacle.arms.iter().map(|arm| Guarded::new(robot, arm)).collect(),
+            base: tentacle.base_radius_m.map(|radius_m| (robot.trunk_center_m, radius_m)),
+            distance_m: (1.0 + RESERVE_SHARE) * tentacle.clearance_m,
+            period_s: robot.period_s(),
+            last: None,
+        }
+    }
+
+    /// The arms are limp, or their joints are turned one by one: what comes next begins where it is.
+    pub fn pass(&mut self) {
+        self.last = None;
+    }
+
+    /// Turns the `angles` of all joints (rad) that are wanted in this cycle into those to go out.
+    pub fn keep(&mut self, mode: Mode, angles: &mut [f64]) {
+        for arm in &mut self.arms {
+            match self.last {
+                None => arm.begin(angles),
+                // A pose begins where the joints are, not where they were to be.
+                Some(last) => arm.advance(angles, last == mode, RETURN_S * self.period_s, self.period_s),
+            }
+        }
+        if self.last.is_some() {
+            self.part(mode);
+        }
+        self.last = Some(mode);
+        for arm in &mut self.arms {
+            arm.commit(angles);
+        }
+    }
+
+    fn part(&mut self, mode: Mode) {
+        for _ in 0..PASSES {
+            let mut is_good = true;
+            self.visit_pairs(
+                |a, b, near, short_m| {
+                    is_good = false;
+                    near.part(a, b, short_m);
+                },
+                mode,
+                GOOD_M,
+            );
+            if is_good {
+                return;
+            }
+        }
+        // Where that did not help, who is too near stays where it is: then all distances are what they were.
+        for _ in 0..=self.arms.len() {
+            let mut is_good = true;
+            let tolerance_m = 0.1 * self.distance_m + GOOD_M;
+            self.visit_pairs(
+                |a, b, _, _| {
+                    is_good = false;
+                    a.stay();
+                    if let Some(b) = b {
+                        b.stay();
+                    }
+                },
+                mode,
+                tolerance_m,
+            );
+            if is_good {
+                return;
+            }
+        }
+    }
+
+    /// Hands each two groups (or a group and the base) that come too near, by more than `tolerance_m`, to `visit`: where
+    /// they are nearest, and what of their distance is missing, m.
+    fn visit_pairs(
+        &mut self,
+        mut visit: impl FnMut(&mut Guarded, Option<&mut Guarded>, Near, f64),
+        mode: Mode,
+        tolerance_m: f64,
+    ) {
+        let share = APPROACH_S * self.period_s;
+        for index in 0..self.arms.len() {
+            let (before, rest) = self.arms.split_at_mut(index);
+            let Some((arm, _)) = rest.split_first_mut() else { continue };
+            for other in before {
+                let least_m = self.distance_m + arm.radius_m + other.radius_m;
+                for (group, others) in (0..GROUPS).flat_map(|a| (0..GROUPS).map(move |b| (a, b))).skip(1) {
+                    if !arm.comes_near(group, other, others, least_m, share) {
+                        continue;
+                    }
+                    let near = arm.nearest(group, other, others);
+                    if let Some(short_m) = short_m(near, least_m, share, mode).filter(|m| *m > tolerance_m) {
+                        visit(arm, Some(&mut *other), near, short_m);
+                    }
+                }
+            }
+            let Some((center, radius_m)) = self.base else { continue };
+            let least_m = self.distance_m + arm.radius_m + radius_m;
+            for group in 1..GROUPS {
+                let near = arm.nearest_to(group, center);
+                if let Some(short_m) = short_m(near, least_m, share, mode).filter(|m| *m > tolerance_m) {
+                    visit(arm, None, near, short_m);
+                }
+            }
+        }
+    }
+}
+
+/// What is missing of the distance there should be, m: it may fall by this `share` of what it is above the least.
+fn short_m(near: Near, least_m: f64, share: f64, mode: Mode) -> Option<f64> {
+    let above_m = near.before_m - least_m;
+    let goes_apart = above_m > 0.0 || mode == Mode::Strokes;
+    let wanted_m = if goes_apart { near.before_m - share * above_m } else { near.before_m };
+    (near.now_m < wanted_m).then_some(wanted_m - near.now_m)
+}

@@ -1,0 +1,128 @@
+//! The inertial measurement unit: bytes of its line to an [`ImuReading`].
+//!
+//! Comes in: whatever has arrived, once a cycle. Goes out: what the trunk's attitude and rates were when last measured,
+//! in the body frame, and how long ago that was. It never waits, and a line that is silent, noisy or gone only lets the
+//! reading grow old. What a robot makes of it is [`crate::estimate`]'s.
+
+mod clock;
+mod codec;
+
+use glam::{DQuat, DVec3, EulerRot};
+
+use crate::bus::{PortError, Ports};
+use crate::model::{ImuSettings, Robot};
+use crate::signals::ImuReading;
+use clock::ArrivalClock;
+pub use codec::{
+    CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, frames_in, rate_code,
+    read_command,
+};
+
+/// Bytes taken from the line at once.
+const PIECE_BYTES: usize = 256;
+/// Pieces taken in a cycle at most, so that a line that never falls silent cannot keep the loop: more than the system
+/// keeps of a line.
+const PIECES_MAX: usize = 20;
+/// Bytes the system keeps of a line. What came later is lost, so that the last of a full buffer is of nobody knows when.
+const KEPT_BYTES: usize = 4095;
+
+/// What reads one unit.
+#[derive(Debug)]
+pub struct Imu {
+    /// None where the robot has no unit.
+    settings: Option<ImuSettings>,
+    sampler: Sampler,
+    clock: ArrivalClock,
+    last: Option<RawSample>,
+    /// Bytes since then.
+    behind: u32,
+    reading: ImuReading,
+    is_gone: bool,
+}
+
+impl Imu {
+    /// The unit of `robot`, if it has one; not heard yet.
+    pub fn new(robot: &Robot) -> Imu {
+        Imu {
+            settings: robot.imu.clone(),
+            sampler: Sampler::default(),
+            clock: ArrivalClock::new(robot.imu.as_ref()),
+            last: None,
+            behind: 0,
+            reading: ImuReading::default(),
+            is_gone: false,
+        }
+    }
+
+    /// Takes what has arrived from `ports`. Never waits, and allocates nothing.
+    pub fn read(&mut self, ports: &mut impl Ports) {
+        let Some(settings) = &self.settings else { return };
+        let mut piece = [0; PIECE_BYTES];
+        let (mut latest, mut fresh, mut total) = (None, 0, 0);
+        self.is_gone = false;
+        for _ in 0..PIECES_MAX {
+            let count = match ports.receive_imu(&mut piece) {
+                Ok(count) => count,
+                Err(PortError::ImuGone | PortError::Gone { .. }) => {
+                    self.is_gone = true;
+                    0
+                }
+            };
+            total += count;
+            for byte in piece.iter().take(count) {
+                self.behind = self.behind.saturating_add(1);
+                if let Some(sample) = self.sampler.push(*byte) {
+                    (fresh, self.behind) = (fresh + 1, 0);
+                    // A unit that lives rattles in its last digit: nine equal numbers are the old ones once more.
+                    if self.last != Some(sample) {
+                        latest = Some(sample);
+                        self.last = Some(sample);
+                    }
+                }
+            }
+            if count < PIECE_BYTES {
+                break;
+            }
+        }
+        let now = ports.now();
+        if total >= KEPT_BYTES {
+            // Of a buffer that ran over, the last is old.
+            latest = None;
+        }
+        self.clock.note(now, fresh, self.behind, latest.is_some());
+        if let Some(sample) = latest {
+            self.reading = in_body(&sample, settings);
+        }
+        self.reading.age_s = self.clock.age_s(now) + settings.wire_s() + settings.delay_s;
+    }
+
+    /// What it last said, as old as it was when last looked at.
+    pub fn reading(&self) -> &ImuReading {
+        &self.reading
+    }
+
+    /// Whether its line was gone when last looked at.
+    pub fn is_gone(&self) -> bool {
+        self.is_gone
+    }
+}
+
+/// What `sample` says of the trunk; its age left at 0.
+pub fn in_body(sample: &RawSample, settings: &ImuSettings) -> ImuReading {
+    let DVec3 { x: roll, y: pitch, z: yaw } = sample.angles_rad();
+    // From the body's axes to the unit's to the world's.
+    let attitude = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll) * settings.rotation.inverse();
+    let (yaw_rad, pitch_rad, roll_rad) = attitude.to_euler(EulerRot::ZYX);
+    ImuReading {
+        is_known: true,
+        age_s: 0.0,
+        rate_rad_s: settings.rotation * (sample.rate_rad_s() * settings.rate_sign),
+        specific_force_m_s2: settings.rotation * sample.specific_force_m_s2(),
+        roll_rad,
+        pitch_rad,
+        yaw_rad,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,225 @@
+//! Hinges in one place that share the range of a ball joint: what their angles make of it, and angles that keep it.
+
+use std::ops::Range;
+
+use glam::{DQuat, DVec3};
+
+use super::ball_joint::SwingTwist;
+use super::{ArmGeometry, BallJoint, Joint, Robot};
+
+/// Most hinges of one joint.
+const HINGES_MAX: usize = 3;
+/// So far outside, in swing or twist (rad), is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Halvings that find how much of a way is inside.
+const HALVINGS: u32 = 24;
+
+/// Coordinate axis of its own frame that a hinge of an arm turns about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Along the link: a twist.
+    X,
+    /// To the left.
+    Y,
+    /// Up.
+    Z,
+}
+
+impl Axis {
+    /// The axis of `joint`, and 1, or -1 where it turns about it backwards.
+    pub fn of(joint: &Joint) -> (Axis, f64) {
+        let (axis, along) = match joint.axis.abs().max_position() {
+            0 => (Axis::X, joint.axis.x),
+            1 => (Axis::Y, joint.axis.y),
+            _ => (Axis::Z, joint.axis.z),
+        };
+        (axis, along.signum())
+    }
+
+    /// The turn about it by `angle`, rad.
+    pub fn turn(self, angle: f64) -> DQuat {
+        match self {
+            Axis::X => DQuat::from_rotation_x(angle),
+            Axis::Y => DQuat::from_rotation_y(angle),
+            Axis::Z => DQuat::from_rotation_z(angle),
+        }
+    }
+
+    /// The turn about it that brings x as near to `way`, in the hinge's frame, as it can, rad; none by a twist.
+    pub fn aim(self, way: DVec3) -> f64 {
+        match self {
+            Axis::X => 0.0,
+            Axis::Y => (-way.z).atan2(way.x),
+            Axis::Z => way.y.atan2(way.x),
+        }
+    }
+}
+
+/// The range that the hinges of one joint share.
+#[derive(Debug, Clone)]
+pub struct SharedRange {
+    hinges: [(Axis, f64); HINGES_MAX],
+    count: usize,
+    range: BallJoint,
+}
+
+impl SharedRange {
+    /// The `range` of these hinges, of which there are at most three.
+    pub fn new(hinges: &[Joint], range: BallJoint) -> SharedRange {
+        let mut all = [(Axis::X, 1.0); HINGES_MAX];
+        for (axis, joint) in all.iter_mut().zip(hinges) {
+            *axis = Axis::of(joint);
+        }
+        SharedRange { hinges: all, count: hinges.len().min(HINGES_MAX), range }
+    }
+
+    /// All shared ranges of `robot`, with the joints that share them.
+    pub fn of_robot(robot: &Robot) -> Vec<(Range<usize>, SharedRange)> {
+        let of_chain = |chain: &super::Chain| {
+            let joints = robot.joints_of(chain);
+            // A leg has none.
+            let arm = ArmGeometry::of(chain, joints).map(|arm| arm.joints).unwrap_or_default();
+            let first = chain.joints.start;
+            arm.into_iter()
+                .filter_map(|joint| {
+                    let shared = SharedRange::new(&joints[joint.hinges.clone()], joint.range?);
+                    Some((first + joint.hinges.start..first + joint.hinges.end, shared))
+                })
+                .collect::<Vec<_>>()
+        };
+        robot.chains.iter().flat_map(of_chain).collect()
+    }
+
+    fn axes(&self) -> &[(Axis, f64)] {
+        &self.hinges[..self.count]
+    }
+
+    /// What the hinges at these angles (rad) make of the joint.
+    fn parts(&self, angles: &[f64]) -> SwingTwist {
+        let turn = self
+            .axes()
+            .iter()
+            .zip(angles)
+            .fold(DQuat::IDENTITY, |turn, ((axis, sense), angle)| turn * axis.turn(sense * angle));
+        SwingTwist::of(turn)
+    }
+
+    /// The nearest to `asked` that is in the range. Two hinges have the twist that comes with their swing.
+    fn nearest(&self, asked: SwingTwist) -> SwingTwist {
+        let can_twist = self.axes().iter().any(|(axis, _)| *axis == Axis::X);
+        let mut held = self.range.nearest(asked);
+        if !can_twist {
+            held.twist_rad = asked.twist_rad;
+        }
+        held
+    }
+
+    /// How far outside the range the hinges are at these `angles` (rad): in swing or in twist (rad), whichever is more.
+    pub fn outside_by(&self, angles: &[f64]) -> f64 {
+        let asked = self.parts(angles);
+        let held = self.nearest(asked);
+        held.swing.distance(asked.swing).max((held.twist_rad - asked.twist_rad).abs())
+    }
+
+    /// Whether they are inside.
+    pub fn holds(&self, angles: &[f64]) -> bool {
+        self.outside_by(angles) <= ROUNDING
+    }
+
+    /// Brings the `angles` (rad) to the nearest border where they are outside; says whether they were.
+    pub fn bring_in(&self, angles: &mut [f64]) -> bool {
+        let asked = self.parts(angles);
+        let held = self.nearest(asked);
+        if held == asked {
+            return false;
+        }
+        let mut left = held.turn();
+        let last = self.axes().iter().rposition(|(axis, _)| *axis != Axis::X);
+        for (index, ((axis, sense), angle)) in self.axes().iter().zip(angles).enumerate() {
+            let way = left * DVec3::X;
+            let sign = if way.x < 0.0 && Some(index) != last { -1.0 } else { 1.0 };
+            let aim = match axis {
+                // Once the link points where it is to, what is left is twist.
+                Axis::X => SwingTwist::of(left).twist_rad,
+                Axis::Y | Axis::Z => axis.aim(way * sign),
+            };
+            *angle = sense * aim;
+            left = axis.turn(-aim) * left;
+        }
+        true
+    }
+
+    /// How much of the way from `before` to `after` (rad) may be gone, 0 to 1, all hinges alike. Who is outside may go
+    /// on: he is on his way in.
+    pub fn share_inside(&self, before: &[f64], after: &[f64]) -> f64 {
+        if self.holds(after) || !self.holds(before) {
+            return 1.0;
+        }
+        let mut angles = [0.0; HINGES_MAX];
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            for ((angle, before), after) in angles.iter_mut().zip(before).zip(after) {
+                *angle = before + middle * (after - before);
+            }
+            if self.holds(&angles[..self.count]) { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use rand_pcg::Pcg64Mcg;
+    use rand_pcg::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+    use crate::model::ball_joint::Corner;
+
+    fn hinge(axis: DVec3) -> Joint {
+        Joint {
+            name: String::new(),
+            axis,
+            link_m: DVec3::ZERO,
+            range_rad: (-1.5, 1.5),
+            stiffness: 1.0,
+            mass_kg: 0.0,
+            center_m: DVec3::ZERO,
+            ball: None,
+            servo: None,
+        }
+    }
+
+    #[test]
+    fn of_any_way_that_begins_inside_only_what_is_inside_is_gone() {
+        let corner = |y: f64, z: f64| Corner { swing: DVec2::new(y, z), twist_rad: (-0.3, 0.2) };
+        // Not convex: the straight way between two places inside may lead outside.
+        let corners = vec![
+            corner(-0.4, -0.4),
+            corner(0.4, -0.4),
+            corner(0.4, 0.4),
+            corner(0.0, -0.1),
+            corner(-0.4, 0.4),
+        ];
+        let range = BallJoint::new(corners).unwrap();
+        let mut source = Pcg64Mcg::seed_from_u64(8);
+        let mut draw = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        for axes in [vec![DVec3::NEG_Y, DVec3::Z], vec![DVec3::NEG_Y, DVec3::Z, DVec3::X]] {
+            let hinges: Vec<Joint> = axes.into_iter().map(hinge).collect();
+            let shared = SharedRange::new(&hinges, range.clone());
+            let mut shortened = 0;
+            for _ in 0..2000 {
+                let mut before: Vec<f64> = hinges.iter().map(|_| 2.0 * draw()).collect();
+                shared.bring_in(&mut before);
+                assert!(shared.holds(&before), "{before:?} is brought in");
+                let after: Vec<f64> = before.iter().map(|angle| angle + 0.3 * draw()).collect();
+                let share = shared.share_inside(&before, &after);
+                let gone: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a + share * (b - a)).collect();
+                assert!(shared.holds(&gone), "{share} of the way to {after:?}");
+                shortened += u32::from(share < 1.0);
+            }
+            assert!((100..1900).contains(&shortened), "{shortened} of 2000 ways led outside");
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! One arm as its motions see it: where it is, how it is divided, and its own strokes.
+
+use glam::{DQuat, DVec3};
+
+use super::TentaclePlan;
+use super::performer::Keyed;
+use super::pseudo_targets::Turn;
+use super::stroke::{Part, Strokes};
+use super::variation::Variation;
+use super::winding::Winding;
+use crate::model::tendon::SectionBend;
+use crate::model::{ArmGeometry, ArmSettings, GROUPS, Pole, Robot, TendonDrive};
+use crate::signals::{ArmAim, ArmTarget};
+
+/// One arm.
+#[derive(Debug, Clone)]
+pub(super) struct ArmPlan {
+    pub(super) chain: usize,
+    pub(super) root_m: DVec3,
+    root_rotation: DQuat,
+    group_lengths_m: [f64; GROUPS],
+    links_m: Vec<f64>,
+    /// What bends it, where that is not a servo in every joint.
+    tendons: Option<TendonDrive>,
+    pub(super) radius_m: f64,
+    strokes: Strokes,
+    /// Ends of its groups where it is parked, body frame, m.
+    pub(super) parked_in_body: [DVec3; GROUPS],
+    /// The hinges of its outer two groups.
+    pub(super) outer_hinges: std::ops::Range<usize>,
+}
+
+impl ArmPlan {
+    /// The arm with this index and these settings; none if its chain is no arm, of which robot files make none.
+    pub(super) fn new(
+        robot: &Robot,
+        plan: &TentaclePlan,
+        index: usize,
+        arm: &ArmSettings,
+    ) -> Option<ArmPlan> {
+        let settings = &plan.settings;
+        let chain = &robot.chains[arm.chain];
+        let geometry = ArmGeometry::of(chain, robot.joints_of(chain)).ok()?;
+        let angles = plan.park_pose_rad[chain.joints.clone()].iter().copied();
+        let places = robot.places_in_body(chain, angles);
+        let part =
+            Part { role: arm.role, is_right: chain.root_m.y < 0.0, walk_plane_rad: arm.stroke_plane_rad };
+        let first_outer =
+            geometry.joints.get(geometry.joints_to_end(0)).map_or(0, |joint| joint.hinges.start);
+        Some(ArmPlan {
+            chain: arm.chain,
+            root_m: chain.root_m,
+            root_rotation: chain.root_rotation,
+            group_lengths_m: geometry.group_lengths_m(),
+            links_m: geometry.joints.iter().map(|joint| joint.link_m).collect(),
+            tendons: chain.tendons.clone(),
+            radius_m: arm.radius_m,
+            strokes: Strokes::new(
+                part,
+                settings.between,
+                Variation::new(settings.seed, index, settings.variation_rad),
+            ),
+            parked_in_body: std::array::from_fn(|group| {
+                let joints = geometry.joints_to_end(group);
+                // A link ends behind its joint's last hinge; on tendons there are no hinges between.
+                let hinges = geometry.joints[joints - 1].hinges.end;
+                places[if chain.tendons.is_some() { joints } else { hinges }]
+            }),
+            outer_hinges: chain.joints.start + first_outer..chain.joints.end,
+        })
+    }
+
+    /// Length of the whole arm, m.
+    pub(super) fn length_m(&self) -> f64 {
+        self.group_lengths_m.iter().sum()
+    }
+
+    fn to_body(&self, in_arm: DVec3) -> DVec3 {
+        self.root_m + self.root_rotation * in_arm
+    }
+
+    /// Moves it by a stroke at a phase of it.
+    pub(super) fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
+        let stroke = match keyed {
+            Keyed::Walk => &self.strokes.walk,
+            Keyed::Swim => &self.strokes.swim,
+            Keyed::Sway => {
+                target.aim = ArmAim::Places;
+                self.strokes.sway.write(phase, self.links_m.iter().copied(), &mut target.places_in_body);
+                target.places_in_body.iter_mut().for_each(|place| *place = self.to_body(*place));
+                return;
+            }
+        };
+        target.ends_in_body = match &self.tendons {
+            Some(drive) => self.section_ends_in_body(drive, stroke.turns(phase, turn_rad)),
+            None => {
+                stroke.ends_in_arm(self.group_lengths_m, phase, turn_rad).map(|place| self.to_body(place))
+            }
+        };
+    }
+
+    /// Where the sections of an arm on tendons end that bend by these turns: what each turns its pseudo-target by, held
+    /// below the most it bends. Two bends a section bring its end to no place but those of arcs: the thesis' spacings,
+    /// meant for arms with a joint's kink between two groups, would be missed by half an arm.
+    fn section_ends_in_body(&self, drive: &TendonDrive, turns: [Turn; GROUPS]) -> [DVec3; GROUPS] {
+        let mut bends = [SectionBend::default(); GROUPS];
+        for ((bend, section), turn) in bends.iter_mut().zip(drive.sections()).zip(turns) {
+            let wanted = turn.angle() / section.bend_max_rad;
+            let share = if wanted > 0.0 { wanted.tanh() / wanted } else { 1.0 };
+            *bend = SectionBend { lift: share * turn.lift, sweep: share * turn.sweep };
+        }
+        let mut ends = [DVec3::ZERO; GROUPS];
+        drive.walk(self.root_m, self.root_rotation, &bends, |joint| ends[joint.section] = joint.end);
+        ends
+    }
+
+    pub(super) fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
+        let ahead = self.root_rotation * DVec3::X;
+        Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
+    }
+
+    /// Lays its links along and round the pole, `wound` of what can be (0 to 1).
+    pub(super) fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
+        let Some(winding) = self.winding(pole, squeeze_m) else { return };
+        target.aim = ArmAim::Places;
+        winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);
+    }
+}

@@ -1,0 +1,264 @@
+//! Horses on their feet in physics, pushed about: they do not fall, go as fast as asked and stay level; standing, they are
+//! as high as asked.
+//!
+//! In the suite some seeds for half a minute each, 40 s of one core or so. The whole of the table in `docs/balance.md`:
+//! `HIPPOCAMP_FULL=1 cargo test --test body_walks -- --nocapture`.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
+
+mod common;
+
+use std::f64::consts::TAU;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use common::{ROBOTS, capability, horse_of, in_physics};
+use glam::{DQuat, DVec3, EulerRot};
+use hippocamp::bus::{Buses, Ports, SimPorts};
+use hippocamp::cycle::Cycle;
+use hippocamp::ik::Method;
+use hippocamp::model::{BalanceSettings, Robot};
+use hippocamp::motion::horse::HorsePlan;
+use hippocamp::motion::{Activity, Command, Order};
+use hippocamp::signals::Permission;
+use hippocamp::simulation;
+use hw_sim::FaultScript;
+use hw_sim::body::{Push, PushFrame};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+/// Impulse of each push, N s, and how long it lasts, s.
+const PUSH: (f64, f64) = (0.1, 0.1);
+/// Time a walk is given to come up to its speed, s.
+const START_S: f64 = 3.0;
+/// Step of the body, ms: the acceptance step, twice as long as the robot files', with whose figures it agrees.
+const STEP_MS: u32 = 2;
+/// Share of its top speed a gait is asked for.
+const SHARE: f64 = 0.9;
+
+/// How many seeds, and for how long, s.
+fn extent() -> (u64, f64) {
+    if std::env::var_os("HIPPOCAMP_FULL").is_some() { (10, 60.0) } else { (3, 30.0) }
+}
+
+fn robot(name: &str) -> Robot {
+    let mut robot = in_physics(name);
+    robot.physics.as_mut().unwrap().step_ms = STEP_MS;
+    robot
+}
+
+/// The same without feedback and without a correction of sag.
+fn open_loop(mut robot: Robot) -> Robot {
+    robot.balance = None;
+    robot
+}
+
+/// What was seen of one run.
+#[derive(Debug, Clone, Default)]
+struct Seen {
+    fell_at_s: Option<f64>,
+    /// Mean speed along the trunk, and the mean of what was asked, m/s.
+    speed_m_s: f64,
+    asked_m_s: f64,
+    roll_max: f64,
+    pitch_max: f64,
+    /// Height over what is planned, m: furthest, and last.
+    height_off_m: f64,
+    last_off_m: f64,
+    held: bool,
+}
+
+/// One run: from sitting to its feet, and then for `for_s` as `command` says at each time, pushed once a second.
+fn run(
+    robot: &Robot,
+    plan: &HorsePlan,
+    seed: u64,
+    for_s: f64,
+    push: f64,
+    command: &(dyn Fn(f64) -> Command + Sync),
+) -> Seen {
+    let world =
+        simulation::world_from_pose(robot, &plan.sit_pose_rad, seed, &FaultScript::default()).unwrap();
+    let mut buses = Buses::new(robot, SimPorts::on_virtual_clock(world));
+    buses.prepare(robot).unwrap();
+    let mut cycle = Cycle::new(robot, plan.clone(), Method::CcdThenFinish, for_s, buses);
+    let (dt_s, period) = (robot.period_s(), Duration::from_secs_f64(robot.period_s()));
+    let sole_m =
+        robot.chains.iter().filter_map(|chain| chain.foot).map(|foot| foot.below_tip_m()).fold(0.0, f64::max);
+    let mut deadline = cycle.buses_mut().ports_mut().now();
+    let mut chance = Pcg64Mcg::seed_from_u64(seed);
+    let (mut seen, mut on_feet_s, mut pushes) = (Seen::default(), 0.0, 0.0);
+    let (mut measured_s, mut last_m) = (0.0, None::<DVec3>);
+    while on_feet_s < for_s {
+        cycle.step(Order::Drive(command(on_feet_s)));
+        deadline = deadline + period;
+        let truth = cycle.record().truth.unwrap();
+        if matches!(cycle.record().activity, Activity::Standing | Activity::Walking) {
+            on_feet_s += dt_s;
+            let (yaw, pitch, roll) = truth.turn.to_euler(EulerRot::ZYX);
+            seen.roll_max = seen.roll_max.max(roll.abs());
+            seen.pitch_max = seen.pitch_max.max(pitch.abs());
+            seen.last_off_m = truth.height_m - cycle.record().targets.trunk_in_world.z - sole_m;
+            seen.height_off_m = seen.height_off_m.max(seen.last_off_m.abs());
+            seen.held |= cycle.state().permission != Permission::Move;
+            if let Some(last_m) = last_m.filter(|_| on_feet_s > START_S) {
+                let ahead = DQuat::from_rotation_z(yaw) * DVec3::X;
+                seen.speed_m_s += (truth.position_m - last_m).dot(ahead);
+                seen.asked_m_s += command(on_feet_s).speed_m_s * dt_s;
+                measured_s += dt_s;
+            }
+            last_m = Some(truth.position_m);
+            if truth.is_fallen {
+                seen.fell_at_s = Some(on_feet_s);
+                break;
+            }
+            if push > 0.0 && on_feet_s > 1.0 + pushes {
+                pushes += 1.0;
+                let direction = TAU * f64::from(chance.next_u32()) / f64::from(u32::MAX);
+                let force_n = DVec3::new(direction.cos(), direction.sin(), 0.0) * (push / PUSH.1);
+                let push = Push { force_n: force_n.into(), frame: PushFrame::World, place_m: [0.0; 3] };
+                cycle.buses_mut().ports_mut().world_mut().push(push, PUSH.1);
+            }
+        }
+        let now_s = cycle.buses_mut().ports_mut().now().as_secs_f64();
+        assert!(now_s < for_s + 30.0, "it never gets on its feet: {:?}", cycle.safety().cause());
+        cycle.buses_mut().ports_mut().wait_until(deadline);
+    }
+    seen.speed_m_s /= f64::max(measured_s, dt_s);
+    seen.asked_m_s /= f64::max(measured_s, dt_s);
+    seen
+}
+
+/// All seeds, spread over the cores.
+fn run_all(
+    robot: &Robot,
+    plan: &HorsePlan,
+    (seeds, for_s): (u64, f64),
+    command: &(dyn Fn(f64) -> Command + Sync),
+) -> Vec<Seen> {
+    let (next, found) = (Mutex::new(1..=seeds), Mutex::new(Vec::new()));
+    let work = || {
+        while let Some(seed) = next.lock().unwrap().next() {
+            let seen = run(robot, plan, seed, for_s, PUSH.0, command);
+            found.lock().unwrap().push((seed, seen));
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..cores).for_each(|_| drop(scope.spawn(work))));
+    let mut found = found.into_inner().unwrap();
+    found.sort_by_key(|(seed, _)| *seed);
+    found.into_iter().map(|(_, seen)| seen).collect()
+}
+
+/// One line of the table, which is printed.
+struct Line {
+    falls: usize,
+    /// Lowest and highest mean speed, shares of what was asked.
+    speed: (f64, f64),
+    roll_deg: f64,
+    pitch_deg: f64,
+}
+
+fn line(robot: &Robot, what: &str, runs: &[Seen]) -> Line {
+    let most = |of: fn(&Seen) -> f64| runs.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+    let least = |of: fn(&Seen) -> f64| runs.iter().map(of).fold(f64::INFINITY, f64::min);
+    let share = |seen: &Seen| seen.speed_m_s / seen.asked_m_s;
+    let line = Line {
+        falls: runs.iter().filter(|seen| seen.fell_at_s.is_some()).count(),
+        speed: (least(share), most(share)),
+        roll_deg: most(|seen| seen.roll_max).to_degrees(),
+        pitch_deg: most(|seen| seen.pitch_max).to_degrees(),
+    };
+    println!(
+        "| {} | {what} | {:.3} | {:.2} to {:.2} | {:.1} | {:.1} | {:.1} | {} of {} |",
+        robot.name,
+        runs[0].asked_m_s,
+        line.speed.0,
+        line.speed.1,
+        line.roll_deg,
+        line.pitch_deg,
+        1e3 * most(|seen| seen.height_off_m),
+        line.falls,
+        runs.len()
+    );
+    assert!(runs.iter().all(|seen| !seen.held), "{what}: safety held the robot");
+    line
+}
+
+/// A gait at nine tenths of its top speed, with feedback; where all is wanted, open loop beside it.
+fn walks(name: &str, gait: &str) -> Line {
+    let robot = robot(name);
+    let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+    let choice = plan.gait_choice(gait).unwrap();
+    let speed_m_s = SHARE * plan.top_speed_m_s(choice);
+    if name == "horse.toml" {
+        let least_m_s = if gait == "walk-steady" { 0.045 } else { 0.0 };
+        let least_m_s = if gait == "trot" { 0.11 } else { least_m_s };
+        assert!(speed_m_s >= least_m_s, "{gait} at {speed_m_s} m/s");
+    }
+    let command = move |_: f64| Command { gait: choice, speed_m_s, ..Command::default() };
+    if std::env::var_os("HIPPOCAMP_FULL").is_some() {
+        let robot = open_loop(robot.clone());
+        line(&robot, &format!("{gait}, open loop"), &run_all(&robot, &plan, extent(), &command));
+    }
+    line(&robot, gait, &run_all(&robot, &plan, extent(), &command))
+}
+
+#[test]
+fn steady_walk_and_trot_stay_level_and_keep_their_speed() {
+    println!(
+        "| robot | gait | asked, m/s | speed / asked | roll, deg | pitch, deg | height off, mm | falls |"
+    );
+    for name in ROBOTS {
+        for gait in ["walk-steady", "trot"] {
+            let line = walks(name, gait);
+            assert_eq!(line.falls, 0, "{name} {gait}");
+            assert!(line.roll_deg < 4.0 && line.pitch_deg < 4.0, "{name} {gait}");
+            assert!(line.speed.0 > 0.85 && line.speed.1 < 1.15, "{name} {gait}: {:?}", line.speed);
+        }
+    }
+}
+
+#[test]
+fn the_walk_of_the_thesis_does_not_fall() {
+    for name in ROBOTS {
+        assert_eq!(walks(name, "walk").falls, 0, "{name}");
+    }
+}
+
+#[test]
+fn from_walk_to_trot_and_back_it_does_not_fall() {
+    for name in ROBOTS {
+        let robot = robot(name);
+        let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
+        let (seeds, for_s) = extent();
+        let ahead = |gait: &str| {
+            let gait = plan.gait_choice(gait).unwrap();
+            Command { gait, speed_m_s: SHARE * plan.top_speed_m_s(gait), ..Command::default() }
+        };
+        for walk in ["walk-steady", "walk"] {
+            let (slow, fast) = (ahead(walk), ahead("trot"));
+            let command = move |s: f64| if s > for_s / 3.0 && s < 2.0 * for_s / 3.0 { fast } else { slow };
+            let runs = run_all(&robot, &plan, (seeds, for_s), &command);
+            let found = line(&robot, &format!("{walk}, trot, {walk}"), &runs);
+            assert_eq!(found.falls, 0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn it_stands_as_high_as_it_is_told() {
+    for name in ROBOTS {
+        let corrected = robot(name);
+        let mut sagging = corrected.clone();
+        sagging.balance =
+            corrected.balance.map(|balance| BalanceSettings { sag_correction: false, ..balance });
+        let plan = capability(&corrected).plan(&horse_of(&corrected), Command::default());
+        let stand = |robot: &Robot| run(robot, &plan, 1, 3.0, 0.0, &|_| Command::default()).last_off_m * 1e3;
+        let (with_mm, without_mm) = (stand(&corrected), stand(&sagging));
+        println!(
+            "{name}: {with_mm:.2} mm off its height with the correction of sag, {without_mm:.2} mm without"
+        );
+        assert!(with_mm.abs() < 2.0 && with_mm.abs() < without_mm.abs(), "{name}");
+    }
+}

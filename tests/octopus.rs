@@ -1,0 +1,90 @@
+//! The eight arms of config/octopus.toml: they reach where their strokes have them, and keep clear of each other.
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a test may panic; counts and times are small"
+)]
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::arm::{Arm, chance, strokes};
+use common::shipped;
+use glam::DVec3;
+use hippocamp::model::TipPath;
+use hippocamp::motion::{Stroke, StrokeCommand};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+
+#[test]
+fn sections_end_where_their_strokes_have_them() {
+    let robot = shipped("octopus.toml");
+    let arm_m = robot.chains[0].length_m(robot.joints_of(&robot.chains[0]));
+    for stroke in [Stroke::Walk, Stroke::Swim] {
+        let mut arm = Arm::awake(&robot);
+        let (mut largest_m, mut swung_m) = (0.0_f64, [DVec3::INFINITY, DVec3::NEG_INFINITY]);
+        for _ in 0..(16.0 * robot.rate_hz) as usize {
+            arm.perform(StrokeCommand::of(stroke), robot.period_s());
+            let record = arm.controller.record(&[]);
+            let left_m = record.joints.group_residual_m.iter().fold(0.0, |a: f64, b| a.max(*b));
+            largest_m = largest_m.max(left_m);
+            let tip = robot.tip_in_body(&robot.chains[3], arm.goals[0][18..24].iter().copied());
+            swung_m = [swung_m[0].min(tip), swung_m[1].max(tip)];
+        }
+        let swung_m = (swung_m[1] - swung_m[0]).length();
+        println!(
+            "{stroke:?}: {largest_m} m left, the tip of the rear arm goes {swung_m} m to and fro, {} m clear, {} held back",
+            arm.clearance_m, arm.interventions
+        );
+        assert!(largest_m <= 0.02 * arm_m, "{stroke:?}: {largest_m} m of {arm_m} m");
+        assert!(swung_m > 0.4 * arm_m, "{stroke:?}: {swung_m} m");
+    }
+}
+
+#[test]
+fn any_stroke_follows_any_other_clear_of_the_other_arms() {
+    let robot = shipped("octopus.toml");
+    let strokes = strokes(&robot);
+    for from in &strokes {
+        let mut arm = Arm::awake(&robot);
+        for to in &strokes {
+            arm.perform(StrokeCommand::of(*from), 4.3);
+            arm.interventions = 0;
+            arm.perform(StrokeCommand { turn_rad: 0.6, ..StrokeCommand::of(*to) }, 3.0);
+            println!("{from:?} to {to:?}: {} held back, {} m clear", arm.interventions, arm.clearance_m);
+        }
+    }
+}
+
+#[test]
+fn random_scripts_keep_arms_apart() {
+    let robot = shipped("octopus.toml");
+    let strokes = strokes(&robot);
+    let mut source = Pcg64Mcg::seed_from_u64(21);
+    let mut arm = Arm::awake(&robot);
+    for _ in 0..100 {
+        let mut place = || {
+            0.4 * DVec3::new(
+                chance(&mut source) - 0.5,
+                chance(&mut source) - 0.5,
+                0.6 * chance(&mut source) - 0.3,
+            )
+        };
+        let places = [place(), 1.5 * place(), place()];
+        let mut pick = |count: usize| (chance(&mut source) * count as f64) as usize % count;
+        let stroke = match strokes[pick(strokes.len())] {
+            Stroke::Reach { .. } if pick(2) == 0 => Stroke::Path(TipPath::new(&places, 0.1).unwrap()),
+            Stroke::Reach { .. } => Stroke::Reach { point_in_body: 1.5 * places[0], direction: None },
+            stroke => stroke,
+        };
+        let command = StrokeCommand {
+            stroke,
+            tempo: 2.0 * chance(&mut source),
+            turn_rad: 0.5 * TAU * (chance(&mut source) - 0.5),
+        };
+        arm.perform(command, 0.5 + 4.0 * chance(&mut source));
+    }
+    println!("{} m clear", arm.clearance_m);
+}

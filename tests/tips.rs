@@ -1,0 +1,96 @@
+//! Tips of arms: along paths, after points that move, and where they point.
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a test may panic; counts and times are small"
+)]
+
+mod common;
+
+use common::arm::Arm;
+use common::shipped;
+use glam::DVec3;
+use hippocamp::model::{Robot, TipPath};
+use hippocamp::motion::{Stroke, StrokeCommand};
+
+/// Where the goals bring the tip of the only arm.
+fn tip(robot: &Robot, arm: &Arm<'_>) -> DVec3 {
+    robot.tip_in_body(&robot.chains[0], arm.goals[0].iter().copied())
+}
+
+#[test]
+fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
+    let robot = shipped("tentacle.toml");
+    let dt_s = robot.period_s();
+    let waypoints =
+        [[200.0, 100.0, 200.0], [230.0, 0.0, 250.0], [200.0, -100.0, 200.0], [120.0, -150.0, 250.0]]
+            .map(|mm| DVec3::from_array(mm) / 1000.0);
+    let path = TipPath::new(&waypoints, 0.06).unwrap();
+    let command = StrokeCommand::of(Stroke::Path(path));
+    let mut arm = Arm::awake(&robot);
+    let mut tips = Vec::new();
+    for _ in 0..(20.0 * robot.rate_hz) as usize {
+        arm.perform(command, dt_s);
+        tips.push(tip(&robot, &arm));
+    }
+    assert_eq!(arm.interventions, 0, "goals held back by safety");
+    // It comes to rest on the first, and goes on from there.
+    let first = tips.iter().rposition(|tip| tip.distance(waypoints[0]) < 1e-5).unwrap();
+    let tips = &tips[first..];
+    for waypoint in waypoints {
+        let near_m = tips.iter().map(|tip| tip.distance(waypoint)).fold(f64::INFINITY, f64::min);
+        assert!(near_m < 1e-3, "{waypoint} is missed by {near_m} m");
+    }
+    assert!(tips.last().unwrap().distance(waypoints[3]) < 1e-4, "it stays at the end");
+    let speeds: Vec<DVec3> = tips.windows(2).map(|pair| (pair[1] - pair[0]) / dt_s).collect();
+    let steady = speeds.iter().filter(|speed| (speed.length() - 0.06).abs() < 0.03 * 0.06).count();
+    let moving = speeds.iter().filter(|speed| speed.length() > 1e-3).count();
+    println!("{steady} of {moving} cycles at the path's speed");
+    assert!(steady as f64 > 0.55 * moving as f64, "{steady} of {moving} cycles at the path's speed");
+    for (index, pair) in speeds.windows(2).enumerate() {
+        let change = (pair[1] - pair[0]).length();
+        assert!(pair[1].length() < 1.03 * 0.06 && change < 0.05 * 0.06, "{change} m/s in cycle {index}");
+    }
+}
+
+#[test]
+fn a_point_that_moves_is_followed_and_one_that_leaps_is_a_new_motion() {
+    let robot = shipped("tentacle.toml");
+    let dt_s = robot.period_s();
+    let reach = |point_in_body: DVec3, direction: Option<DVec3>| {
+        StrokeCommand::of(Stroke::Reach { point_in_body, direction })
+    };
+    let point = |time_s: f64| {
+        let (sine, cosine) = (1.2 * time_s).sin_cos();
+        DVec3::new(0.16, 0.06 * sine, 0.2 + 0.05 * cosine)
+    };
+    let aside = |time_s: f64| DVec3::new(1.0, 0.5 * (0.7 * time_s).sin(), -0.3);
+    for is_directed in [false, true] {
+        let mut arm = Arm::awake(&robot);
+        let mut change = None;
+        for cycle in 0..2000 {
+            let time_s = f64::from(cycle) * dt_s;
+            let direction = is_directed.then(|| aside(time_s));
+            arm.perform(reach(point(time_s), direction), dt_s);
+            let now = arm.controller.record(&[]).targets.arms[0].change;
+            assert_eq!(*change.get_or_insert(now), now, "one motion, {time_s} s");
+            if cycle == 300 {
+                arm.interventions = 0;
+            }
+            if cycle > 300 {
+                let off_m = tip(&robot, &arm).distance(point(time_s));
+                assert!(off_m < 2e-3, "{off_m} m behind after {time_s} s");
+                let places = robot.places_in_body(&robot.chains[0], arm.goals[0].iter().copied());
+                let ahead = places[24] - places[22];
+                let off_rad = ahead.angle_between(aside(time_s));
+                assert!(!is_directed || off_rad < 0.05, "points {off_rad} rad aside after {time_s} s");
+            }
+        }
+        assert_eq!(arm.interventions, 0, "goals held back by safety");
+        arm.perform(reach(DVec3::new(-0.1, 0.1, 0.25), None), dt_s);
+        assert_ne!(change, Some(arm.controller.record(&[]).targets.arms[0].change));
+        arm.perform(reach(DVec3::new(-0.1, 0.1, 0.25), None), 5.0);
+        assert!(tip(&robot, &arm).distance(DVec3::new(-0.1, 0.1, 0.25)) < 1e-3);
+    }
+}
