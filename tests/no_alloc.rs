@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
-use common::{ROBOTS, capability, plan, shipped};
+use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
 use hippocamp::config;
@@ -106,9 +106,14 @@ impl Ports for PermittingPorts {
 
 /// Runs `robot` from limp to limp, cycle by cycle; returns what it did and what it was permitted, each once.
 fn run(robot: &Robot, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
+    run_with(robot, FAULTS, permits)
+}
+
+/// The same with faults of its own.
+fn run_with(robot: &Robot, faults: &str, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
     let plan = plan(robot, "walk", 0.9);
     let sit_rad = plan.sit_pose_rad.clone();
-    let faults = FAULTS.replace("BUS", &robot.buses[0].name);
+    let faults = faults.replace("BUS", &robot.buses[0].name);
     let faults = FaultScript::from_toml(&faults).unwrap_or_else(|error| panic!("{error}"));
     let world = simulation::world_from_pose(robot, &sit_rad, 1, &faults).unwrap_or_else(|e| panic!("{e}"));
     let mut buses = Buses::new(robot, PermittingPorts { ports: SimPorts::on_virtual_clock(world), permits });
@@ -119,14 +124,14 @@ fn run(robot: &Robot, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
     let mut deadline = cycle.buses_mut().ports_mut().now();
     let (mut activities, mut permissions) = (Vec::new(), Vec::new());
     cycle.step(Order::Go);
-    while cycle.generator().activity() != Activity::Done {
+    while cycle.activity() != Activity::Done {
         deadline = deadline + period;
         assert_no_alloc(|| {
             cycle.buses_mut().ports_mut().wait_until(deadline);
             cycle.step(Order::Go);
         });
-        if activities.last() != Some(&cycle.generator().activity()) {
-            activities.push(cycle.generator().activity());
+        if activities.last() != Some(&cycle.activity()) {
+            activities.push(cycle.activity());
         }
         if permissions.last() != Some(&cycle.state().permission) {
             permissions.push(cycle.state().permission);
@@ -150,6 +155,18 @@ fn the_cycle_allocates_nothing_from_limp_to_limp() {
         // The unplugged bus is a hold that passes, the silent servo one that does not.
         assert_eq!(permissions, [Move, Hold, Move, Hold, Stop], "{file}");
     }
+}
+
+#[test]
+fn a_fall_allocates_nothing() {
+    let robot = in_physics("horse.toml");
+    use Activity::{Done, Falling, Lying, Rising, Standing, Walking};
+    let push = "[[fault]]\nkind = 'push'\nat_s = 6.0\n";
+    let over = run_with(&robot, &format!("{push}impulse_n_s = 2.4\ndirection_deg = 90"), true).0;
+    assert_eq!(
+        over.iter().filter(|activity| **activity != Activity::Limp).collect::<Vec<_>>(),
+        [&Rising, &Standing, &Walking, &Falling, &Lying, &Done]
+    );
 }
 
 /// The test above can fail: with the simulated buses not excepted, the same run aborts.

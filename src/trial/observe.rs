@@ -41,9 +41,11 @@ pub struct Observed {
     pub fallen_s: Option<f64>,
     /// Largest force of the ground on the trunk, mean over 10 ms, N.
     pub impact_n: f64,
-    /// Largest torque through any joint from when the fall was certain (from the push, if it never was), by its motor,
-    /// the inertia of its rotor and its stops; mean over 10 ms, N m.
+    /// Largest torque through the gears of any joint from when the fall was certain (from the push, if it never was): its
+    /// motor's, and what its rotor's inertia takes up; mean over 10 ms, N m.
     pub joint_load_nm: f64,
+    /// When that was.
+    pub joint_load_s: f64,
     /// What became of the fall, as the robot saw it.
     pub outcome: FallOutcome,
     /// Poses since the push.
@@ -132,6 +134,7 @@ pub fn observe(
         fallen_s: None,
         impact_n: 0.0,
         joint_load_nm: 0.0,
+        joint_load_s: 0.0,
         outcome: FallOutcome::None,
         track: Vec::new(),
     };
@@ -172,7 +175,9 @@ pub fn observe(
         if now.at_s - before.at_s >= WINDOW_S - 1e-9 {
             let (impact_n, load_nm) = now.since(before);
             observed.impact_n = observed.impact_n.max(impact_n);
-            observed.joint_load_nm = observed.joint_load_nm.max(load_nm);
+            if load_nm > observed.joint_load_nm {
+                (observed.joint_load_nm, observed.joint_load_s) = (load_nm, pushed_s);
+            }
             window = Some(now);
         }
         let Some(state) = world.body() else { continue };

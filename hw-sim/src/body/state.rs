@@ -24,8 +24,8 @@ pub struct BodyState {
     pub links_contact_n: f64,
     /// Impulse of the ground on the trunk along the ground's normals, since the start, N s.
     pub trunk_impulse_ns: f64,
-    /// Angular impulse that each joint gave its link through motor, rotor and stops, since the start, in the order of the
-    /// configuration, N m s. Friction of the gears is left aside.
+    /// Angular impulse that went through each joint's gears, of motor and rotor, since the start, in the order of the
+    /// configuration, N m s. Their friction is left aside; mechanical stops are not behind them.
     pub joint_impulses_nms: Vec<f64>,
     /// False once a number got lost; the body stands still from then on.
     pub is_finite: bool,

@@ -39,7 +39,7 @@ struct Hinge {
     /// Shaft's angle and friction as the engine has them, rad and N m.
     known_rad: f64,
     friction_nm: f64,
-    /// Torque of motor and stops in this step, N m, as the hinge turns.
+    /// Torque of the motor in this step, N m, as the hinge turns.
     torque_nm: f64,
 }
 
@@ -151,12 +151,12 @@ impl RigidBody {
             let (low, high) = hinge.stops_rad;
             let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
             let mut torque = hinge.sign * (share * self.torques[hinge.shaft] + shaft.load_nm);
+            hinge.torque_nm = torque;
             if beyond.abs() > 0.0 {
                 // A stop pushes back but never holds fast.
                 let stop = -STOP.0 * beyond - STOP.1 * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
-            hinge.torque_nm = torque;
             let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
             bodies[hinge.child].add_torque(in_world, true);
             bodies[hinge.parent].add_torque(-in_world, true);
