@@ -5,6 +5,7 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use std::path::Path;
+use std::time::Duration;
 
 use divan::{Bencher, black_box};
 use glam::DVec3;
@@ -12,13 +13,14 @@ use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
+use hippocamp::cycle::Cycle;
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
 use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Robot, link_length};
 use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
-use hippocamp::motion::{Command, posture_pull};
+use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::safety::Safety;
 use hippocamp::signals::{Aim, ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
@@ -260,6 +262,33 @@ fn exchange_without_a_wire(bencher: Bencher, name: &str) {
     bencher.bench_local(|| buses.exchange(&goals, &mut slots));
 }
 
+/// A second of a horse that walks in physics: controller, buses, servos and body, at steps of 1 and 2 ms.
+#[divan::bench(args = [1, 2], sample_count = 20, sample_size = 1)]
+fn a_second_in_physics(bencher: Bencher, step_ms: u32) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+    let mut robot = config::load(&path).unwrap().robot;
+    robot.physics.as_mut().unwrap().step_ms = step_ms;
+    let horse = robot.motion.horse().unwrap().clone();
+    let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
+    let choice = plan.gait_choice("walk-steady").unwrap();
+    let plan = plan.at_share(choice, 0.9);
+    let world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
+    let mut buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
+    buses.prepare(&robot).unwrap();
+    let mut deadline = buses.ports_mut().now();
+    let mut cycle = Cycle::new(&robot, plan, Method::CcdThenFinish, f64::MAX, buses);
+    let mut second = move || {
+        for _ in 0..100 {
+            deadline = deadline + Duration::from_millis(10);
+            cycle.buses_mut().ports_mut().wait_until(deadline);
+            cycle.step(Order::Go);
+        }
+        cycle.generator().activity()
+    };
+    while second() != Activity::Walking {}
+    bencher.bench_local(second);
+}
+
 /// Walk, inverse kinematics, safety and counts of 16 joints: a cycle without its exchange and records.
 #[divan::bench]
 fn stages_to_the_bus(bencher: Bencher) {
@@ -370,6 +399,21 @@ fn arm_from_cold(bencher: Bencher, aim: &str) {
     bencher.bench_local(|| {
         cycle = (cycle + 37) % targets.len();
         solver.solve(black_box(&targets[cycle]), true, &mut [0.0; 24])
+    });
+}
+
+/// Eight arms that begin a motion in the same cycle, from straight.
+#[divan::bench]
+fn eight_arms_from_cold(bencher: Bencher) {
+    let (solver, targets) = swimming_arm();
+    let mut solvers = vec![solver; 8];
+    let mut cycle = 0;
+    bencher.bench_local(|| {
+        cycle = (cycle + 37) % targets.len();
+        for (arm, solver) in solvers.iter_mut().enumerate() {
+            let target = &targets[(cycle + 60 * arm) % targets.len()];
+            solver.solve(black_box(target), true, &mut [0.0; 24]);
+        }
     });
 }
 

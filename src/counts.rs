@@ -4,7 +4,7 @@
 
 use crate::model::{Robot, Servo};
 use crate::safety::{Command, JointCommand};
-use crate::signals::{Feedback, JointState, ServoGoal};
+use crate::signals::{Feedback, JointState, Question, ServoGoal};
 
 /// One goal a joint, in servo counts. Only [`goals`] makes them, and only from what safety let through:
 ///
@@ -16,12 +16,13 @@ use crate::signals::{Feedback, JointState, ServoGoal};
 pub struct Goals {
     servos: Vec<ServoGoal>,
     restart: Option<usize>,
+    question: Option<(usize, Question)>,
 }
 
 impl Goals {
     /// All joints of `robot` limp.
     pub fn limp(robot: &Robot) -> Goals {
-        Goals { servos: vec![ServoGoal::Limp; robot.joints.len()], restart: None }
+        Goals { servos: vec![ServoGoal::Limp; robot.joints.len()], restart: None, question: None }
     }
 
     /// One a joint, in the robot's order.
@@ -33,17 +34,24 @@ impl Goals {
     pub fn restart(&self) -> Option<usize> {
         self.restart
     }
+
+    /// What is asked in the place of feedback in this cycle, if anything is, and the joint on whose bus.
+    pub fn question(&self) -> Option<(usize, Question)> {
+        self.question
+    }
 }
 
 /// Writes into `goals` the counts for `command`. A joint without a servo stays limp.
 pub fn goals(robot: &Robot, command: &Command, goals: &mut Goals) {
     goals.restart = command.restart();
+    goals.question = command.question();
     for ((goal, joint), command) in goals.servos.iter_mut().zip(&robot.joints).zip(command.joints()) {
         *goal = match (&joint.servo, command) {
             (Some(servo), &JointCommand::Goal { angle_rad, torque_share }) => ServoGoal::Move {
                 position: nearest_count(servo, angle_rad),
                 torque_limit: torque_limit(servo, torque_share),
             },
+            (Some(_), JointCommand::Keep) => ServoGoal::Keep,
             _ => ServoGoal::Limp,
         };
     }
@@ -79,5 +87,6 @@ pub fn measured(servo: &Servo, reply: &Feedback) -> JointState {
         voltage_v: f64::from(reply.voltage_decivolt) * 0.1,
         temperature_c: f64::from(reply.temperature_c),
         alarms: reply.alarms,
+        ..JointState::default()
     }
 }

@@ -65,7 +65,7 @@ pub(crate) fn turn<P: Ports>(
     cycle.buses_mut().disarm_watchdogs();
     let measured_rad = match cycle.generator() {
         Generator::Jog(jog) => jog.measured_rad(),
-        Generator::Horse(_) | Generator::Tentacle(_) => None,
+        Generator::Horse(_) | Generator::Tentacle(_) | Generator::Figure(_) => None,
     };
     (JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard }, cycle.into_buses())
 }

@@ -8,7 +8,7 @@
 use std::ops::RangeInclusive;
 
 use crate::bus::ServoGoal;
-use crate::capability::{HorseCapability, ReachError, TentacleCapability};
+use crate::capability::{FigureCapability, HorseCapability, PoseError, ReachError, TentacleCapability};
 use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
@@ -36,7 +36,7 @@ pub struct Replay {
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
     pub feet: Option<FeetReport>,
-    /// The trunk, from what was recorded of it.
+    /// The trunk, where what it truly did was recorded.
     pub body: Option<BodyReport>,
     /// What should have held and did not, in words.
     pub violations: Vec<String>,
@@ -75,11 +75,17 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
+    /// Nor take its poses.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// The recording's pose is none of the robot's.
+    #[error("the recording's run.json: a pose of an unknown name, {0}")]
+    UnknownPose(String),
     /// The recording's strokes are none.
     #[error("the recording's run.json: {0}")]
     Strokes(&'static str),
     /// The recording says that a horse moved its arms, or that arms walked.
-    #[error("the recording's run.json is not that of its robot.toml: one is of a horse, the other of arms")]
+    #[error("the recording's run.json is not that of its robot.toml: they are of different kinds of motion")]
     OtherKind,
 }
 
@@ -119,7 +125,7 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
         is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
         joints,
         feet,
-        body: telemetry.body_report(),
+        body: telemetry.body_report().filter(|_| recording.has_truth()),
         violations: violations(&joints, feet.as_ref(), header.ik),
         difference,
     })
@@ -134,9 +140,12 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
             let command = strokes.try_into().map_err(ReplayError::Strokes)?;
             Ok(TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command).into())
         }
-        (Motion::Horse(_), Task::Tentacle { .. }) | (Motion::Tentacle(_), Task::Horse { .. }) => {
-            Err(ReplayError::OtherKind)
+        (Motion::Figure(figure), Task::Figure { pose: name }) => {
+            let pose = figure.poses.iter().position(|pose| pose.name == *name);
+            let pose = pose.ok_or_else(|| ReplayError::UnknownPose(name.clone()))?;
+            Ok(FigureCapability::of(robot, figure)?.plan(pose).into())
         }
+        (Motion::Horse(_) | Motion::Tentacle(_) | Motion::Figure(_), _) => Err(ReplayError::OtherKind),
     }
 }
 
@@ -179,6 +188,7 @@ fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) ->
 fn describe(goal: &ServoGoal) -> String {
     match goal {
         ServoGoal::Limp => "limp".to_owned(),
+        ServoGoal::Keep => "what it was told last".to_owned(),
         ServoGoal::Move { position, torque_limit } => {
             format!("count {position} with torque limit {torque_limit}")
         }

@@ -14,7 +14,7 @@ use crate::model::{Robot, StopAction};
 use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::recording::Recorder;
-use crate::signals::{JointState, Permission, ServoGoal};
+use crate::signals::{JointState, Outage, Permission, ServoGoal};
 use crate::telemetry::{Outcome, Report};
 use crate::units::Time;
 
@@ -28,7 +28,7 @@ const LAST_PATIENCE_S: f64 = 1.0;
 /// What to run.
 #[derive(Debug, Clone)]
 pub struct RunPlan {
-    /// What to do: of a horse gait, speed and posture; of arms the stroke.
+    /// What to do: of a horse gait, speed and posture; of arms the stroke; of a figure the pose.
     pub motion: Plan,
     /// How targets are solved.
     pub method: Method,
@@ -55,8 +55,10 @@ pub struct Status {
     pub yaw_rate_rad_s: f64,
     /// What safety permits.
     pub permission: Permission,
-    /// Joints whose servo has tripped: they have no torque.
+    /// Joints that are out of service: they have no torque.
     pub frozen: usize,
+    /// The one that came to be so in the last cycle, if one did.
+    pub outage: Option<Outage>,
     /// Cycles that began late.
     pub late_cycles: u64,
     /// Hottest servo, degrees Celsius.
@@ -127,6 +129,7 @@ pub fn run_recorded<P: Ports>(
             (Some(gait), Some(horse.command.speed_m_s), "walked for the time asked")
         }
         Plan::Tentacle(_) => (None, None, "moved for the time asked"),
+        Plan::Figure(_) => (None, None, "stood for the time asked"),
     };
     let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);
@@ -174,6 +177,7 @@ pub fn run_recorded<P: Ports>(
         imu: cycle.telemetry().imu_report(),
         falls: cycle.reflex().report(),
         arm_yields: robot.yielding.map(|_| cycle.yielding().times()),
+        outages: cycle.telemetry().outage_reports(robot),
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
@@ -318,6 +322,7 @@ fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_rec
         speed_m_s: cycle.generator().speed_m_s(),
         permission: cycle.state().permission,
         frozen: cycle.state().is_out.iter().filter(|is_out| **is_out).count(),
+        outage: cycle.state().outage,
         late_cycles: cycle.telemetry().totals().1,
         hottest_c: known().map(|joint| joint.temperature_c).fold(0.0, f64::max),
         lowest_v: known().map(|joint| joint.voltage_v).fold(f64::INFINITY, f64::min),

@@ -19,6 +19,9 @@ pub enum Aim {
     Pose,
     /// Tip places: [`Targets::tips_in_body`].
     Tips,
+    /// Places and turns of the soles of [`Targets::feet`]: [`Targets::tips_in_body`], [`Targets::sole_turns`]; of all other
+    /// chains joint angles, [`Targets::pose_rad`].
+    Soles,
     /// What each arm is to do: [`Targets::arms`].
     Arms,
     /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
@@ -36,6 +39,8 @@ pub struct Targets {
     pub torque_share: f64,
     /// Tip of each chain, body frame, m.
     pub tips_in_body: Vec<DVec3>,
+    /// Turn of the last link of each chain, body frame, from how it is at angle 0 of all joints.
+    pub sole_turns: Vec<DQuat>,
     /// The planned place of the trunk, world frame, m.
     pub trunk_in_world: DVec3,
     /// The planned turn of the trunk, from the body frame to the world frame.
@@ -139,7 +144,7 @@ pub enum Permission {
     Stop,
 }
 
-/// What flows back: computed by the estimator, but for the last three fields, which are safety's.
+/// What flows back: computed by the estimator, but for what is permitted, let through and out of service, which is safety's.
 #[derive(Debug, Clone)]
 pub struct State {
     /// Each joint as last heard.
@@ -150,6 +155,8 @@ pub struct State {
     pub permission: Permission,
     /// Joints whose servo has tripped: they are left without torque, and their goals are where they are.
     pub is_out: Vec<bool>,
+    /// The joint that was taken out of service in this cycle, if one was; of several, one a cycle.
+    pub outage: Option<Outage>,
     /// How the trunk lies and moves.
     pub body: BodyEstimate,
 }
@@ -184,6 +191,8 @@ pub struct BodyEstimate {
     pub pitch_rad: f64,
     /// See `roll_rad`.
     pub yaw_rad: f64,
+    /// The unit's yaw when it was first heard, rad, from which `yaw_rad` counts; none before.
+    pub yaw_start_rad: Option<f64>,
     /// Turn rate, body frame, rad/s.
     pub rate_rad_s: DVec3,
     /// Velocity of the body frame's origin, body frame, m/s.
@@ -228,8 +237,50 @@ pub struct JointState {
     pub voltage_v: f64,
     /// Temperature, degrees Celsius.
     pub temperature_c: f64,
-    /// The servo's alarm bits.
+    /// The servo's alarm bits, as they come with its replies.
     pub alarms: u8,
+    /// Why there is an alarm, as far as is known: bits of [`crate::model::Registers::alarm_status`]. 0 while there is
+    /// none or the servo has not said why.
+    pub alarm_causes: u8,
+    /// What its torque switch said, in the cycle after it was asked ([`Question::Torque`]).
+    pub has_torque: Option<bool>,
+}
+
+/// What all servos of one bus are asked in the place of their feedback, for one cycle: what no reply tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// Whether they have torque: one that has started anew has none.
+    Torque,
+    /// Why they raise an alarm.
+    Alarms,
+}
+
+/// What one servo answered to a [`Question`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Told {
+    /// Whether it has torque.
+    Torque(bool),
+    /// Why it raises an alarm: the bits of [`crate::model::Registers::alarm_status`].
+    Alarms(u8),
+}
+
+/// A joint that was just taken out of service, so that the robot goes on without it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outage {
+    /// The joint.
+    pub joint: usize,
+    /// Why.
+    pub cause: OutageCause,
+}
+
+/// Why a joint is left without torque.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutageCause {
+    /// Its servo raised an alarm: why, as in [`Told::Alarms`]; 0 where it did not say.
+    Alarm(u8),
+    /// It did not follow its goal.
+    Jam,
 }
 
 /// What one servo is to do in this cycle, in its own counts.
@@ -245,6 +296,9 @@ pub enum ServoGoal {
         /// Torque limit, in units of [`crate::model::ServoModel::torque_limit_full`].
         torque_limit: u16,
     },
+    /// Whatever it was told last: nothing is said to it. A servo that is not heard may have started anew; it must not
+    /// find a goal with all its torque when it wakes.
+    Keep,
 }
 
 /// A servo's reply, in its own counts and register units; [`crate::counts`] turns it into SI units.
@@ -269,11 +323,20 @@ pub struct Feedback {
 pub enum Slot {
     /// A valid reply of this exchange.
     Fresh(Feedback),
+    /// The answer to what was asked in the place of feedback.
+    Told(Told),
     /// Bytes of a reply came, but did not pass their checksum or had the wrong shape.
     Corrupt,
     /// Nothing came before the deadline.
     #[default]
     Missing,
+}
+
+impl Slot {
+    /// Whether a valid reply came.
+    pub fn is_good(&self) -> bool {
+        matches!(self, Slot::Fresh(_) | Slot::Told(_))
+    }
 }
 
 impl Targets {
@@ -284,6 +347,7 @@ impl Targets {
             pose_rad: vec![0.0; robot.joints.len()],
             torque_share: 1.0,
             tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
+            sole_turns: vec![DQuat::IDENTITY; robot.chains.len()],
             trunk_in_world: DVec3::ZERO,
             trunk_turn: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
@@ -335,6 +399,7 @@ impl State {
             goal_rad: vec![0.0; robot.joints.len()],
             permission: Permission::Move,
             is_out: vec![false; robot.joints.len()],
+            outage: None,
             body: BodyEstimate { is_in_contact: vec![false; robot.chains.len()], ..BodyEstimate::default() },
         }
     }

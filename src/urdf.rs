@@ -14,8 +14,26 @@ use crate::model::{Chain, Joint, Robot};
 /// Name of the trunk's link.
 pub const BODY: &str = "body";
 
+/// What has no URDF.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UrdfError {
+    /// An arm bent by cords: its joints are winches, each of which bends all joints of a section and of those
+    /// before it. A tree of hinges that turn by themselves is another robot.
+    #[error("{chain} is bent by cords: its joints are winches, and URDF has hinges only")]
+    Cords {
+        /// Name of the arm.
+        chain: String,
+    },
+}
+
 /// The URDF text of `robot`. A joint without a servo has effort and velocity limits of 0: they are not known.
-pub fn of_robot(robot: &Robot) -> String {
+///
+/// # Errors
+/// [`UrdfError`] where it is no tree of hinges.
+pub fn of_robot(robot: &Robot) -> Result<String, UrdfError> {
+    if let Some(chain) = robot.chains.iter().find(|chain| chain.tendons.is_some()) {
+        return Err(UrdfError::Cords { chain: chain.name.clone() });
+    }
     let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", escaped(&robot.name));
     let (low, high) = robot.root_extent();
     link(
@@ -29,7 +47,7 @@ pub fn of_robot(robot: &Robot) -> String {
         limb(&mut text, robot, chain);
     }
     text.push_str("</robot>\n");
-    text
+    Ok(text)
 }
 
 fn limb(text: &mut String, robot: &Robot, chain: &Chain) {

@@ -153,9 +153,65 @@ fn check_tells_what_arms_weigh_and_refuses_what_servos_cannot_hold() {
         checked("arm-too-heavy.toml", &[counterweight, ("carried_share = 0.95", "carried_share = 0")]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("motion.carried_share") && said.contains("_1 would need"), "{said}");
-    // What floats need not be held.
-    let (said, code) = checked("arm-floats.toml", &[("carried_share = 0.95", "carried_share = 0")]);
+    // The word alone does not make it float: that takes a share.
+    let (said, code) = checked("arm-sinks.toml", &[("carried_share = 0.95", "carried_share = 0")]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("motion.carried_share") && said.contains("water carries 0 %"), "{said}");
+    let heavy = ("mass_kg = 0.045", "mass_kg = 4.5");
+    let (said, code) = checked("arm-floats.toml", &[heavy, ("carried_share = 0.95", "carried_share = 1")]);
     assert_eq!(code, Some(0), "{said}");
+    assert!(!said.contains("WARNING"), "{said}");
+    let by_servos = ("carried_by = \"water\"\ncarried_share = 0.95", "carried_by = \"servos\"");
+    let (said, code) = checked("arm-by-servos.toml", &[by_servos]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("motion.carried_by"), "{said}");
+}
+
+/// The share carried at which a joint comes to a fifth of its servo's stall torque, and to all of it: `check` warns above
+/// the one and refuses above the other.
+#[test]
+fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_at_all_of_it() {
+    let by_servos =
+        tentacle_with(&[("carried_by = \"water\"\ncarried_share = 0.95", "carried_by = \"servos\"")]);
+    let robot = config::parse(&by_servos, "arm.toml").unwrap().robot;
+    let loads = loads::of_joints(&robot, robot.motion.tentacle().unwrap());
+    let uncarried = loads.iter().filter_map(|load| load.share_of_stall).fold(0.0, f64::max);
+    for (limit, code, words) in [(0.2, [0, 0], "WARNING"), (1.0, [0, 2], "would need")] {
+        for (above, code) in [false, true].into_iter().zip(code) {
+            let share = 1.0 - limit * if above { 1.001 } else { 0.999 } / uncarried;
+            let carried = format!("carried_share = {share}");
+            let name = format!("arm-at-{limit}-{above}.toml");
+            let (said, exit) = checked(&name, &[("carried_share = 0.95", &carried)]);
+            assert_eq!((exit, said.contains(words)), (Some(code), above), "{share}: {said}");
+        }
+    }
+}
+
+/// A robot file, a script and a stroke that is asked for name the key and the reason.
+#[test]
+fn a_pole_that_no_arm_can_wind_round_is_a_fault_where_it_is_named() {
+    let pole = "pole = { point_mm = [50, 0, 150], axis = [0, 1, 0], radius_mm = 30 }";
+    let root = "pole = { point_mm = [0, 0, 0], axis = [0, 1, 0], radius_mm = 30 }";
+    let far = "pole = { point_mm = [900, 0, 150], axis = [0, 1, 0], radius_mm = 30 }";
+    for (pole_there, words) in
+        [(root, "the arm's root is 0.000 m from the pole's axis"), (far, "would touch")]
+    {
+        let faults = config::parse(&tentacle_with(&[(pole, pole_there)]), "arm.toml").unwrap_err().faults;
+        let [fault] = &faults[..] else { panic!("{faults:?}") };
+        assert_eq!(fault.key, "motion.pole");
+        assert!(fault.to_string().contains(words) && fault.line > 0, "{fault}");
+    }
+    let robot = shipped("tentacle.toml");
+    let script = |pole: &str| {
+        let text = format!("[[at]]\ntime_s = 0\nstroke = 'wind'\n{pole}");
+        config::parse_script(&text, "script.toml", &robot)
+    };
+    assert!(script("").is_ok(), "the robot's own");
+    assert!(script("point_mm = [50, 0, 150]\naxis = [0, 1, 0]\nradius_mm = 20").is_ok());
+    let faults = script("point_mm = [900, 0, 150]\naxis = [0, 1, 0]\nradius_mm = 20").unwrap_err().faults;
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert_eq!((fault.key.as_str(), fault.line), ("at[0].point_mm", 4));
+    assert!(fault.to_string().contains("would touch the pole only after"), "{fault}");
 }
 
 #[test]

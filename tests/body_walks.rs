@@ -36,6 +36,9 @@ const STEP_MS: u32 = 2;
 /// Share of its top speed a gait is asked for.
 const SHARE: f64 = 0.9;
 
+/// How many seeds open loop.
+const OPEN_LOOP_SEEDS: u64 = 3;
+
 /// How many seeds, and for how long, s.
 fn extent() -> (u64, f64) {
     if std::env::var_os("HIPPOCAMP_FULL").is_some() { (10, 60.0) } else { (3, 30.0) }
@@ -198,8 +201,12 @@ fn walks(name: &str, gait: &str) -> Line {
     }
     let command = move |_: f64| Command { gait: choice, speed_m_s, ..Command::default() };
     if std::env::var_os("HIPPOCAMP_FULL").is_some() {
-        let robot = open_loop(robot.clone());
-        line(&robot, &format!("{gait}, open loop"), &run_all(&robot, &plan, extent(), &command));
+        let (robot, (_, for_s)) = (open_loop(robot.clone()), extent());
+        line(
+            &robot,
+            &format!("{gait}, open loop"),
+            &run_all(&robot, &plan, (OPEN_LOOP_SEEDS, for_s), &command),
+        );
     }
     line(&robot, gait, &run_all(&robot, &plan, extent(), &command))
 }

@@ -117,7 +117,7 @@ fn first_cycle_ns(
         of_bus
             .filter_map(|(servo, goal)| match goal {
                 ServoGoal::Move { position, .. } => Some((servo.id.0, u64::try_from(*position).unwrap())),
-                ServoGoal::Limp => None,
+                ServoGoal::Limp | ServoGoal::Keep => None,
             })
             .collect()
     };

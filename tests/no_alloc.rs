@@ -10,11 +10,13 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
 use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
+use hippocamp::capability::{FigureCapability, TentacleCapability};
 use hippocamp::config;
-use hippocamp::cycle::Cycle;
+use hippocamp::cycle::{Controller, Cycle};
 use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Command as Asked, Order};
+use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::operator::Show;
 use hippocamp::run::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
 use hippocamp::simulation;
@@ -106,20 +108,25 @@ impl Ports for PermittingPorts {
 
 /// Runs `robot` from limp to limp, cycle by cycle; returns what it did and what it was permitted, each once.
 fn run(robot: &Robot, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
-    run_with(robot, FAULTS, permits)
-}
-
-/// The same with faults of its own.
-fn run_with(robot: &Robot, faults: &str, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
     let plan = plan(robot, "walk", 0.9);
     let sit_rad = plan.sit_pose_rad.clone();
+    run_from(robot, (plan.into(), &sit_rad), (FAULTS, permits), |_, _| Order::Go)
+}
+
+/// The same as `motion` says from where its joints are, with `faults`, driven by `order`, which hears time and activity.
+fn run_from(
+    robot: &Robot,
+    (motion, pose_rad): (Plan, &[f64]),
+    (faults, permits): (&str, bool),
+    mut order: impl FnMut(f64, Activity) -> Order,
+) -> (Vec<Activity>, Vec<Permission>) {
     let faults = faults.replace("BUS", &robot.buses[0].name);
     let faults = FaultScript::from_toml(&faults).unwrap_or_else(|error| panic!("{error}"));
-    let world = simulation::world_from_pose(robot, &sit_rad, 1, &faults).unwrap_or_else(|e| panic!("{e}"));
+    let world = simulation::world_from_pose(robot, pose_rad, 1, &faults).unwrap_or_else(|e| panic!("{e}"));
     let mut buses = Buses::new(robot, PermittingPorts { ports: SimPorts::on_virtual_clock(world), permits });
     buses.prepare(robot).unwrap_or_else(|error| panic!("{error}"));
 
-    let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, 60.0, buses);
+    let mut cycle = Cycle::new(robot, motion, Method::CcdThenFinish, 60.0, buses);
     let period = Duration::from_secs_f64(robot.period_s());
     let mut deadline = cycle.buses_mut().ports_mut().now();
     let (mut activities, mut permissions) = (Vec::new(), Vec::new());
@@ -128,7 +135,8 @@ fn run_with(robot: &Robot, faults: &str, permits: bool) -> (Vec<Activity>, Vec<P
         deadline = deadline + period;
         assert_no_alloc(|| {
             cycle.buses_mut().ports_mut().wait_until(deadline);
-            cycle.step(Order::Go);
+            let order = order(deadline.as_secs_f64(), cycle.activity());
+            cycle.step(order);
         });
         if activities.last() != Some(&cycle.activity()) {
             activities.push(cycle.activity());
@@ -162,14 +170,132 @@ fn a_fall_allocates_nothing() {
     let robot = in_physics("horse.toml");
     use Activity::{Done, Falling, Lying, Rising, Standing, Walking};
     let push = "[[fault]]\nkind = 'push'\nat_s = 6.0\n";
-    let over = run_with(&robot, &format!("{push}impulse_n_s = 2.4\ndirection_deg = 90"), true).0;
+    let faults = format!("{push}impulse_n_s = 2.4\ndirection_deg = 90");
+    let plan = plan(&robot, "walk", 0.9);
+    let sit_rad = plan.sit_pose_rad.clone();
+    let over = run_from(&robot, (plan.into(), &sit_rad), (&faults, true), |_, _| Order::Go).0;
     assert_eq!(
         over.iter().filter(|activity| **activity != Activity::Limp).collect::<Vec<_>>(),
         [&Rising, &Standing, &Walking, &Falling, &Lying, &Done]
     );
 }
 
-/// The test above can fail: with the simulated buses not excepted, the same run aborts.
+/// Every stroke there is, in haste; an overload while it walks, which a restart mends as soon as the arms are parked, a
+/// servo that starts anew, and at last one that stays silent.
+const ARM_FAULTS: &str = "
+    [[fault]]
+    kind = 'bit-flip'
+    at_s = 4.5
+    for_s = 0.08
+
+    [[fault]]
+    kind = 'overload'
+    at_s = 6.0
+    for_s = 11.0
+    bus = 'BUS'
+    id = 2
+
+    [[fault]]
+    kind = 'unplugged'
+    at_s = 9.0
+    for_s = 0.3
+
+    [[fault]]
+    kind = 'late-host'
+    at_s = 10.0
+    delay_ms = 300
+
+    [[fault]]
+    kind = 'reset'
+    at_s = 21.0
+    bus = 'BUS'
+    id = 4
+
+    [[fault]]
+    kind = 'silent'
+    at_s = 30.0
+    bus = 'BUS'
+    id = 3
+";
+
+#[test]
+fn a_show_of_arms_allocates_nothing_from_limp_to_limp() {
+    for file in ["tentacle.toml", "octopus.toml"] {
+        let robot = shipped(file);
+        let tentacle = robot.motion.tentacle().unwrap();
+        let plan = TentacleCapability::of(&robot, tentacle).plan(&robot, tentacle, StrokeCommand::default());
+        let park_rad = plan.park_pose_rad.clone();
+        let mut script = Show::of_all_strokes(tentacle, 60.0);
+        // Sway, walk, swim, reach, (wind, let go,) park, two seconds each but for winding.
+        let mut time_s = 0.0;
+        for entry in &mut script.entries {
+            entry.time_s = time_s;
+            let Order::Perform(command) = &mut entry.order else { panic!("{entry:?}") };
+            time_s += if let Stroke::Wind(_) = command.stroke { 6.0 } else { 2.0 };
+        }
+        script.repeats_after_s = Some(time_s + 6.0);
+        let mut show = Show::new(&robot, script);
+        let mut status = STATUS;
+        let mut parked = 0;
+        let (activities, permissions) =
+            run_from(&robot, (plan.into(), &park_rad), (ARM_FAULTS, true), |time_s, activity| {
+                (status.time_s, status.activity) = (time_s, activity);
+                parked += u32::from(activity == Activity::Parked);
+                show.instruction(&status).0.order
+            });
+        assert!(
+            activities.contains(&Activity::Performing) && parked > 100,
+            "{file}: {activities:?}, {parked}"
+        );
+        assert_eq!(activities.last(), Some(&Activity::Done), "{file}");
+        // The unplugged bus and the servo that starts anew are holds that pass.
+        let holds = permissions.iter().filter(|permission| **permission == Permission::Hold).count();
+        assert!(holds >= 3 && permissions.last() == Some(&Permission::Stop), "{file}: {permissions:?}");
+    }
+}
+
+/// What an operator sees of a robot that stands.
+const STATUS: Status = Status {
+    time_s: 0.0,
+    activity: Activity::Standing,
+    gait: None,
+    stroke: None,
+    frozen: 0,
+    outage: None,
+    speed_m_s: 0.0,
+    yaw_rate_rad_s: 0.0,
+    permission: Permission::Move,
+    late_cycles: 0,
+    hottest_c: 30.0,
+    lowest_v: 12.0,
+    is_imu_lost: false,
+    is_recording_lost: false,
+};
+
+#[test]
+fn the_cycle_of_a_figure_allocates_nothing_from_limp_to_limp() {
+    let robot = in_physics("figure.toml");
+    let figure = robot.motion.figure().unwrap_or_else(|| panic!("no figure"));
+    let capability = FigureCapability::of(&robot, figure).unwrap_or_else(|error| panic!("{error}"));
+    let mut controller = Controller::new(&robot, capability.plan(0), Method::CcdThenFinish, 60.0);
+    let dt_s = robot.period_s();
+    let mut cycle = |order: Order| {
+        controller.decide(dt_s, order);
+        controller.learn_from_goals();
+        controller.generator().activity()
+    };
+    cycle(Order::Take(0));
+    let mut activity = Activity::Limp;
+    assert_no_alloc(|| {
+        for number in 0..10_000 {
+            let pose = if number < 4000 { 0 } else { number / 300 % figure.poses.len() };
+            activity = cycle(if number < 7000 { Order::Take(pose) } else { Order::Stop });
+        }
+    });
+    assert_eq!(activity, Activity::Done);
+}
+
+/// The first test can fail: with the simulated buses not excepted, the same run aborts.
 #[test]
 fn an_allocation_in_the_cycle_is_caught() {
     if std::env::var_os(ALLOCATE).is_some() {
@@ -191,7 +317,7 @@ fn an_allocation_in_the_cycle_is_caught() {
 
 #[test]
 fn no_operator_allocates() {
-    use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire};
+    use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire, StrokeKeys};
     let robot = shipped("horse.toml");
     let horse = robot.motion.horse().unwrap();
     let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
@@ -200,27 +326,21 @@ fn no_operator_allocates() {
     let text = "[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 0.05\n[[at]]\ntime_s = 1\ngait = 'stand'";
     let script = config::parse_script(text, "test.toml", &robot).unwrap_or_else(|error| panic!("{error}"));
     let mut playback = Playback::new(script);
-    let mut status = Status {
-        time_s: 0.0,
-        activity: Activity::Standing,
-        gait: None,
-        stroke: None,
-        frozen: 0,
-        speed_m_s: 0.0,
-        yaw_rate_rad_s: 0.0,
-        permission: Permission::Move,
-        late_cycles: 0,
-        hottest_c: 30.0,
-        lowest_v: 12.0,
-        is_imu_lost: false,
-        is_recording_lost: false,
-    };
+    let mut status = STATUS;
+    let arms = shipped("tentacle.toml");
+    let mut stroke_keys = StrokeKeys::new(arms.motion.tentacle().unwrap());
+    let mut performed = 0;
     let (mut driven, mut stops, mut notes) = (0, 0, 0);
     assert_no_alloc(|| {
         let typed = "13g^<  0rftb5npzq".chars().map(Key::Character);
         for key in typed.chain([Key::Up, Key::Left, Key::Gone, Key::Escape]) {
             notes += usize::from(keys.press(key).is_some());
             driven += usize::from(matches!(keys.instruction().order, Order::Drive(_)));
+        }
+        let typed = "123456pwsad0 ".chars().map(Key::Character);
+        for key in typed.chain([Key::Up, Key::Left, Key::Gone, Key::Escape]) {
+            stroke_keys.press(key);
+            performed += usize::from(matches!(stroke_keys.instruction().order, Order::Perform(_)));
         }
         for tenths in 0..100 {
             status.time_s = f64::from(tenths) * 0.1;
@@ -235,6 +355,7 @@ fn no_operator_allocates() {
             notes += usize::from(gamepad.instruction(status.time_s + 1.0).1.is_some());
         }
     });
+    assert_eq!(performed, 15, "all keys but the ends");
     assert!(driven > 10 && stops > 10 && notes >= 3, "{driven} {stops} {notes}: nothing was asked for");
 }
 

@@ -44,7 +44,7 @@ fn rig(file: &str) -> Rig {
     let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 2.0, driver: None };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
-    let mut without_adapters = robot.clone();
+    let mut without_adapters = Robot { physics: None, ..robot.clone() };
     for bus in &mut without_adapters.buses {
         bus.adapter_latency_us = 0;
     }

@@ -14,11 +14,13 @@ use hippocamp::units::ServoId;
 use hw_sim::FaultScript;
 
 fn dynamixel_horse() -> Robot {
-    config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot
+    let robot = config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot;
+    Robot { physics: None, ..robot }
 }
 
 fn feetech_horse() -> Robot {
-    config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot
+    let robot = config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot;
+    Robot { physics: None, ..robot }
 }
 
 /// A spy that does not look while it waits.

@@ -8,7 +8,7 @@
 
 mod common;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
 use common::arm::{Arm, chance, plan, strokes};
@@ -21,7 +21,7 @@ use hippocamp::model::{OnTrip, Pole, Robot};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
-use hippocamp::signals::{Feedback, ImuReading, Permission, ServoGoal};
+use hippocamp::signals::{Feedback, ImuReading, Permission, Question, ServoGoal, Told};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
@@ -203,6 +203,11 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
     let report = watched(&robot, run_plan(&robot, Stroke::Rest, 1e9), &faults, order);
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!(report.servo_restarts, 2);
+    let told: Vec<&str> = report.outages.iter().map(|outage| outage.joint.as_str()).collect();
+    assert_eq!(told, ["arm.lift_2", "arm.sweep_10"]);
+    let words =
+        "joint arm.lift_2 (servo 3 on bus root) is left without torque: its servo has tripped: overload";
+    assert!(report.outages[0].reason.starts_with(words), "{}", report.outages[0].reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
 }
 
@@ -219,13 +224,22 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
         };
         Order::Perform(StrokeCommand::of(stroke))
     };
+    // Times of the cycles held once the jam began, and when the joint was in service again.
+    let (late_holds, back_s) = (RefCell::new(Vec::new()), Cell::new(0.0));
     let walked = |robot: &Robot| {
         let (held, frozen) = (Cell::new(0), Cell::new([0; 2]));
+        late_holds.borrow_mut().clear();
         let report = watched_by(robot, run_plan(robot, Stroke::Rest, 1e9), jam, |status| {
             let is_walk = (12.0..20.0).contains(&status.time_s);
             held.set(held.get() + u32::from(is_walk && status.permission != Permission::Move));
+            if status.time_s > 11.0 && status.permission == Permission::Hold {
+                late_holds.borrow_mut().push(status.time_s);
+            }
             let [most, last] = frozen.get();
             let now = status.frozen;
+            if now < most && back_s.get() == 0.0 {
+                back_s.set(status.time_s);
+            }
             frozen.set([most.max(now), if status.time_s < 36.0 { now } else { last }]);
             order(status.time_s)
         });
@@ -239,11 +253,30 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
         "cycles held in the walk; joints out at most, and in the last stroke"
     );
     assert_eq!(report.servo_restarts, 0, "let go before it tripped");
+    assert!(report.outages[0].reason.contains("(servo 3 on bus root)"), "{:?}", report.outages);
+    assert!(report.outages[0].reason.contains("does not follow its goal"), "{:?}", report.outages);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    // The arms are held while the joint, free and in service again, goes slowly from where the jam held it to where the
+    // others are parked: one stretch, from the cycle it is back, no longer than the slow way across its range. They are
+    // parked then, and nothing else holds them.
+    let holds = late_holds.borrow().clone();
+    let period_s = robot.period_s();
+    let (low, high) = robot.joints[2].range_rad;
+    let longest_s = (high - low) / robot.safety.slow_rate_rad_s;
+    assert!((holds[0] - back_s.get()).abs() < 1.5 * period_s, "{} s, back at {} s", holds[0], back_s.get());
+    assert!(holds.windows(2).all(|pair| pair[1] - pair[0] < 1.5 * period_s), "{holds:?}");
+    assert!((holds.len() as f64) * period_s < longest_s, "{} cycles", holds.len());
+    assert!((20.0..32.0).contains(&holds[0]) && *holds.last().unwrap() < 32.0, "{holds:?}");
     // The same jam stops a robot that is to stop.
     robot.safety.on_trip = OnTrip::Stop;
     let (report, held, _) = walked(&robot);
     assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
+}
+
+/// What is asked of one servo, or of its bus.
+struct Orders {
+    restart: Option<usize>,
+    question: Option<(usize, Question)>,
 }
 
 /// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.
@@ -259,7 +292,8 @@ struct Servos {
 }
 
 impl Servos {
-    fn exchange(&mut self, goals: &[ServoGoal], restart: Option<usize>, is_moving: bool) {
+    fn exchange(&mut self, goals: &[ServoGoal], orders: Orders, is_moving: bool) {
+        let Orders { restart, question } = orders;
         // Half a minute of strokes warms by a kelvin, and cools again; so a show gets hot now and then.
         let hot_c = if is_moving { 45.0 } else { 0.0 };
         self.warmth_c += (hot_c - self.warmth_c) * 2e-5;
@@ -281,9 +315,16 @@ impl Servos {
             }
             let is_away = self.away[index] > 0;
             self.away[index] = self.away[index].saturating_sub(1);
-            self.slots[index] = match is_away || loss {
-                true => Slot::Missing,
-                false => Slot::Fresh(Feedback {
+            // On their bus nobody is asked in the cycle of a restart, nor for feedback in that of a question.
+            let is_with = |of: Option<usize>| of.is_some_and(|of| (of < 12) == (index < 12));
+            self.slots[index] = match question {
+                _ if is_away || loss || is_with(restart) => Slot::Missing,
+                Some((of, Question::Alarms)) if is_with(Some(of)) => {
+                    Slot::Told(Told::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
+                }
+                // None of them has started anew but those that were told to.
+                Some((of, Question::Torque)) if is_with(Some(of)) => Slot::Told(Told::Torque(true)),
+                _ => Slot::Fresh(Feedback {
                     position: self.positions[index],
                     voltage_decivolt: 50,
                     temperature_c: (30.0 + self.warmth_c) as u8,
@@ -293,6 +334,51 @@ impl Servos {
             };
         }
     }
+}
+
+/// Four minutes of the show at the loop's own rate, all bytes on simulated buses, on servos that trip by chance (a trip in
+/// half a minute, which is what a restart while parked can keep up with) and a line that loses and damages replies. Each
+/// stays silent for less than it may.
+#[test]
+fn a_show_on_the_buses_goes_on_for_minutes_of_random_trips_and_lost_replies() {
+    let robot = shipped("tentacle.toml");
+    let tentacle = robot.motion.tentacle().unwrap();
+    let mut source = Pcg64Mcg::seed_from_u64(11);
+    let (minutes, mut faults, mut trips) = (4.0, String::new(), 0);
+    let mut at_s = 20.0;
+    while at_s < 60.0 * minutes {
+        let joint = &robot.joints[(chance(&mut source) * 24.0) as usize];
+        let servo = servo(joint);
+        let place = format!("bus = '{}'\nid = {}\n", robot.buses[servo.bus].name, servo.id.0);
+        let (kind, for_s) = match chance(&mut source) {
+            ..0.3 => ("overload", 0.05),
+            // A reply that comes in a quarter of an hour is lost.
+            0.3..0.6 => ("slow", 0.08 * chance(&mut source) + 0.005),
+            0.6..0.8 => ("bit-flip", 0.08),
+            _ => ("garbled", 0.08),
+        };
+        trips += u64::from(kind == "overload");
+        faults += &format!("[[fault]]\nkind = '{kind}'\nat_s = {at_s}\nfor_s = {for_s}\n{place}");
+        if kind == "slow" {
+            faults += "delay_ms = 900000\n";
+        }
+        at_s += 12.0 * chance(&mut source) + 0.1;
+    }
+    let show = RefCell::new(Show::new(&robot, Show::of_all_strokes(tentacle, 60.0 * minutes)));
+    let last_minute = Cell::new(0);
+    let mut plan = run_plan(&robot, Stroke::Rest, 1e9);
+    plan.driver = Some("a show".to_owned());
+    let report = watched_by(&robot, plan, &faults, |status| {
+        let is_moving = status.time_s > 60.0 * (minutes - 1.0) && status.activity == Activity::Performing;
+        last_minute.set(last_minute.get() + u32::from(is_moving));
+        show.borrow_mut().instruction(status).0.order
+    });
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    assert!(last_minute.get() > 3000, "it moved for {} of the last 6000 cycles", last_minute.get());
+    assert!(trips >= 5 && report.outages.len() as u64 >= trips / 2, "{trips} trips: {:?}", report.outages);
+    assert!(report.servo_restarts >= trips / 2, "{} restarts after {trips} trips", report.servo_restarts);
+    assert!(report.buses.iter().all(|bus| bus.missing > 20 && bus.corrupt > 10), "{:?}", report.buses);
 }
 
 /// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
@@ -331,6 +417,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
             yaw_rate_rad_s: 0.0,
             permission: controller.record(&servos.slots).state.permission,
             frozen: 0,
+            outage: None,
             late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
             lowest_v: 5.0,
@@ -342,8 +429,9 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         let goals = controller.decide(dt_s, instruction.order);
         let restart = goals.restart();
         restarts += u64::from(restart.is_some());
+        let orders = Orders { restart, question: goals.question() };
         let goals = goals.servos().to_vec();
-        servos.exchange(&goals, restart, activity == Activity::Performing);
+        servos.exchange(&goals, orders, activity == Activity::Performing);
         controller.learn(dt_s, &servos.slots, &ImuReading::default());
         let record = controller.record(&servos.slots);
         telemetry.observe(&robot, &record);

@@ -42,6 +42,8 @@ pub(crate) struct Servo {
     /// The id it takes for its own by a fault.
     pub(crate) wrong_id: Option<u8>,
     power: Power,
+    /// Registers of RAM that hold something else than its table says whenever it starts.
+    pub(crate) starts_with: Vec<(u16, i64)>,
 }
 
 /// What a servo feels in one motor step.
@@ -76,6 +78,7 @@ impl Servo {
             heard_ns: 0,
             wrong_id: None,
             power: Power::On,
+            starts_with: Vec::new(),
         };
         let delay_units = i64::from(config.return_delay_us / 2);
         match model.protocol {
@@ -143,6 +146,9 @@ impl Servo {
         match self.model.protocol {
             Protocol::Dynamixel => dynamixel::power::forget(self),
             Protocol::Feetech => feetech::control::forget(self),
+        }
+        for &(address, value) in &self.starts_with {
+            self.registers.set(address, value);
         }
     }
 

@@ -4,8 +4,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use hw_sim::body::{
-    Body, BodyConfig, Chain, Foot, Ground, Link, Push, PushFrame, RigidBody, ShaftLink, ShaftState, Step,
-    Trunk,
+    BallStop, Body, BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, PushFrame, RigidBody,
+    ShaftLink, ShaftState, Step, Trunk,
 };
 
 const G: f64 = 9.81;
@@ -23,7 +23,13 @@ fn trunk() -> Trunk {
 }
 
 fn alone(ground: Ground) -> BodyConfig {
-    BodyConfig { trunk: trunk(), chains: Vec::new(), ground, motor_steps: 1 }
+    BodyConfig {
+        trunk: trunk(),
+        chains: Vec::new(),
+        ground,
+        joints: JointMechanics::default(),
+        motor_steps: 1,
+    }
 }
 
 /// A link of 0.1 kg and 0.2 m that hangs down at angle 0 and turns about y.
@@ -40,7 +46,7 @@ fn link(shaft: usize) -> Link {
 }
 
 fn chain(root_m: [f64; 3], links: Vec<Link>, foot: Option<Foot>) -> Chain {
-    Chain { root_m, root_rotation: [0.0, 0.0, 0.0, 1.0], carried_share: 0.0, links, foot }
+    Chain { root_m, root_rotation: [0.0, 0.0, 0.0, 1.0], carried_share: 0.0, links, balls: Vec::new(), foot }
 }
 
 /// Links in a row on a base in the air.
@@ -50,6 +56,7 @@ fn arm(joints: usize) -> BodyConfig {
         trunk: Trunk { is_fixed: true, ..trunk() },
         chains: vec![arm],
         ground: Ground::default(),
+        joints: JointMechanics::default(),
         motor_steps: 1,
     }
 }
@@ -63,6 +70,7 @@ fn table(ground: Ground) -> BodyConfig {
         trunk: trunk(),
         chains: roots.into_iter().enumerate().map(leg).collect(),
         ground,
+        joints: JointMechanics::default(),
         motor_steps: 1,
     }
 }
@@ -383,4 +391,122 @@ fn what_cannot_be_is_refused_by_name() {
     let mut loose = table(Ground::default());
     loose.chains[2].links[0].servo.shaft = 9;
     assert_eq!(error(&loose), "body: servo 9 of link 0 of chain 2: expected one of the buses' servos");
+}
+
+/// A ball joint of three hinges on a base in the air, without weight: a rod of 0.1 kg and 0.1 m along x.
+fn shoulder(joints: JointMechanics) -> BodyConfig {
+    let hinge = |shaft: usize, axis: [f64; 3], end_m: [f64; 3], mass_kg: f64| Link {
+        axis,
+        end_m,
+        mass_kg,
+        center_m: [0.5 * end_m[0], 0.0, 0.0],
+        radius_m: 0.008,
+        stops_rad: (-10.0, 10.0),
+        servo: ShaftLink { shaft, zero_counts: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
+    };
+    let links = vec![
+        hinge(0, [0.0, -1.0, 0.0], [0.0; 3], 0.01),
+        hinge(1, [0.0, 0.0, 1.0], [0.0; 3], 0.01),
+        hinge(2, [1.0, 0.0, 0.0], [0.1, 0.0, 0.0], 0.1),
+    ];
+    // 40 degrees to every side; twists by 0.5 rad.
+    let sine = 20_f64.to_radians().sin();
+    let corners = [(sine, sine), (-sine, sine), (-sine, -sine), (sine, -sine)];
+    let corners = corners.map(|(y, z)| ([y, z], (-0.5, 0.5))).to_vec();
+    let balls = vec![BallStop { last: 2, hinges: 3, corners }];
+    let chain = Chain { carried_share: 1.0, balls, ..chain([0.0; 3], links, None) };
+    BodyConfig {
+        trunk: Trunk { is_fixed: true, ..trunk() },
+        chains: vec![chain],
+        ground: Ground::default(),
+        joints,
+        motor_steps: 1,
+    }
+}
+
+#[test]
+fn a_joint_driven_past_its_ball_joints_range_comes_back_with_at_most_one_overshoot() {
+    // As config/figure.toml has them.
+    let joints = JointMechanics { viscosity_nm_s: 0.01, stop: (60.0, 0.5) };
+    // Lift, sweep, twist, and a bit of all.
+    for way in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, -0.5, 0.3]] {
+        let mut shafts = vec![shaft(0.003, 0.0); 3];
+        let mut body = RigidBody::new(&shoulder(joints), &shafts).unwrap();
+        let angles = |shafts: &[ShaftState]| [0, 1, 2].map(|shaft| shafts[shaft].position_rad);
+        // A motor at its stall torque for 0.3 s, against the stop.
+        for _ in 0..300 {
+            body.step(DT, &mut shafts, &way.map(|share| 1.4 * share));
+        }
+        let driven = beyond(angles(&shafts));
+        let (swing, twist) = driven;
+        assert!(swing > 0.005 || twist > 0.01, "{way:?}: driven out by {driven:?} only");
+        // Motion, and what the springs of the stops hold: a swing counts as twice its length.
+        let energy = |body: &RigidBody, (swing, twist): (f64, f64)| {
+            body.energy_j() + 0.5 * 60.0 * (4.0 * swing * swing + twist * twist)
+        };
+        let begin = energy(&body, driven);
+        // Of swing and of twist.
+        let (mut before, mut crossings, mut was_out) = (begin, [0, 0], [true, true]);
+        for step in 0..4000 {
+            body.step(DT, &mut shafts, &[0.0; 3]);
+            let past = beyond(angles(&shafts));
+            let now = energy(&body, past);
+            assert!(now <= before + 5e-3 * begin, "{way:?}: {before} J grew to {now} J at {step} ms");
+            before = before.min(now);
+            let is_out = [past.0 > 1e-3, past.1 > 2e-3];
+            for ((count, is_out), was_out) in crossings.iter_mut().zip(is_out).zip(was_out) {
+                *count += u32::from(is_out && !was_out);
+            }
+            was_out = is_out;
+        }
+        assert!(
+            crossings.iter().all(|count| *count <= 1),
+            "{way:?}: past the range {crossings:?} times more"
+        );
+        assert!(
+            was_out == [false; 2] && before < 0.01 * begin,
+            "{way:?}: still out, or moving with {before} of {begin} J"
+        );
+    }
+}
+
+/// How far lift, sweep and twist take a joint past swings of 40 degrees to every side, and past twists of 0.5 rad.
+fn beyond([lift, sweep, twist]: [f64; 3]) -> (f64, f64) {
+    // The turn about -y, then z, then x, as a quaternion (w, x, y, z).
+    let product = |a: [f64; 4], b: [f64; 4]| {
+        [
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        ]
+    };
+    let half = |angle: f64| ((0.5 * angle).cos(), (0.5 * angle).sin());
+    let ((a, b), (c, d), (e, f)) = (half(lift), half(sweep), half(twist));
+    let [w, x, y, z] = product(product([a, 0.0, -b, 0.0], [c, 0.0, 0.0, d]), [e, f, 0.0, 0.0]);
+    // Without its twist, which comes first.
+    let length = w.hypot(x);
+    let (y, z) = ((y * w - z * x) / length, (z * w + y * x) / length);
+    let edge = 20_f64.to_radians().sin();
+    let out = (y.abs() - edge).max(0.0).hypot((z.abs() - edge).max(0.0));
+    (out, ((2.0 * x.atan2(w)).abs() - 0.5).max(0.0))
+}
+
+#[test]
+fn viscosity_takes_speed_at_its_rate() {
+    let joints = JointMechanics { viscosity_nm_s: 0.01, ..JointMechanics::default() };
+    let config = BodyConfig { joints, ..arm(1) };
+    let config =
+        BodyConfig { chains: vec![Chain { carried_share: 1.0, ..config.chains[0].clone() }], ..config };
+    let mut shafts = vec![shaft(0.02, 0.0)];
+    let mut body = RigidBody::new(&config, &shafts).unwrap();
+    for _ in 0..100 {
+        body.step(DT, &mut shafts, &[0.5]);
+    }
+    let begin = shafts[0].speed_rad_s;
+    run(&mut body, &mut shafts, 1.0);
+    // The rod's own inertia about its end, m (L^2 / 3 + r^2 / 4), and the rotor's.
+    let inertia = 0.1 * (0.2 * 0.2 / 3.0 + 0.008 * 0.008 / 4.0) + 0.02;
+    let expected = begin * f64::exp(-0.01 * 1.0 / inertia);
+    near(shafts[0].speed_rad_s, expected, 0.01 * begin);
 }

@@ -4,8 +4,9 @@
 mod common;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use common::x_series::{CURRENT, mode, named, set, torque_on};
 use common::*;
-use hw_sim::body::{BodyConfig, Chain, Foot, Ground, Link, Push, ShaftLink, Trunk};
+use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
 
 /// An arm of one link on a base, level at count 2048 and up from there; its weight at its tip.
@@ -24,6 +25,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         root_rotation: [0.0, 0.0, 0.0, 1.0],
         carried_share: 0.0,
         links: vec![link],
+        balls: Vec::new(),
         foot: None,
     };
     let trunk = Trunk {
@@ -33,7 +35,13 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         box_middle_m: [0.0; 3],
         box_size_m: [0.1; 3],
     };
-    BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 }
+    BodyConfig {
+        trunk,
+        chains: vec![chain],
+        ground: Ground::default(),
+        joints: JointMechanics::default(),
+        motor_steps: 1,
+    }
 }
 
 fn world_with(model: &str, body: &BodyConfig) -> World {
@@ -105,7 +113,13 @@ fn a_push_lasts_as_long_as_it_is_told() {
     let standing = || {
         let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
         let ground = Ground { friction: 0.0, ..Ground::default() };
-        let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: Vec::new(),
+            ground,
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         World::with_body(&[feetech_bus(Vec::new())], FaultScript::default(), 1, &body).unwrap()
     };
     let mut world = standing();
@@ -119,7 +133,7 @@ fn a_push_lasts_as_long_as_it_is_told() {
 fn box_alone() -> BodyConfig {
     let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
     let ground = Ground { friction: 0.0, ..Ground::default() };
-    BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 }
+    BodyConfig { trunk, chains: Vec::new(), ground, joints: JointMechanics::default(), motor_steps: 1 }
 }
 
 fn scripted(text: &str, seed: u64, motor_steps: u32) -> World {
@@ -245,6 +259,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             root_rotation: [0.0, 0.0, 0.0, 1.0],
             carried_share: 0.0,
             links: vec![link],
+            balls: Vec::new(),
             foot: Some(foot),
         };
         let trunk = Trunk {
@@ -254,7 +269,13 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             box_middle_m: [0.0; 3],
             box_size_m: [0.05; 3],
         };
-        let body = BodyConfig { trunk, chains: vec![chain], ground: Ground::default(), motor_steps: 1 };
+        let body = BodyConfig {
+            trunk,
+            chains: vec![chain],
+            ground: Ground::default(),
+            joints: JointMechanics::default(),
+            motor_steps: 1,
+        };
         let mut world = world_with("STS3250", &body);
         exchange(&mut world, &feetech(1, 3, &[42, 0, 8]));
         exchange(&mut world, &feetech(1, 3, &[40, 1]));
@@ -266,4 +287,31 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
     // 1 kg of 1.1 kg is `ahead`: the edge is 30 mm ahead of the middle.
     assert!(!fallen(0.028) && !fallen(-0.028));
     assert!(fallen(0.045) && fallen(-0.045));
+}
+
+#[test]
+fn a_current_goal_gives_its_torque_to_the_body() {
+    // A weightless arm: torque less gear friction over the inertia of rod and rotor.
+    let mut body = arm(0.1, 0.1);
+    body.chains[0].carried_share = 1.0;
+    let model = named("XM430-W350");
+    for share in [0.2, -0.1] {
+        let mut world = world_with(model.name, &body);
+        mode(&mut world, CURRENT);
+        #[expect(clippy::cast_possible_truncation, reason = "some hundred units")]
+        let units = (share * model.stall_current_a / 0.002_69).round() as i32;
+        set(&mut world, 102, 2, units);
+        torque_on(&mut world);
+        let speed = |world: &mut World, ms: u64| {
+            world.advance_to(world.now_ns() + ms * MS);
+            world.shaft_at(0, 0).unwrap().speed_rad_s
+        };
+        let begin = speed(&mut world, 5);
+        let gained = speed(&mut world, 10) - begin;
+        let torque = f64::from(units) * 0.002_69 / model.stall_current_a * model.stall_torque_nm;
+        let rod = 0.1 * (0.1 * 0.1 * (1.0 + 1.0 / 12.0) + 0.005 * 0.005 / 4.0);
+        let inertia = rod + model.reflected_inertia_kg_m2;
+        let expected = 0.01 * (torque - torque.signum() * model.friction_nm) / inertia;
+        assert!((gained - expected).abs() < 0.03 * expected.abs(), "{share}: {gained}, not {expected} rad/s");
+    }
 }

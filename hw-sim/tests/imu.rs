@@ -2,7 +2,7 @@
 //! manual (WitMotion WT901 datasheet v20-0702, section 5).
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss, reason = "a test may panic")]
 
-use hw_sim::body::{BodyConfig, Ground, Push, Trunk};
+use hw_sim::body::{BodyConfig, Ground, JointMechanics, Push, Trunk};
 use hw_sim::{FaultScript, ImuConfig, World};
 
 const MS: u64 = 1_000_000;
@@ -261,7 +261,8 @@ fn on_ground(ground: Ground, config: &ImuConfig) -> World {
         box_middle_m: [0.0; 3],
         box_size_m: [0.3, 0.2, 0.1],
     };
-    let body = BodyConfig { trunk, chains: Vec::new(), ground, motor_steps: 1 };
+    let body =
+        BodyConfig { trunk, chains: Vec::new(), ground, joints: JointMechanics::default(), motor_steps: 1 };
     let mut world = World::with_body(&[], FaultScript::default(), 1, &body).unwrap();
     world.fit_imu(config, 1).unwrap();
     world

@@ -64,7 +64,7 @@ fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usiz
     writes.into_iter().map(|register| sync_write_bytes(protocol, servos, register)).sum()
 }
 
-fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
+pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
     let items = servos * (1 + usize::from(register.bytes));
     match protocol {
         // Two parameters lead: address and width, of one byte each, or of two.

@@ -3,6 +3,7 @@
 //! Stands beside the pipeline: `check` prints it, and a run is planned within it.
 
 pub mod bus_costs;
+mod figure;
 mod follower;
 pub mod loads;
 mod postures;
@@ -10,10 +11,11 @@ pub mod reach;
 mod tempo;
 pub mod top_speed;
 
-use crate::model::{HorseMotion, Motion, Robot, TentacleMotion};
+use crate::model::{FigureMotion, HorseMotion, Motion, Robot, TentacleMotion};
 use crate::motion::horse::{HorsePlan, Pace, ReachTable};
 use crate::motion::tentacle::TentaclePlan;
 use crate::motion::{Command, StrokeCommand};
+pub use figure::{FigureCapability, PoseError};
 pub use loads::Load;
 pub use reach::{Reach, ReachError};
 pub use top_speed::TopSpeed;
@@ -25,6 +27,19 @@ pub enum Capability {
     Horse(HorseMotion, Box<HorseCapability>),
     /// A rig of arms.
     Tentacle(TentacleMotion, TentacleCapability),
+    /// A figure on two feet.
+    Figure(FigureMotion, Box<FigureCapability>),
+}
+
+/// Why a robot cannot do what its file says.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CapabilityError {
+    /// A horse's legs.
+    #[error(transparent)]
+    Reach(#[from] ReachError),
+    /// A figure's poses.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
 }
 
 impl Capability {
@@ -32,13 +47,16 @@ impl Capability {
     ///
     /// # Errors
     /// When it cannot do what its file says.
-    pub fn of(robot: &Robot) -> Result<Capability, ReachError> {
+    pub fn of(robot: &Robot) -> Result<Capability, CapabilityError> {
         Ok(match &robot.motion {
             Motion::Horse(horse) => {
                 Capability::Horse(horse.clone(), Box::new(HorseCapability::of(robot, horse)?))
             }
             Motion::Tentacle(tentacle) => {
                 Capability::Tentacle(tentacle.clone(), TentacleCapability::of(robot, tentacle))
+            }
+            Motion::Figure(figure) => {
+                Capability::Figure(figure.clone(), Box::new(FigureCapability::of(robot, figure)?))
             }
         })
     }

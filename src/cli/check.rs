@@ -5,11 +5,11 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::load::load;
-use super::write_whole;
+use super::{BadInput, write_whole};
 use crate::capability::bus_costs;
 use crate::capability::loads::LASTING_SHARE;
-use crate::capability::{Capability, HorseCapability, Load, TentacleCapability};
-use crate::model::{Carrier, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
+use crate::capability::{Capability, FigureCapability, HorseCapability, Load, TentacleCapability};
+use crate::model::{Carrier, FigureMotion, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
 use crate::motion::tentacle::KEYED;
 use crate::urdf;
 
@@ -17,7 +17,9 @@ use crate::urdf;
 pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
-    let mass_kg = robot.trunk_mass_kg + robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>();
+    let urdf = urdf_file.map(|file| urdf::of_robot(robot).map(|text| (file, text)));
+    let urdf = urdf.transpose().map_err(|error| BadInput(format!("--urdf: {error}")))?;
+    let mass_kg = robot.mass_kg();
     say!(
         "{}: {} chains, {} joints, {mass_kg:.2} kg, loop at {} Hz",
         robot.name,
@@ -36,10 +38,15 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
             print_tempos(tentacle, capability);
             print_loads(robot, tentacle, &capability.loads);
         }
+        Capability::Figure(figure, capability) => {
+            print_poses(figure, capability);
+            say!("\nWeight held in the heaviest of these poses, shared by both feet:");
+            print_load_table(robot, &capability.loads);
+        }
     }
     print_buses(robot);
-    if let Some(file) = urdf_file {
-        write_whole(file, &urdf::of_robot(robot))?;
+    if let Some((file, text)) = urdf {
+        write_whole(file, &text)?;
         say!("\nURDF written to {}", file.display());
     }
     Ok(())
@@ -140,23 +147,50 @@ fn print_loads(robot: &Robot, tentacle: &TentacleMotion, loads: &[Load]) {
         Carrier::Counterweight => format!("a counterweight, {:.0} %,", tentacle.carried_share * 100.0),
     };
     say!("\nWeight carried by {carried} stretched out level:");
-    say!("{:<24} {:>16}  {:>9}", "joint", "load N m", "of stall");
-    for load in loads {
-        let share = load.share_of_stall.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0));
-        let warning = match load.share_of_stall {
-            Some(share) if share > LASTING_SHARE => "  MORE THAN IT CAN HOLD FOR LONG",
-            _ => "",
-        };
-        say!("{:<24} {:>16.4}  {share:>9}{warning}", robot.joints[load.joint].name, load.torque_nm);
-    }
-    let heavy =
-        loads.iter().filter(|load| load.share_of_stall.is_some_and(|share| share > LASTING_SHARE)).count();
+    print_load_table(robot, loads);
+    let heavy = loads.iter().filter(|load| is_heavy(load)).count();
     if heavy > 0 {
         say!(
             "WARNING: {heavy} joints would hold more than {:.0} % of stall torque: they get hot if the arm stays so; carry \
              more of its weight (motion.carried_by, carried_share)",
             LASTING_SHARE * 100.0
         );
+    }
+}
+
+fn is_heavy(load: &Load) -> bool {
+    load.share_of_stall.is_some_and(|share| share > LASTING_SHARE)
+}
+
+/// The poses of a figure, and where its centre of mass is over its feet.
+fn print_poses(figure: &FigureMotion, capability: &FigureCapability) {
+    say!(
+        "\n{:<24} {:>16}  {:>9}  centre of mass, mm from the middle between the soles",
+        "pose",
+        "height mm",
+        "time s"
+    );
+    for (pose, center) in figure.poses.iter().zip(&capability.centers_m) {
+        let center = *center * 1e3;
+        say!(
+            "{:<24} {:>16.1}  {:>9.2}  forward {:.1}, left {:.1}, up {:.1}",
+            pose.name,
+            pose.height_m * 1e3,
+            pose.time_s,
+            center.x,
+            center.y,
+            center.z
+        );
+    }
+}
+
+/// What each joint holds.
+fn print_load_table(robot: &Robot, loads: &[Load]) {
+    say!("{:<24} {:>16}  {:>9}", "joint", "load N m", "of stall");
+    for load in loads {
+        let share = load.share_of_stall.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0));
+        let warning = if is_heavy(load) { "  MORE THAN IT CAN HOLD FOR LONG" } else { "" };
+        say!("{:<24} {:>16.4}  {share:>9}{warning}", robot.joints[load.joint].name, load.torque_nm);
     }
 }
 

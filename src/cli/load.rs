@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 
 use crate::capability::bus_costs;
-use crate::capability::{Capability, Load, ReachError};
+use crate::capability::{Capability, CapabilityError, Load, PoseError, ReachError};
 use crate::config::{self, ConfigError, Fault, RobotFile, UnitFile};
 use crate::model::{Carrier, TentacleMotion};
 
@@ -51,36 +51,55 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
                 return Ok(Loaded { file, capability });
             }
         }
-        Err(error @ ReachError::Unreachable { .. }) => {
-            faults.push(file.fault(
-                "motion.stand_height_mm",
-                format!("a height the legs reach the ground from: {error}"),
-            ));
-        }
-        Err(error @ ReachError::CannotSwing { .. }) => {
-            faults.push(file.fault("motion.swing_lift_mm", format!("a lift the legs can do: {error}")));
-        }
-        Err(error @ ReachError::CannotSit { .. }) => {
-            faults
-                .push(file.fault("motion.sit_height_mm", format!("a height the legs can fold to: {error}")));
-        }
+        Err(error) => faults.push(cannot(&file, &error)),
     }
     Err(ConfigError { faults }.into())
 }
 
-/// The fault of arms of which a servo cannot hold up its part, unless they float: then it never need.
+/// The fault of a robot that cannot do what its file says.
+fn cannot(file: &RobotFile, error: &CapabilityError) -> Fault {
+    match error {
+        CapabilityError::Reach(ReachError::Unreachable { .. }) => {
+            file.fault("motion.stand_height_mm", format!("a height the legs reach the ground from: {error}"))
+        }
+        CapabilityError::Reach(ReachError::CannotSwing { .. }) => {
+            file.fault("motion.swing_lift_mm", format!("a lift the legs can do: {error}"))
+        }
+        CapabilityError::Reach(ReachError::CannotSit { .. })
+        | CapabilityError::Pose(PoseError { pose: None, .. }) => {
+            file.fault("motion.sit_height_mm", format!("a height the legs can fold to: {error}"))
+        }
+        CapabilityError::Pose(PoseError { pose: Some(pose), .. }) => file.fault(
+            &format!("motion.pose[{pose}]"),
+            format!(
+                "a pose both legs reach the ground from, a little before the ends of their ranges: {error}"
+            ),
+        ),
+    }
+}
+
+/// The fault of arms of which a servo cannot hold up its part of the weight that nothing else carries. What says that
+/// it floats must float: water that carries all but a little leaves the servos that little.
 fn too_heavy(file: &RobotFile, tentacle: &TentacleMotion, loads: &[Load]) -> Option<Fault> {
     let share = |load: &&Load| load.share_of_stall.unwrap_or(0.0);
     let worst = loads.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
-    let is_too_heavy = share(&worst) > 1.0 && tentacle.carrier != Carrier::Water;
-    is_too_heavy.then(|| {
+    (share(&worst) > 1.0).then(|| {
+        let carried = match tentacle.carrier {
+            Carrier::Servos => String::new(),
+            Carrier::Water => format!(", of which water carries {:.0} %", tentacle.carried_share * 100.0),
+            Carrier::Counterweight => {
+                format!(", of which a counterweight carries {:.0} %", tentacle.carried_share * 100.0)
+            }
+        };
         let expected = format!(
-            "arms that their servos can hold: stretched out level, {} would need {:.2} N m, {:.0} % of its servo's stall \
-             torque; lighten the arm, name a stronger servo, or carry more of its weight (carried_by, carried_share)",
+            "arms that their servos can hold: stretched out level, {} would need {:.2} N m{carried}, {:.0} % of its \
+             servo's stall torque; lighten the arm, name a stronger servo, or carry more of its weight (carried_by, \
+             carried_share: 1 of what floats)",
             file.robot.joints[worst.joint].name,
             worst.torque_nm,
             share(&worst) * 100.0
         );
-        file.fault("motion.carried_share", expected)
+        let key = if tentacle.carrier == Carrier::Servos { "motion.carried_by" } else { "motion.carried_share" };
+        file.fault(key, expected)
     })
 }

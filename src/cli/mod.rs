@@ -16,6 +16,7 @@ mod operator;
 mod panics;
 mod plot;
 mod ports;
+mod poses;
 #[cfg(debug_assertions)]
 mod provoke;
 mod record;
@@ -373,7 +374,10 @@ struct RunArguments {
     /// Of arms: how many times as fast as the robot file says.
     #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
     tempo: Option<f64>,
-    /// How long to walk, or to go on with a stroke or show, in seconds, before slowing down.
+    /// Of a figure: the pose to take, one of those that 'hippocamp check' lists [default: stand].
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed", "stroke"])]
+    pose: Option<String>,
+    /// How long to walk, or to go on with a stroke, show or pose, in seconds, before slowing down.
     /// [default: 20; a show goes on until it is told to end]
     #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
     walk_for_s: Option<f64>,

@@ -8,6 +8,7 @@ use super::drivers::load_script;
 use super::load::load;
 use super::{BadInput, PlotArguments, strokes, write_whole};
 use crate::capability::{Capability, HorseCapability};
+use crate::config;
 use crate::model::HorseMotion;
 use crate::motion::curves::SwingCurve;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
@@ -51,8 +52,24 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
             let script = strokes::load_script(&options.script, robot, capability)?;
             let plan = capability.plan(robot, tentacle, StrokeCommand::default());
             let generator = Generator::new(robot, plan, f64::MAX);
-            let course = follow(options, Subject::arms(robot), generator, &script)?;
+            let course = follow(options, Subject::without_gaits(robot), generator, &script)?;
             let pictures = vec![("joints.svg", plot::joints(&course)?), ("poses.svg", plot::poses(&course)?)];
+            print_summary(&course);
+            (course, pictures)
+        }
+        Capability::Figure(_, capability) => {
+            if options.thesis {
+                let said = "--thesis: expected a horse; a figure has no gaits to change";
+                return Err(BadInput(said.to_owned()).into());
+            }
+            let script = config::load_script(&options.script, robot)?;
+            let generator = Generator::new(robot, capability.plan(0), f64::MAX);
+            let course = follow(options, Subject::without_gaits(robot), generator, &script)?;
+            let pictures = vec![
+                ("joints.svg", plot::joints(&course)?),
+                ("poses.svg", plot::poses(&course)?),
+                ("front.svg", plot::front(&course)?),
+            ];
             print_summary(&course);
             (course, pictures)
         }

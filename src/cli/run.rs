@@ -12,6 +12,7 @@ use super::load::{Loaded, load};
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
 use super::ports::{self, Choice};
+use super::poses;
 #[cfg(debug_assertions)]
 use super::provoke;
 use super::record::RecordingFile;
@@ -120,11 +121,12 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
-    if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
+    if options.unit.is_virtual
+        && matches!(driver, Driver::Keys(..) | Driver::PoseKeys(..) | Driver::Gamepad(..))
+    {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
-    let gaits = robot.motion.horse().map_or(&[][..], |horse| &horse.gaits);
-    let status_line = StatusLine::start(gaits);
+    let status_line = StatusLine::start(robot);
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
@@ -232,6 +234,11 @@ fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f6
             let command = strokes::command(options, tentacle)?;
             let plan = capability.plan(robot, tentacle, command.unwrap_or_default());
             Ok((plan.into(), for_s, driver))
+        }
+        Capability::Figure(figure, capability) => {
+            let pose = poses::pose(options, kind, robot, figure)?;
+            let driver = poses::driver(options, robot, figure)?;
+            Ok((capability.plan(pose).into(), for_s, driver))
         }
     }
 }
@@ -407,6 +414,9 @@ fn print_summary(robot: &Robot, report: &Report) {
     }
     if let Some(times) = report.arm_yields.filter(|times| *times > 0) {
         say!("  arms gave way to a load {times} times");
+    }
+    for outage in &report.outages {
+        say!("  at {:.1} s {}", outage.time_s, outage.reason);
     }
     if report.servo_restarts > 0 {
         say!("  servos that tripped: {} restarts", report.servo_restarts);

@@ -5,10 +5,10 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::model::Gait;
+use crate::model::{Motion, Robot};
 use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
 use crate::run::Status;
-use crate::signals::Permission;
+use crate::signals::{Outage, Permission};
 
 /// Time of the run between two status lines on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
@@ -24,6 +24,8 @@ enum Line {
     Status(Status, Order),
     /// A line of its own.
     Note(&'static str),
+    /// The same, of a joint out of service, and when.
+    Outage(f64, Outage),
 }
 
 /// A status line on standard error.
@@ -34,26 +36,47 @@ pub(super) struct StatusLine {
     next_s: f64,
     /// What cannot wait for the next line was said.
     has_said_loss: bool,
+    /// Outages the printer had no room for.
+    untold: Vec<(f64, Outage)>,
 }
 
+/// Outages that may wait for a slow terminal; more are in the report.
+const UNTOLD_MAX: usize = 64;
+
 impl StatusLine {
-    /// Of a robot with these gaits.
-    pub(super) fn start(gaits: &[Gait]) -> StatusLine {
+    /// Of `robot`.
+    pub(super) fn start(robot: &Robot) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let gaits = Names(gaits.iter().map(|gait| gait.name.clone()).collect());
+        let names = Names(match &robot.motion {
+            Motion::Horse(horse) => horse.gaits.iter().map(|gait| gait.name.clone()).collect(),
+            Motion::Tentacle(_) => Vec::new(),
+            Motion::Figure(figure) => figure.poses.iter().map(|pose| pose.name.clone()).collect(),
+        });
+        let robot = robot.clone();
         StatusLine {
             sender: Some(sender),
-            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &gaits))),
+            printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &names, &robot))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
             has_said_loss: false,
+            untold: Vec::with_capacity(UNTOLD_MAX),
         }
     }
 
     /// Shows `status` and what was ordered if it is time for another line. Never waits: a line the printer has no
     /// room for is lost.
     pub(super) fn show(&mut self, status: &Status, order: Order) {
+        if let Some(outage) = status.outage
+            && self.untold.len() < UNTOLD_MAX
+        {
+            self.untold.push((status.time_s, outage));
+        }
+        if let (Some((time_s, outage)), Some(sender)) = (self.untold.first(), &self.sender)
+            && sender.try_send(Line::Outage(*time_s, *outage)).is_ok()
+        {
+            self.untold.remove(0);
+        }
         if status.time_s >= self.next_s || (status.is_recording_lost && !self.has_said_loss) {
             self.has_said_loss = status.is_recording_lost;
             self.next_s = status.time_s + self.every_s;
@@ -79,12 +102,13 @@ impl Drop for StatusLine {
     }
 }
 
-fn print_all(lines: &Receiver<Line>, is_terminal: bool, gaits: &Names) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &Robot) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
-            Line::Status(status, order) => (gaits.line_of(&status, order), is_terminal),
+            Line::Status(status, order) => (names.line_of(&status, order), is_terminal),
             Line::Note(words) => (words.to_owned(), false),
+            Line::Outage(time_s, outage) => (format!("{time_s:6.1} s {}", outage.describe(robot)), false),
         };
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
         // A closed terminal is no reason to stop a walking robot.
@@ -112,7 +136,7 @@ fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
 
-/// Names of the robot's gaits, for people.
+/// Names of the robot's gaits, or of its poses, for people.
 struct Names(Vec<String>);
 
 impl Names {
@@ -123,7 +147,10 @@ impl Names {
             (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
             (_, Activity::Limp) => "limp".to_owned(),
             (_, Activity::Rising) => "rising".to_owned(),
-            (_, Activity::Performing) => status.stroke.unwrap_or("moving").to_owned(),
+            (_, Activity::Performing) => match order {
+                Order::Take(pose) => format!("-> {}", self.0.get(pose).map_or("stand", String::as_str)),
+                _ => status.stroke.unwrap_or("moving").to_owned(),
+            },
             (_, Activity::Parked) => "parked".to_owned(),
             (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
@@ -154,8 +181,10 @@ impl Names {
     /// What a robot on its feet does, and of what was asked.
     fn motion(&self, status: &Status, order: Order) -> String {
         let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
-        if matches!(order, Order::Perform(_)) {
-            return "at rest".to_owned();
+        match order {
+            Order::Perform(_) => return "at rest".to_owned(),
+            Order::Take(pose) => return self.0.get(pose).cloned().unwrap_or_default(),
+            _ => {}
         }
         let Order::Drive(asked) = order else {
             return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
@@ -225,6 +254,7 @@ mod tests {
         gait: Some(1),
         stroke: None,
         frozen: 0,
+        outage: None,
         speed_m_s: 0.1234,
         yaw_rate_rad_s: 0.0,
         permission: Permission::Move,

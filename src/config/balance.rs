@@ -2,15 +2,17 @@
 
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::BalanceSettings;
+use crate::model::{BalanceSettings, Motion};
 
 /// Gains that kept a horse of this size up in simulation, and half as large ones and twice as large ones too.
 const ROLL_RATE_S: f64 = 0.1;
 const PITCH_RATE_S: f64 = 0.05;
 const HEADING_M_S: f64 = 0.2;
+/// Together with what its motors brake by themselves, a figure on stiff ankles sways no more than once.
+const LEAN_BRAKE_HZ: f64 = 8.0;
 
 /// Reads `[balance]`; `Some(None)` where there is none.
-pub(super) fn read(file: &Section<'_>) -> Option<Option<BalanceSettings>> {
+pub(super) fn read(file: &Section<'_>, motion: Option<&Motion>) -> Option<Option<BalanceSettings>> {
     let meaning = "how it keeps its balance on its feet; acts where there is [physics]";
     file.describe_default("balance", &format!("{meaning}, a table"), "none: it goes on as planned");
     if !file.has("balance") {
@@ -19,15 +21,28 @@ pub(super) fn read(file: &Section<'_>) -> Option<Option<BalanceSettings>> {
     if !file.has("physics") {
         file.fault("balance", "[physics] beside it: it is worked out from feet, masses and friction");
     }
-    file.section("balance", meaning, read_settings).map(Some)
+    let is_figure = matches!(motion, Some(Motion::Figure(_)));
+    file.section("balance", meaning, |section| read_settings(section, is_figure)).map(Some)
 }
 
-fn read_settings(section: &Section<'_>) -> Option<BalanceSettings> {
+fn read_settings(section: &Section<'_>, is_figure: bool) -> Option<BalanceSettings> {
     let sag =
         section.flag_or("sag_correction", "whether goals make up for what loaded joints give way", true);
     let gain = |key: &'static str, meaning: &str, largest: f64, default: f64| {
         section.number_or(key, meaning, Limits::FromTo(0.0, largest), default)
     };
+    if is_figure {
+        let meaning =
+            "how fast a lean is braked, in m/s^2 for each m above the soles and rad/s of roll or pitch";
+        let brake = gain("lean_brake_hz", meaning, 50.0, LEAN_BRAKE_HZ);
+        return Some(BalanceSettings {
+            sag_correction: sag?,
+            roll_rate_s: 0.0,
+            pitch_rate_s: 0.0,
+            lean_brake_hz: brake?,
+            heading_m_s: 0.0,
+        });
+    }
     let meaning = "how far a foot is raised, in m for each m it is to the left and rad/s of roll";
     let roll_rate = gain("roll_rate_gain_s", meaning, 0.5, ROLL_RATE_S);
     let meaning = "how far a foot is lowered, in m for each m it is ahead and rad/s of pitch";
@@ -39,6 +54,7 @@ fn read_settings(section: &Section<'_>) -> Option<BalanceSettings> {
         sag_correction: sag?,
         roll_rate_s: roll_rate?,
         pitch_rate_s: pitch_rate?,
+        lean_brake_hz: 0.0,
         heading_m_s: heading?,
     })
 }

@@ -1,4 +1,4 @@
-//! `[[arm.ball]]`: the range of an arm's joints as ball joints.
+//! `[[arm.ball]]`, and `ball` of a chain's joint: how far hinges in one place may turn together.
 
 use std::f64::consts::PI;
 

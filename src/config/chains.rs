@@ -6,8 +6,8 @@ use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
-use super::{arms, meters, physics};
-use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive};
+use super::{arms, ball, meters, physics};
+use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive, hinges_in_place, is_ball_joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -60,6 +60,10 @@ impl Limb {
 
     pub(super) fn has_foot(&self) -> bool {
         self.foot.is_some()
+    }
+
+    pub(super) fn joints(&self) -> &[Joint] {
+        &self.joints
     }
 }
 
@@ -153,10 +157,13 @@ fn read_chain<'a>(
         );
     }
 
+    let joints: Option<Vec<Joint>> = joints.into_iter().collect();
+    if let Some(joints) = &joints {
+        refuse_balls_of_other_hinges(section, joints);
+    }
     let foot = physics::read_foot(section);
     let limb = || {
-        let joints = joints.into_iter().collect::<Option<_>>()?;
-        let limb = Limb::new(name?, meters(root?), rotation(rpy?), joints, None);
+        let limb = Limb::new(name?, meters(root?), rotation(rpy?), joints?, None);
         Some(Limb { foot: foot?, ..limb })
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
@@ -185,6 +192,7 @@ fn read_joint<'a>(
     section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
     let servo = servos.read(section, range_rad);
+    let ball = ball::read(section);
     Some(Joint {
         name: format!("{}.{}", chain?, name?),
         axis: axis?,
@@ -193,9 +201,22 @@ fn read_joint<'a>(
         stiffness: stiffness?,
         mass_kg: mass_kg?,
         center_m: meters(center?),
-        ball: None,
+        ball: ball?,
         servo: servo?,
     })
+}
+
+/// The range of a ball joint is that of hinges which make one.
+fn refuse_balls_of_other_hinges(section: &Section<'_>, joints: &[Joint]) {
+    for (place, _) in joints.iter().enumerate().filter(|(_, joint)| joint.ball.is_some()) {
+        if !is_ball_joint(&joints[hinges_in_place(joints, place)]) {
+            section.fault(
+                &format!("joint[{place}].ball"),
+                "no such key but on the last of two or three hinges in one place (link_mm = [0, 0, 0] of the others), of \
+                 which the first turn about y and z, or z and y, and a third, if any, about x, the limb's own direction",
+            );
+        }
+    }
 }
 
 fn read_axis(section: &Section<'_>) -> Option<DVec3> {

@@ -16,9 +16,9 @@
 //! | `[trunk]` | `mass_kg`, `center_mm` |
 //! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
 //! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), (`foot` = { `radius_mm`, `width_mm` } or { `size_mm`, (`middle_mm` 0 0 0) }) |
-//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo` |
+//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo`, (`ball` none: its own range alone) |
 //! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
-//! | `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
+//! | `[[chain.joint.ball]]`, `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
 //! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
 //! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
 //! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
@@ -30,11 +30,13 @@
 //! | `[[reflex.fall]]` | `direction` = `"forward"`, `"backward"`, `"left"`, `"right"` or `"twisting"`, with `[[reflex.fall.key]]`: `pose`, `at_s`, (`torque_share` 1) |
 //! | `[[reflex.get_up]]` | `lying` = `"upright"`, `"front"`, `"back"`, `"left"`, `"right"` or `"over"`, with any `[[reflex.get_up.key]]` as above |
 //! | `[yield]` | `load_share`, (`after_s` 0.2), (`torque_share` 0.1), (`for_s` 1), (`return_s` 2); of arms: gives way above that load |
-//! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
+//! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'), (`viscosity_nm_s` 0), (`stop_stiffness_nm_rad` 60), (`stop_damping_nm_s` 0.3); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
 //! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
-//! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2); acts where there is `[physics]` |
+//! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2), of a figure (`lean_brake_hz` 8); acts where there is `[physics]` |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`clearance_mm` 5), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }), (`path` = { `points_mm`, `speed_mm_s` }) |
+//! | `[motion]` | `kind` = `"figure"`, `legs` = { `left`, `right` }, `stand_height_mm`, `sit_height_mm`, (`soft_stop_deg` 5) |
+//! | `[[motion.pose]]` | of a figure: `name`, `time_s`, (`height_mm` standing), (`pitch_deg` 0), (`roll_deg` 0), (`sway_mm` 0), (`turn` = [{ `joint`, `angle_deg` }] as in the pose `stand`) |
 //! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
@@ -43,6 +45,7 @@ mod ball;
 mod buses;
 mod chains;
 mod fault;
+mod figure;
 mod gaits;
 mod imu;
 mod keys;
@@ -70,6 +73,7 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction};
+use crate::motion::tentacle::winder;
 pub use fault::{ConfigError, Fault};
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
@@ -188,10 +192,10 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
-    let balance = balance::read(file);
+    let balance = balance::read(file, motion.as_ref());
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
-    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_))) = (on_trip, &motion) {
-        let expected = "\"stop\", or no such key: arms hang on without a joint, a horse falls";
+    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_) | Motion::Figure(_))) = (on_trip, &motion) {
+        let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
         file.fault("safety.tripped_servo", expected);
     }
     if let Some(rate_hz) = rate_hz {
@@ -205,7 +209,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let reflex = reflex::read(file, joints, motion.as_ref());
     let (chains, joints) = limbs?;
     let (trunk_mass_kg, trunk_center_m) = trunk?;
-    Some(Robot {
+    let robot = Robot {
         name: name?.to_owned(),
         rate_hz: rate_hz?,
         trunk_mass_kg,
@@ -221,8 +225,18 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         imu: imu?,
         reflex: reflex?,
         yielding: yielding?,
-    })
+    };
+    if let Motion::Tentacle(tentacle) = &robot.motion
+        && let Some(pole) = tentacle.pole
+        && let Err(reason) = winder::check(&robot, tentacle, pole)
+    {
+        file.fault("motion.pole", format!("{POLE_MEANING}: {reason}"));
+    }
+    Some(robot)
 }
+
+/// What a pole must be.
+const POLE_MEANING: &str = "a pole that an arm can wind round";
 
 /// Cycles a servo may miss, or a hold last, at the least: less would stop the robot for ordinary jitter.
 const PATIENCE_CYCLES: f64 = 2.0;

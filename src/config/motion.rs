@@ -1,6 +1,7 @@
 //! `[motion]`: what the robot does. One function a kind of rig.
 
 use super::chains::ChainEntry;
+use super::figure::read_figure;
 use super::gaits;
 use super::meters;
 use super::number::Limits;
@@ -13,9 +14,11 @@ use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, 
 enum Kind {
     Horse,
     Tentacle,
+    Figure,
 }
 
-const KINDS: [(&str, Kind); 2] = [("horse", Kind::Horse), ("tentacle", Kind::Tentacle)];
+const KINDS: [(&str, Kind); 3] =
+    [("horse", Kind::Horse), ("tentacle", Kind::Tentacle), ("figure", Kind::Figure)];
 
 /// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
 const YAW_RATE_MAX_DEG_S: f64 = 20.0;
@@ -29,6 +32,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
         match section.choice("kind", "a kind of motion", &KINDS) {
             Some(Kind::Horse) => read_horse(file, section, chains).map(Motion::Horse),
             Some(Kind::Tentacle) => read_tentacle(file, section, chains).map(Motion::Tentacle),
+            Some(Kind::Figure) => read_figure(section, chains).map(Motion::Figure),
             None => {
                 section.allow_unknown_keys();
                 None
@@ -39,7 +43,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
 
 fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<HorseMotion> {
     let legs = section
-        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains))
+        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains, LEG_KEYS))
         .inspect(|legs| refuse_idle_chains(file, chains, legs));
 
     let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
@@ -81,15 +85,20 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
     })
 }
 
-fn read_legs(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<[usize; 4]> {
+/// Chains that are legs, by these keys.
+pub(super) fn read_legs<const N: usize>(
+    section: &Section<'_>,
+    chains: &[ChainEntry<'_>],
+    keys: [&'static str; N],
+) -> Option<[usize; N]> {
     let names: Vec<_> = chains.iter().map(|chain| chain.name).collect();
-    let mut legs = [None; 4];
+    let mut legs = [None; N];
     for place in 0..legs.len() {
-        let leg = section.reference(LEG_KEYS[place], "the name of this leg's chain", &names);
+        let leg = section.reference(keys[place], "the name of this leg's chain", &names);
         let twin = (0..place).find(|earlier| leg.is_some() && legs[*earlier] == leg);
         if let Some(twin) = twin {
-            let twin = LEG_KEYS[twin];
-            section.fault(LEG_KEYS[place], format!("a chain of its own: {twin} is this chain already"));
+            let twin = keys[twin];
+            section.fault(keys[place], format!("a chain of its own: {twin} is this chain already"));
         }
         legs[place] = leg;
     }

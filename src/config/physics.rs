@@ -8,6 +8,8 @@ use crate::model::{Foot, Ground, Motion, Physics, Step};
 
 /// Rubber on a dry floor.
 const FRICTION: f64 = 0.8;
+/// A stalled servo gives a stop a few degrees: stiffness and damping, N m/rad and N m s/rad.
+const STOP: (f64, f64) = (60.0, 0.3);
 /// A servo's horn with its bracket.
 const LINK_RADIUS_MM: f64 = 8.0;
 
@@ -36,10 +38,16 @@ fn refuse_what_has_no_body(file: &Section<'_>, chains: &[ChainEntry<'_>], motion
         let key = format!("{}.tendons", chain.key);
         file.fault(&key, "no tendons beside [physics]: its links are turned by hinges; take one of them out");
     }
-    if let Some(Motion::Horse(_)) = motion {
-        for (chain, _) in limbs().filter(|(_, limb)| !limb.has_foot()) {
-            let expected =
-                "a foot, as foot = { radius_mm = 10, width_mm = 30 }: in physics a leg stands on it";
+    let legs: Vec<usize> = match motion {
+        Some(Motion::Horse(horse)) => horse.legs.to_vec(),
+        Some(Motion::Figure(figure)) => figure.legs.to_vec(),
+        Some(Motion::Tentacle(_)) | None => Vec::new(),
+    };
+    for place in legs {
+        let Some(chain) = chains.get(place) else { continue };
+        if chain.limb.as_ref().is_some_and(|limb| !limb.has_foot()) {
+            let expected = "a foot, as foot = { radius_mm = 10, width_mm = 30 }, or a plate, as foot = { size_mm = [60, 40, 4] \
+                            }: in physics a leg stands on it";
             file.fault(&format!("{}.foot", chain.key), expected);
         }
     }
@@ -59,6 +67,12 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
         }
         false => Some(None),
     };
+    let meaning = "the torque every joint loses for each rad/s, beside its servo's friction, in N m s/rad";
+    let viscosity = section.number_or("viscosity_nm_s", meaning, Limits::FromTo(0.0, 1.0), 0.0);
+    let meaning = "the stiffness of the stops behind the ranges of joints and ball joints in N m/rad";
+    let stiffness = section.number_or("stop_stiffness_nm_rad", meaning, Limits::FromTo(0.0, 1000.0), STOP.0);
+    let meaning = "the damping of those stops in N m s/rad";
+    let damping = section.number_or("stop_damping_nm_s", meaning, Limits::FromTo(0.0, 10.0), STOP.1);
     // The base of a rig of arms is bolted down, and its arms have their own radius.
     let is_free = !matches!(motion, Some(Motion::Tentacle(_)));
     let trunk_box = match is_free {
@@ -85,6 +99,8 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
         rotor_inertia_kg_m2: rotor?,
         trunk_box_m: trunk_box?.map(|edges| meters(edges.into())),
         link_radius_m: link_radius? / 1000.0,
+        viscosity_nm_s: viscosity?,
+        stop: (stiffness?, damping?),
         ground: ground?,
     })
 }

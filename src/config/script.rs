@@ -1,10 +1,11 @@
-//! Motion scripts: at a time, of a horse a gait, a speed, a turn, a posture; of arms a stroke.
+//! Motion scripts: at a time, of a horse a gait, a speed, a turn, a posture; of arms a stroke; of a figure a pose.
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
 //! | top | (`end_s` 5 after the last entry) |
 //! | `[[at]]` of a horse | `time_s`, (`gait`), (`speed_m_s`), (`yaw_deg_s`), (`height_mm`), (`pitch_deg`), (`roll_deg`), (`sway_mm`); what is left out stays as it was |
 //! | `[[at]]` of arms | `time_s`, (`stroke`), (`tempo`), (`turn_deg` or `goal_mm`), of `reach` (`point_mm`), (`direction`), of `path` (`points_mm`, `speed_mm_s`), of `wind` (`point_mm`, `axis`, `radius_mm`); what is left out stays as it was, places are those of the robot file |
+//! | `[[at]]` of a figure | `time_s`, `pose` |
 
 use std::path::Path;
 
@@ -57,8 +58,14 @@ fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
         Motion::Tentacle(tentacle) => {
             let mut last = StrokeCommand::default();
             let entries =
-                read_entries(file, |at| strokes::read(at, tentacle, &mut last).map(Order::Perform))?;
+                read_entries(file, |at| strokes::read(at, (robot, tentacle), &mut last).map(Order::Perform))?;
             (Order::Perform(StrokeCommand::default()), entries)
+        }
+        Motion::Figure(figure) => {
+            let poses: Vec<(&str, usize)> =
+                figure.poses.iter().enumerate().map(|(place, pose)| (pose.name.as_str(), place)).collect();
+            let read = |at: &Section<'_>| at.choice("pose", "a pose", &poses).map(Order::Take);
+            (Order::Take(0), read_entries(file, read)?)
         }
     };
     let last_s = entries.iter().flatten().last().map_or(0.0, |entry| entry.time_s);

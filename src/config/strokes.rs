@@ -1,10 +1,11 @@
 //! A stroke of a motion script, and the places strokes go to.
 
-use super::meters;
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::{Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
+use super::{POLE_MEANING, meters};
+use crate::model::{Pole, Robot, TentacleMotion, TipPath, WAYPOINTS_MAX};
 use crate::motion::tentacle::route::sweep_towards;
+use crate::motion::tentacle::winder;
 use crate::motion::{Stroke, StrokeCommand};
 
 /// Fastest strokes, times the robot file's.
@@ -24,10 +25,10 @@ enum Kind {
 /// What an entry asks for, which leaves as it was in the `last` one what it does not name.
 pub(super) fn read(
     section: &Section<'_>,
-    tentacle: &TentacleMotion,
+    arms: (&Robot, &TentacleMotion),
     last: &mut StrokeCommand,
 ) -> Option<StrokeCommand> {
-    let stroke = if section.has("stroke") { read_stroke(section, tentacle) } else { Some(last.stroke) };
+    let stroke = if section.has("stroke") { read_stroke(section, arms) } else { Some(last.stroke) };
     let meaning = "how many times as fast as the robot file says";
     let tempo = section.number_or("tempo", meaning, Limits::FromTo(0.0, TEMPO_MAX), last.tempo);
     let meaning = "the turn of the strokes in degrees, to the left if positive";
@@ -57,7 +58,7 @@ fn read_goal(section: &Section<'_>) -> Option<f64> {
     Some(sweep_towards(0.0, goal_mm, TURN_MAX_DEG.to_radians()))
 }
 
-fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Stroke> {
+fn read_stroke(section: &Section<'_>, (robot, tentacle): (&Robot, &TentacleMotion)) -> Option<Stroke> {
     let placeless = Stroke::PLACELESS.map(|(name, stroke)| (name, Kind::Placeless(stroke)));
     let placed = [("reach", Kind::Reach), ("path", Kind::Path), ("wind", Kind::Wind)];
     let kinds: Vec<_> = placeless.into_iter().chain(placed).collect();
@@ -84,7 +85,14 @@ fn read_stroke(section: &Section<'_>, tentacle: &TentacleMotion) -> Option<Strok
         Kind::Wind => {
             match (section.has("radius_mm") | section.has("point_mm") | section.has("axis"), tentacle.pole) {
                 (false, Some(pole)) => Some(Stroke::Wind(pole)),
-                _ => read_pole(section).map(Stroke::Wind),
+                _ => {
+                    let pole = read_pole(section)?;
+                    let Err(reason) = winder::check(robot, tentacle, pole) else {
+                        return Some(Stroke::Wind(pole));
+                    };
+                    section.fault("point_mm", format!("{POLE_MEANING}: {reason}"));
+                    None
+                }
             }
         }
     }

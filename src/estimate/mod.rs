@@ -2,11 +2,13 @@
 
 mod legs;
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DQuat, DVec3, EulerRot};
 
 use crate::counts;
 use crate::model::Robot;
-use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State};
+use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State, Told};
 pub use legs::Legs;
 
 /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with what
@@ -14,8 +16,22 @@ pub use legs::Legs;
 pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
     update_body(robot, imu, &mut state.body);
     for ((known, joint), slot) in state.joints.iter_mut().zip(&robot.joints).zip(slots) {
+        known.has_torque = None;
         match (slot, &joint.servo) {
-            (Slot::Fresh(reply), Some(servo)) => *known = counts::measured(servo, reply),
+            (Slot::Fresh(reply), Some(servo)) => {
+                let measured = counts::measured(servo, reply);
+                // Where replies do not say why there is an alarm, what was told stands until the alarm is over.
+                let told = if measured.alarms == 0 { 0 } else { known.alarm_causes };
+                let alarm_causes = if servo.model.registers.tells_alarms { measured.alarms } else { told };
+                *known = JointState { alarm_causes, ..measured };
+            }
+            (Slot::Told(told), Some(_)) => {
+                known.age_s += gap_s;
+                match *told {
+                    Told::Torque(has_torque) => known.has_torque = Some(has_torque),
+                    Told::Alarms(causes) => known.alarm_causes = causes,
+                }
+            }
             _ => {
                 known.age_s += gap_s;
                 known.is_damaged |= *slot == Slot::Corrupt;
@@ -33,8 +49,11 @@ fn update_body(robot: &Robot, imu: &ImuReading, body: &mut BodyEstimate) {
     // It has turned on since that was measured.
     let then = DQuat::from_euler(EulerRot::ZYX, imu.yaw_rad, imu.pitch_rad, imu.roll_rad);
     let now = then * DQuat::from_scaled_axis(imu.rate_rad_s * imu.age_s);
-    (body.yaw_rad, body.pitch_rad, body.roll_rad) = now.to_euler(EulerRot::ZYX);
-    body.rate_rad_s = imu.rate_rad_s;
+    let (yaw_rad, pitch_rad, roll_rad) = now.to_euler(EulerRot::ZYX);
+    (body.pitch_rad, body.roll_rad, body.rate_rad_s) = (pitch_rad, roll_rad, imu.rate_rad_s);
+    let start_rad = *body.yaw_start_rad.get_or_insert(yaw_rad);
+    // Whole turns count on.
+    body.yaw_rad += (yaw_rad - start_rad - body.yaw_rad + PI).rem_euclid(TAU) - PI;
 }
 
 /// Updates `state` where there are no buses: every joint is at its goal, and one of which nothing is known yet in
@@ -51,4 +70,37 @@ pub fn at_goals(robot: &Robot, state: &mut State) {
         };
     }
     state.body.is_known = true;
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn the_trunk_turns_on_while_its_measurement_ages_and_whole_turns_count() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
+        let robot = config::load(&path).unwrap().robot;
+        let mut state = State::new(&robot);
+        let mut imu = ImuReading { is_known: true, age_s: 0.01, yaw_rad: 3.0, ..ImuReading::default() };
+        imu.roll_rad = 0.1;
+        imu.rate_rad_s.x = 2.0;
+        update(&robot, 0.01, &[], &imu, &mut state);
+        assert!((state.body.roll_rad - 0.12).abs() < 1e-12 && state.body.yaw_rad.abs() < 1e-12);
+        (imu.roll_rad, imu.rate_rad_s.x) = (0.0, 0.0);
+        // Twice round to the left, in steps the unit tells from -pi to pi.
+        for step in 1..=20 {
+            let yaw = 3.0 + f64::from(step) * 0.2 * PI;
+            imu.yaw_rad = (yaw + PI).rem_euclid(TAU) - PI;
+            update(&robot, 0.01, &[], &imu, &mut state);
+        }
+        assert!((state.body.yaw_rad - 2.0 * TAU).abs() < 1e-9, "{}", state.body.yaw_rad);
+        imu.age_s = 1.0;
+        update(&robot, 0.01, &[], &imu, &mut state);
+        assert!(!state.body.is_known && state.body.roll_rad.abs() <= 0.0);
+    }
 }

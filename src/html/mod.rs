@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::bus::ServoGoal;
 use crate::model::{Chain, Robot};
 use crate::recording::{Ending, Recording, Sample};
+use crate::telemetry::Telemetry;
 
 /// Frames a second, about.
 const FRAME_HZ: f64 = 50.0;
@@ -76,13 +77,7 @@ fn data(recording: &Recording) -> Data<'_> {
     Data {
         robot: &robot.name,
         task: recording.header.words(),
-        ended: match &recording.ending {
-            Ending::Outcome(outcome) => {
-                let entry = |key: &str| outcome.get(key).map_or("", String::as_str);
-                format!("{}: {}", entry("outcome"), entry("reason"))
-            }
-            Ending::CutShort { .. } => "the recording was cut short".to_owned(),
-        },
+        ended: ended(recording),
         chains: robot.chains.iter().map(|chain| limb(robot, chain)).collect(),
         trunk_low: (low * 1e3).to_array(),
         trunk_high: (high * 1e3).to_array(),
@@ -108,6 +103,21 @@ fn data(recording: &Recording) -> Data<'_> {
         goal: (0..robot.joints.len()).map(|joint| goals(&frames, joint)).collect(),
         contact: (0..robot.chains.len()).map(|chain| contact(&frames, chain)).collect(),
     }
+}
+
+/// How the run ended, and what the trunk did where that is known.
+fn ended(recording: &Recording) -> String {
+    let ended = match &recording.ending {
+        Ending::Outcome(outcome) => {
+            let entry = |key: &str| outcome.get(key).map_or("", String::as_str);
+            format!("{}: {}", entry("outcome"), entry("reason"))
+        }
+        Ending::CutShort { .. } => "the recording was cut short".to_owned(),
+    };
+    let mut telemetry = Telemetry::new(&recording.robot);
+    recording.samples.iter().for_each(|sample| telemetry.observe(&recording.robot, &sample.record()));
+    let body = telemetry.body_report().filter(|_| recording.has_truth());
+    body.map_or(ended.clone(), |body| format!("{ended}; {body}"))
 }
 
 fn limb<'a>(robot: &'a Robot, chain: &'a Chain) -> Limb<'a> {

@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use super::{ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, Solver};
+use super::soft_stop::SoftStops;
+use super::{
+    ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, SoleSolver, SoleTarget, Solver,
+};
 use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
@@ -21,6 +24,8 @@ struct Limb {
     tip: Solver,
     /// Where the chain is an arm.
     arm: Option<Arm>,
+    /// Of a figure: its sole, and what slows it down before the ends of its ranges.
+    sole: Option<(SoleSolver, SoftStops)>,
 }
 
 /// An arm's solver, which follows its own last solution, and what joins one motion to the next.
@@ -42,13 +47,17 @@ impl Limbs {
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
         let (bending, clearance) = match &robot.motion {
-            Motion::Horse(_) => (Bending::default(), None),
+            Motion::Horse(_) | Motion::Figure(_) => (Bending::default(), None),
             Motion::Tentacle(tentacle) => (tentacle.bending, Some(Clearance::new(robot, tentacle))),
         };
         let limb = |chain: &Chain| Limb {
             joints: chain.joints.clone(),
             tip: Solver::new(chain, robot.joints_of(chain)),
             arm: Arm::of(robot, chain, bending),
+            sole: robot.motion.figure().map(|figure| {
+                let joints = robot.joints_of(chain);
+                (SoleSolver::new(chain, joints), SoftStops::new(joints, figure.soft_stop_rad))
+            }),
         };
         Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance }
     }
@@ -58,7 +67,7 @@ impl Limbs {
         joints.is_limp = targets.aim == Aim::Limp;
         joints.only = match targets.aim {
             Aim::Joint(joint) => Some(joint),
-            Aim::Limp | Aim::Pose | Aim::Tips | Aim::Arms => None,
+            Aim::Limp | Aim::Pose | Aim::Tips | Aim::Soles | Aim::Arms => None,
         };
         joints.torque_shares.fill(targets.torque_share);
         joints.may_restart = targets.may_restart;
@@ -84,6 +93,7 @@ impl Limbs {
                     }
                 }
             }
+            Aim::Soles => self.solve_soles(targets, joints),
             Aim::Arms => self.solve_arms(targets, joints),
         }
         if targets.aim != Aim::Arms {
@@ -99,6 +109,31 @@ impl Limbs {
                 Aim::Arms => clearance.keep(Mode::Strokes, &mut joints.angles_rad),
                 Aim::Pose => clearance.keep(Mode::Pose, &mut joints.angles_rad),
                 _ => clearance.pass(),
+            }
+        }
+    }
+
+    fn solve_soles(&mut self, targets: &Targets, joints: &mut JointTargets) {
+        for (index, limb) in self.limbs.iter_mut().enumerate() {
+            let Some((solver, stops)) = &mut limb.sole else { continue };
+            let angles = &mut joints.angles_rad[limb.joints.clone()];
+            if targets.feet.iter().any(|foot| foot.chain == index) {
+                let target =
+                    SoleTarget { place: targets.tips_in_body[index], turn: targets.sole_turns[index] };
+                let solution = solver.solve(target, angles);
+                joints.saturated[index] = solution.saturated;
+                joints.residual_m[index] = solution.residual_m;
+                if !solution.residual_m.is_finite() {
+                    joints.not_finite = joints.not_finite.or(Some(limb.joints.start));
+                    continue;
+                }
+                stops.soften(angles);
+                joints.residual_m[index] = solver.residual_m(target, angles);
+            } else {
+                angles.copy_from_slice(&targets.pose_rad[limb.joints.clone()]);
+                let not_finite = angles.iter().position(|angle| !angle.is_finite());
+                joints.not_finite = joints.not_finite.or(not_finite.map(|place| limb.joints.start + place));
+                stops.soften(angles);
             }
         }
     }

@@ -23,6 +23,8 @@ mod limbs;
 mod nearest;
 mod pose;
 mod search;
+mod soft_stop;
+mod sole;
 #[cfg(test)]
 mod tests;
 
@@ -34,6 +36,7 @@ pub use arm::{ArmSolution, ArmSolver, Clearance, HandOver, Mode, SectionSolver};
 use chain::ChainSolver;
 use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;
+pub use sole::{SoleSolver, SoleTarget};
 
 /// A target counts as reached when the tip comes this close, m; no pose is left for another that is nearer by
 /// less.

@@ -106,7 +106,7 @@ impl ArmGeometry {
             if index + 1 - first > HINGES_MAX {
                 return Err(ArmError::Hinges(joint.name.clone()));
             }
-            if !are_good(&joints[first..=index]) {
+            if !is_ball_joint(&joints[first..=index]) {
                 return Err(ArmError::Axis(joint.name.clone()));
             }
             arm.joints.push(ArmJoint {
@@ -142,8 +142,15 @@ impl ArmGeometry {
     }
 }
 
-/// Whether hinges in one place turn about axes of an arm: across the link, each another one, then about it.
-fn are_good(hinges: &[Joint]) -> bool {
+/// The hinges among `joints` that are in one place with number `last`, which is the last of them there.
+pub fn hinges_in_place(joints: &[Joint], last: usize) -> Range<usize> {
+    let before = joints[..last].iter().rposition(|joint| joint.link_m.length() > 0.0);
+    before.map_or(0, |before| before + 1)..last + 1
+}
+
+/// Whether hinges in one place are a ball joint of a limb along x: the first turn across it, each about another axis, then
+/// perhaps one about it.
+pub fn is_ball_joint(hinges: &[Joint]) -> bool {
     let is_axis = |axis: DVec3| axis.abs().max_element() >= 1.0 - STRAIGHT_SHARE;
     let is_twist = |joint: &Joint| joint.axis.x.abs() > 0.5;
     let Some((last, before)) = hinges.split_last() else { return false };

@@ -10,6 +10,8 @@ pub struct BalanceSettings {
     pub roll_rate_s: f64,
     /// A foot is lowered by this, the pitch rate (rad/s) and its place ahead (m), s.
     pub pitch_rate_s: f64,
+    /// Of a figure: its lean is braked by this, the trunk's turn rate and its height above the soles, 1/s.
+    pub lean_brake_hz: f64,
     /// How much faster the left feet go, and slower the right ones, for each radian the trunk is turned left of its
     /// planned heading, m/s.
     pub heading_m_s: f64,

@@ -167,6 +167,36 @@ impl BallJoint {
         SwingTwist { swing, twist_rad: turn.twist_rad.clamp(low, high.max(low)) }
     }
 
+    /// `turn` as a soft stop lets it be: unchanged further than `margin_rad` from the border on the way there from rest,
+    /// slowed down behind that, and never on the border ([`soft_stop`]).
+    pub fn softened(&self, turn: SwingTwist, margin_rad: f64) -> SwingTwist {
+        let length = turn.swing.length();
+        let border = self.border_on_the_way_to(turn.swing);
+        let swing = if border < f64::INFINITY && length > 0.0 {
+            turn.swing * (soft_stop(length, border, (0.5 * margin_rad).sin()) / length)
+        } else {
+            turn.swing
+        };
+        let (low, high) = self.twist_range_rad(swing);
+        SwingTwist { swing, twist_rad: soft_range(turn.twist_rad, (low, high), margin_rad) }
+    }
+
+    /// How far from rest the border is first met in the direction of `swing`; infinite where there is none.
+    fn border_on_the_way_to(&self, swing: DVec2) -> f64 {
+        let Some(way) = swing.try_normalize() else { return f64::INFINITY };
+        let mut nearest = f64::INFINITY;
+        for (index, corner) in self.corners.iter().enumerate() {
+            let side = self.corners[(index + 1) % self.corners.len()].swing - corner.swing;
+            let across = way.perp_dot(side);
+            let (distance, share) =
+                (corner.swing.perp_dot(side) / across, corner.swing.perp_dot(way) / across);
+            if distance > 0.0 && (0.0..=1.0).contains(&share) {
+                nearest = nearest.min(distance);
+            }
+        }
+        nearest
+    }
+
     /// The corners' shares in a place of a triangle's plane; all positive inside.
     fn shares(&self, [a, b, c]: [usize; 3], swing: DVec2) -> [f64; 3] {
         let [a, b, c] = [a, b, c].map(|corner| self.corners[corner].swing);
@@ -175,6 +205,22 @@ impl BallJoint {
         let at_c = (b - a).perp_dot(swing - a) * scale;
         [1.0 - at_b - at_c, at_b, at_c]
     }
+}
+
+/// How far a joint goes that is asked to go `way` towards a stop at `end`, both 0 or more: all the way up to `margin`
+/// before it; then less and less, as against a spring that gets stiffer, and never quite to the stop. The speed does not
+/// leap where it begins.
+pub fn soft_stop(way: f64, end: f64, margin: f64) -> f64 {
+    let margin = margin.min(0.5 * end);
+    let past = way - (end - margin);
+    if past > 0.0 && margin > 0.0 { end - margin + margin * past / (past + margin) } else { way.min(end) }
+}
+
+/// An `angle` between two such stops.
+pub fn soft_range(angle: f64, (low, high): (f64, f64), margin: f64) -> f64 {
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let from_middle = angle - middle;
+    middle + soft_stop(from_middle.abs(), half, margin).copysign(from_middle)
 }
 
 /// The first two sides that cross or touch, other than neighbours at their corner.
@@ -324,6 +370,34 @@ mod tests {
             let pointed = SwingTwist { twist_rad: 0.0, ..parts }.turn() * glam::DVec3::X;
             assert!(pointed.distance(turn * glam::DVec3::X) < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_soft_stop_slows_down_without_a_leap_and_never_lets_go_past_the_border() {
+        let range = shoulder();
+        let margin = 10_f64.to_radians();
+        for turn in turns(10_000) {
+            let asked = SwingTwist::of(turn);
+            let soft = range.softened(asked, margin);
+            assert!(range.nearest(soft).swing.distance(soft.swing) < 1e-12, "{asked:?} became {soft:?}");
+            // The same way from rest, and not beyond what was asked for.
+            assert!(soft.swing.perp_dot(asked.swing).abs() < 1e-12);
+            assert!(soft.swing.length() <= asked.swing.length() + 1e-15);
+        }
+        // A joint that swings out at a constant speed: its speed falls steadily to nothing.
+        let way = DVec2::new(0.2, 0.25);
+        let at = |share: f64| {
+            range.softened(SwingTwist { swing: way * share, twist_rad: 0.2 }, margin).swing.length()
+        };
+        let (step, mut before) = (1e-3, way.length());
+        for place in 0..3000 {
+            let share = f64::from(place) * step;
+            let speed = (at(share + step) - at(share)) / step;
+            assert!(speed >= 0.0 && speed <= before + 1e-9, "at {share}");
+            assert!(before - speed < 0.02, "the speed leaps at {share}");
+            before = speed;
+        }
+        assert!(before < 0.01 * way.length());
     }
 
     #[test]

@@ -45,6 +45,27 @@ impl Robot {
         chain.write_places_in_body(self.joints_of(chain), angles, places);
     }
 
+    /// Mass of the whole robot, kg.
+    pub fn mass_kg(&self) -> f64 {
+        self.trunk_mass_kg + self.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
+    }
+
+    /// Where its centre of mass is for these `angles` of all joints (rad), body frame, m. Of arms on tendons, only the
+    /// trunk's counts.
+    pub fn center_of_mass_in_body(&self, angles: &[f64]) -> DVec3 {
+        let (mut mass, mut moment) = (self.trunk_mass_kg, self.trunk_mass_kg * self.trunk_center_m);
+        for chain in self.chains.iter().filter(|chain| chain.tendons.is_none()) {
+            let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
+            for (joint, angle) in self.joints_of(chain).iter().zip(&angles[chain.joints.clone()]) {
+                rotation *= DQuat::from_axis_angle(joint.axis, *angle);
+                moment += joint.mass_kg * (position + rotation * joint.center_m);
+                mass += joint.mass_kg;
+                position += rotation * joint.link_m;
+            }
+        }
+        moment / mass
+    }
+
     /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
     pub fn root_extent(&self) -> (DVec3, DVec3) {
         let roots = || self.chains.iter().map(|chain| chain.root_m);

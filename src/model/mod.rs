@@ -6,6 +6,7 @@
 mod arm;
 mod balance;
 pub mod ball_joint;
+mod figure;
 mod firmware;
 mod gait;
 mod imu;
@@ -24,15 +25,18 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use crate::units::ServoId;
-pub use arm::{ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, link_length};
+pub use arm::{
+    ArmError, ArmGeometry, ArmJoint, Bending, GROUPS, diameter, hinges_in_place, is_ball_joint, link_length,
+};
 pub use balance::BalanceSettings;
 pub use ball_joint::BallJoint;
+pub use figure::{FigureMotion, FigurePose};
 pub use firmware::Firmware;
 pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;
 pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, YieldSettings};
-pub use servo_model::{Protocol, Registers, ServoModel};
+pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
@@ -156,6 +160,8 @@ pub enum Motion {
     Horse(HorseMotion),
     /// Arms that move like an octopus'.
     Tentacle(TentacleMotion),
+    /// A human figure on two feet.
+    Figure(FigureMotion),
 }
 
 impl Motion {
@@ -163,15 +169,23 @@ impl Motion {
     pub fn horse(&self) -> Option<&HorseMotion> {
         match self {
             Motion::Horse(horse) => Some(horse),
-            Motion::Tentacle(_) => None,
+            Motion::Tentacle(_) | Motion::Figure(_) => None,
         }
     }
 
     /// The settings of a rig of arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
         match self {
-            Motion::Horse(_) => None,
             Motion::Tentacle(tentacle) => Some(tentacle),
+            Motion::Horse(_) | Motion::Figure(_) => None,
+        }
+    }
+
+    /// The settings of a figure, if it is one.
+    pub fn figure(&self) -> Option<&FigureMotion> {
+        match self {
+            Motion::Figure(figure) => Some(figure),
+            Motion::Horse(_) | Motion::Tentacle(_) => None,
         }
     }
 }

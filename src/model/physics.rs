@@ -14,6 +14,10 @@ pub struct Physics {
     pub trunk_box_m: Option<DVec3>,
     /// Radius of every link that is not an arm's, m.
     pub link_radius_m: f64,
+    /// Torque that every joint loses for each unit of speed, beside its servo's friction, N m s/rad.
+    pub viscosity_nm_s: f64,
+    /// Stiffness and damping of the stops behind the ranges of joints and ball joints, N m/rad and N m s/rad.
+    pub stop: (f64, f64),
     /// What it stands on.
     pub ground: Ground,
 }

@@ -80,7 +80,7 @@ pub struct Registers {
     pub expected: &'static [(Register, i64)],
     /// Where the return delay is, in units of 2 microseconds, if it is told.
     pub return_delay: Option<Register>,
-    /// What is written once before a run, in this order: torque off, no bus watchdog (one that has tripped
+    /// What is written before a run, and again to a servo that may have started anew, in this order: torque off, no bus watchdog (one that has tripped
     /// takes no goals), and no ramp of the servo's own, since the goals are smooth already and a ramp would
     /// only make it lag.
     pub preparation: &'static [(Register, i64)],
@@ -110,11 +110,21 @@ pub struct Registers {
     pub alarm_status: Register,
     /// What the bits mean, in a word or two.
     pub alarm_names: &'static [(u8, &'static str)],
+    /// Whether every reply comes with those bits. Else it only says that there is an alarm, and the register must be
+    /// asked why.
+    pub tells_alarms: bool,
     /// First address of the block read every cycle; it holds all the `present_` registers.
     pub feedback_address: u16,
     /// Length of that block, bytes.
     pub feedback_bytes: u16,
 }
+
+/// The alarm bit of a servo that was loaded too much for too long: both makers have the same.
+pub const OVERLOAD_ALARM: u8 = 0x20;
+
+/// No servo starts anew in less, s: Feetech's take 1.8 s (wiki, ft-scs 4.12); an XC330 took 0.4 s (ROBOTIS-GIT/emanual,
+/// issue 1698). Who was silent for longer may have forgotten everything.
+pub const START_MIN_S: f64 = 0.25;
 
 /// Dynamixel X-series (e-manual control tables of XL330-M288, XL430-W250, XM430-W210, XM430-W350).
 /// The torque limit is Goal PWM (100): every model has it in position mode.
@@ -151,8 +161,9 @@ pub static DYNAMIXEL_X: Registers = Registers {
         (0x04, "overheating"),
         (0x08, "encoder"),
         (0x10, "electrical shock"),
-        (0x20, "overload"),
+        (OVERLOAD_ALARM, "overload"),
     ],
+    tells_alarms: false,
     feedback_address: 126,
     feedback_bytes: 21,
 };
@@ -193,8 +204,9 @@ pub static FEETECH_STS: Registers = Registers {
         (0x02, "encoder"),
         (0x04, "overheating"),
         (0x08, "overcurrent"),
-        (0x20, "overload"),
+        (OVERLOAD_ALARM, "overload"),
     ],
+    tells_alarms: true,
     feedback_address: 56,
     feedback_bytes: 8,
 };
@@ -242,7 +254,8 @@ pub static FEETECH_SCS: Registers = Registers {
     present_voltage: register(62, 1, Encoding::Unsigned),
     present_temperature: register(63, 1, Encoding::Unsigned),
     alarm_status: register(65, 1, Encoding::Unsigned),
-    alarm_names: &[(0x01, "voltage"), (0x04, "overheating"), (0x20, "overload")],
+    alarm_names: &[(0x01, "voltage"), (0x04, "overheating"), (OVERLOAD_ALARM, "overload")],
+    tells_alarms: true,
     feedback_address: 56,
     feedback_bytes: 8,
 };

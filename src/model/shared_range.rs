@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use super::ball_joint::SwingTwist;
-use super::{ArmGeometry, BallJoint, Joint, Robot};
+use super::{BallJoint, Joint, Robot, hinges_in_place};
 
 /// Most hinges of one joint.
 const HINGES_MAX: usize = 3;
@@ -76,18 +76,23 @@ impl SharedRange {
     /// All shared ranges of `robot`, with the joints that share them.
     pub fn of_robot(robot: &Robot) -> Vec<(Range<usize>, SharedRange)> {
         let of_chain = |chain: &super::Chain| {
-            let joints = robot.joints_of(chain);
-            // A leg has none.
-            let arm = ArmGeometry::of(chain, joints).map(|arm| arm.joints).unwrap_or_default();
             let first = chain.joints.start;
-            arm.into_iter()
-                .filter_map(|joint| {
-                    let shared = SharedRange::new(&joints[joint.hinges.clone()], joint.range?);
-                    Some((first + joint.hinges.start..first + joint.hinges.end, shared))
-                })
+            let of_chain = SharedRange::of_chain(robot.joints_of(chain)).into_iter();
+            of_chain
+                .map(|(hinges, shared)| (first + hinges.start..first + hinges.end, shared))
                 .collect::<Vec<_>>()
         };
         robot.chains.iter().flat_map(of_chain).collect()
+    }
+
+    /// Those of a chain with these `joints`, counted from its root.
+    pub fn of_chain(joints: &[Joint]) -> Vec<(Range<usize>, SharedRange)> {
+        let shared = |(last, joint): (usize, &Joint)| {
+            let hinges = hinges_in_place(joints, last);
+            let shared = SharedRange::new(&joints[hinges.clone()], joint.ball.clone()?);
+            Some((hinges, shared))
+        };
+        joints.iter().enumerate().filter_map(shared).collect()
     }
 
     fn axes(&self) -> &[(Axis, f64)] {
@@ -104,11 +109,15 @@ impl SharedRange {
         SwingTwist::of(turn)
     }
 
+    /// False of two hinges, which have the twist that comes with their swing.
+    fn can_twist(&self) -> bool {
+        self.axes().iter().any(|(axis, _)| *axis == Axis::X)
+    }
+
     /// The nearest to `asked` that is in the range. Two hinges have the twist that comes with their swing.
     fn nearest(&self, asked: SwingTwist) -> SwingTwist {
-        let can_twist = self.axes().iter().any(|(axis, _)| *axis == Axis::X);
         let mut held = self.range.nearest(asked);
-        if !can_twist {
+        if !self.can_twist() {
             held.twist_rad = asked.twist_rad;
         }
         held
@@ -133,7 +142,26 @@ impl SharedRange {
         if held == asked {
             return false;
         }
-        let mut left = held.turn();
+        self.write(held, angles);
+        true
+    }
+
+    /// Brings the `angles` (rad) to where a soft stop lets them be that begins `margin_rad` before the border
+    /// ([`BallJoint::softened`]).
+    pub fn soften(&self, angles: &mut [f64], margin_rad: f64) {
+        let asked = self.parts(angles);
+        let mut soft = self.range.softened(asked, margin_rad);
+        if !self.can_twist() {
+            soft.twist_rad = asked.twist_rad;
+        }
+        if soft != asked {
+            self.write(soft, angles);
+        }
+    }
+
+    /// Writes the angles (rad) at which the hinges make `turn`.
+    fn write(&self, turn: SwingTwist, angles: &mut [f64]) {
+        let mut left = turn.turn();
         let last = self.axes().iter().rposition(|(axis, _)| *axis != Axis::X);
         for (index, ((axis, sense), angle)) in self.axes().iter().zip(angles).enumerate() {
             let way = left * DVec3::X;
@@ -146,7 +174,6 @@ impl SharedRange {
             *angle = sense * aim;
             left = axis.turn(-aim) * left;
         }
-        true
     }
 
     /// How much of the way from `before` to `after` (rad) may be gone, 0 to 1, all hinges alike. Who is outside may go

@@ -1,4 +1,4 @@
-//! What an operator asks of the robot: of a horse gait, speed, turn, posture; of arms a stroke.
+//! What an operator asks of the robot: of a horse gait, speed, turn, posture; of arms a stroke; of a figure a pose.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,8 @@ pub enum Order {
     Drive(Command),
     /// Get up and do this, until told otherwise: for arms.
     Perform(StrokeCommand),
+    /// Stand up and take this pose, index into [`crate::model::FigureMotion::poses`], until told otherwise: for a figure.
+    Take(usize),
     /// Slow down, stop, and take the stop action.
     Stop,
     /// Take the stop action from here, without slowing down first.

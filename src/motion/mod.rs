@@ -6,8 +6,10 @@
 mod command;
 pub mod curves;
 mod ends;
+pub mod figure;
 pub mod horse;
 mod jog;
+pub mod legged;
 mod pose_change;
 pub mod tentacle;
 
@@ -16,7 +18,8 @@ use serde::{Deserialize, Serialize};
 use crate::model::Robot;
 use crate::signals::{State, Targets};
 pub use command::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
-use horse::{HorseGenerator, HorsePlan};
+use figure::{FigureGenerator, FigurePlan, Poise};
+use horse::{Drive, HorseGenerator, HorsePlan};
 pub use jog::Jog;
 use tentacle::{TentacleGenerator, TentaclePlan};
 
@@ -35,6 +38,8 @@ pub enum Plan {
     Horse(Box<HorsePlan>),
     /// That of a rig of arms.
     Tentacle(Box<TentaclePlan>),
+    /// A figure's.
+    Figure(Box<FigurePlan>),
 }
 
 impl From<HorsePlan> for Plan {
@@ -49,6 +54,12 @@ impl From<TentaclePlan> for Plan {
     }
 }
 
+impl From<FigurePlan> for Plan {
+    fn from(plan: FigurePlan) -> Plan {
+        Plan::Figure(Box::new(plan))
+    }
+}
+
 /// What the robot is doing, for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -57,11 +68,11 @@ pub enum Activity {
     Limp,
     /// Getting up.
     Rising,
-    /// Standing; of arms, holding still.
+    /// Standing; of arms, holding still; of a figure, in any of its poses.
     Standing,
     /// Walking.
     Walking,
-    /// Moving its arms by strokes.
+    /// Moving its arms by strokes; of a figure, on the way to a pose.
     Performing,
     /// Holding its arms where they are parked.
     Parked,
@@ -84,6 +95,8 @@ pub enum Generator {
     Horse(Box<HorseGenerator>),
     /// Arms that wake, move by strokes and are parked.
     Tentacle(Box<TentacleGenerator>),
+    /// A figure that stands up, takes poses and stops.
+    Figure(Box<FigureGenerator>),
     /// One joint that turns to an angle, all others limp.
     Jog(Jog),
 }
@@ -92,9 +105,15 @@ impl Generator {
     /// A limp robot that will follow the command of `plan` for `move_for_s` once ordered to.
     pub fn new(robot: &Robot, plan: impl Into<Plan>, move_for_s: f64) -> Generator {
         match plan.into() {
-            Plan::Horse(plan) => Generator::Horse(Box::new(HorseGenerator::new(robot, *plan, move_for_s))),
+            Plan::Horse(plan) => {
+                Generator::Horse(Box::new(HorseGenerator::new(robot, Drive::standing(*plan), move_for_s)))
+            }
             Plan::Tentacle(plan) => {
                 Generator::Tentacle(Box::new(TentacleGenerator::new(robot, *plan, move_for_s)))
+            }
+            Plan::Figure(plan) => {
+                let poise = Poise::standing(robot, *plan);
+                Generator::Figure(Box::new(FigureGenerator::new(robot, poise, move_for_s)))
             }
         }
     }
@@ -104,6 +123,7 @@ impl Generator {
         match self {
             Generator::Horse(horse) => horse.step(dt_s, state, order, targets),
             Generator::Tentacle(arms) => arms.step(dt_s, state, order, targets),
+            Generator::Figure(figure) => figure.step(dt_s, state, order, targets),
             Generator::Jog(jog) => jog.step(dt_s, state, order, targets),
         }
     }
@@ -114,6 +134,7 @@ impl Generator {
         match self {
             Generator::Horse(horse) => horse.begin_anew(state),
             Generator::Tentacle(arms) => arms.begin_anew(state),
+            Generator::Figure(figure) => figure.begin_anew(state),
             Generator::Jog(_) => {}
         }
     }
@@ -123,6 +144,7 @@ impl Generator {
         match self {
             Generator::Horse(horse) => horse.activity(),
             Generator::Tentacle(arms) => arms.activity(),
+            Generator::Figure(figure) => figure.activity(),
             Generator::Jog(jog) => jog.activity(),
         }
     }
@@ -130,8 +152,8 @@ impl Generator {
     /// Speed of the trunk the plan has now, m/s; 0 for all but a horse.
     pub fn speed_m_s(&self) -> f64 {
         match self {
-            Generator::Horse(horse) => horse.speed_m_s(),
-            Generator::Tentacle(_) | Generator::Jog(_) => 0.0,
+            Generator::Horse(horse) => horse.drive().rates().speed_m_s,
+            Generator::Tentacle(_) | Generator::Figure(_) | Generator::Jog(_) => 0.0,
         }
     }
 
@@ -139,7 +161,15 @@ impl Generator {
     pub fn stroke(&self) -> Option<&'static str> {
         match self {
             Generator::Tentacle(arms) => arms.stroke().map(Stroke::name),
-            Generator::Horse(_) | Generator::Jog(_) => None,
+            Generator::Horse(_) | Generator::Figure(_) | Generator::Jog(_) => None,
+        }
+    }
+
+    /// The pose a figure on its feet is in or on the way to, index into [`crate::model::FigureMotion::poses`].
+    pub fn pose(&self) -> Option<usize> {
+        match self {
+            Generator::Figure(figure) => Some(figure.drive().pose()),
+            Generator::Horse(_) | Generator::Tentacle(_) | Generator::Jog(_) => None,
         }
     }
 
@@ -147,7 +177,7 @@ impl Generator {
     pub fn drive(&self) -> Option<&horse::Drive> {
         match self {
             Generator::Horse(horse) => Some(horse.drive()),
-            Generator::Tentacle(_) | Generator::Jog(_) => None,
+            Generator::Tentacle(_) | Generator::Figure(_) | Generator::Jog(_) => None,
         }
     }
 }

@@ -7,6 +7,7 @@
 mod gamepad;
 mod key_codes;
 mod keys;
+mod pose_keys;
 mod script;
 mod show;
 mod stroke_keys;
@@ -17,6 +18,7 @@ use crate::motion::{Command, GaitChoice, Order, Posture};
 pub use gamepad::{Axis, Button, Gamepad, PadEvent};
 pub use key_codes::{Decoder, Key};
 pub use keys::Keys;
+pub use pose_keys::PoseKeys;
 pub use script::{Entry, Playback, Script};
 pub use show::Show;
 pub use stroke_keys::StrokeKeys;
@@ -34,7 +36,9 @@ impl From<Order> for Instruction {
     fn from(order: Order) -> Instruction {
         let reason = match order {
             Order::StopAtOnce => "emergency stop by the operator",
-            Order::Go | Order::Drive(_) | Order::Perform(_) | Order::Stop => "stopped by the operator",
+            Order::Go | Order::Drive(_) | Order::Perform(_) | Order::Take(_) | Order::Stop => {
+                "stopped by the operator"
+            }
         };
         Instruction { order, reason }
     }

@@ -101,6 +101,7 @@ mod tests {
             gait: None,
             stroke: None,
             frozen: 0,
+            outage: None,
             late_cycles: 0,
             hottest_c: 0.0,
             lowest_v: 0.0,

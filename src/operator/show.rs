@@ -130,6 +130,7 @@ mod tests {
             gait: None,
             stroke: None,
             frozen: 0,
+            outage: None,
             speed_m_s: 0.0,
             yaw_rate_rad_s: 0.0,
             permission: Permission::Move,

@@ -56,6 +56,8 @@ pub struct Frame {
     pub gait: Option<usize>,
     /// Name of the stroke its arms do; none for a horse, and at rest.
     pub stroke: Option<&'static str>,
+    /// The pose a figure is in or on the way to, index into [`crate::model::FigureMotion::poses`].
+    pub pose: Option<usize>,
     /// True on the way from one gait to another.
     pub is_changing: bool,
     /// Speed of the trunk, m/s.
@@ -129,8 +131,8 @@ impl<'r> Subject<'r> {
 }
 
 impl<'r> Subject<'r> {
-    /// A rig of arms.
-    pub fn arms(robot: &'r Robot) -> Subject<'r> {
+    /// A rig without gaits: arms, a figure.
+    pub fn without_gaits(robot: &'r Robot) -> Subject<'r> {
         Subject { robot, gait_names: Vec::new(), ranges: Vec::new() }
     }
 }
@@ -153,6 +155,7 @@ impl<'r> Course<'r> {
         let rest = match &subject.robot.motion {
             Motion::Horse(_) => Order::Drive(Command::default()),
             Motion::Tentacle(_) => Order::Perform(StrokeCommand::default()),
+            Motion::Figure(_) => Order::Take(0),
         };
         if !rises(&mut controller, rest, dt_s) {
             return Err(CourseError::NeverStood);
@@ -222,6 +225,10 @@ impl<'r> Course<'r> {
             (_, Some(stroke)) => stroke,
             (Motion::Tentacle(_), None) => "rest",
             (Motion::Horse(_), None) => self.name_of(frame.gait, frame.is_changing),
+            (Motion::Figure(figure), None) => {
+                let pose = frame.pose.and_then(|pose| figure.poses.get(pose));
+                pose.map_or("", |pose| pose.name.as_str())
+            }
         }
     }
 
@@ -319,6 +326,7 @@ impl Frame {
             order: record.order,
             gait: drive.and_then(Drive::gait),
             stroke: generator.stroke(),
+            pose: generator.pose(),
             is_changing: drive.is_some_and(Drive::is_changing_gait),
             speed_m_s: record.speed_m_s,
             trunk_in_world: record.targets.trunk_in_world,

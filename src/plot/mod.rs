@@ -18,7 +18,7 @@ pub use fall::{FallRow, fall};
 pub use feet::feet;
 pub use footfalls::footfalls;
 pub use joints::joints;
-pub use poses::poses;
+pub use poses::{front, poses};
 
 /// A picture could not be drawn.
 #[derive(Debug, thiserror::Error)]

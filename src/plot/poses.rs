@@ -1,5 +1,5 @@
-//! The robot as a stick figure, one pose after another, seen from its right side: figures 4.3 to 4.6 of the
-//! horse thesis.
+//! The robot as a stick figure, one pose after another, seen from its right side (figures 4.3 to 4.6 of the horse
+//! thesis) or from the front.
 
 use glam::{DQuat, DVec3};
 use plotters::element::{Circle, PathElement};
@@ -26,12 +26,33 @@ const SIDE: f64 = 10.0;
 /// Height of a figure, pixels.
 const TALLEST: f64 = 200.0;
 
+/// From where the robot is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum View {
+    /// Its right side: forward is to the right.
+    Right,
+    /// Its front: its left is to the right.
+    Front,
+}
+
 /// Twelve poses: over the first change of gait if there is one, three to a swing; else from the middle on.
 ///
 /// # Errors
 /// None that is known: the drawing library has them in its signature.
 pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
-    let figures: Vec<Figure> = moments(course).map(|frame| figure(course, frame)).collect();
+    seen_from(course, View::Right)
+}
+
+/// The same poses seen from the front.
+///
+/// # Errors
+/// As [`poses`].
+pub fn front(course: &Course<'_>) -> Result<String, PlotError> {
+    seen_from(course, View::Front)
+}
+
+fn seen_from(course: &Course<'_>, view: View) -> Result<String, PlotError> {
+    let figures: Vec<Figure> = moments(course).map(|frame| figure(course, frame, view)).collect();
     let all = || figures.iter().flat_map(|figure| figure.limbs.iter().flat_map(|limb| &limb.points));
     let (low, high) =
         all().fold((DVec3::ZERO, DVec3::ZERO), |(low, high), point| (low.min(*point), high.max(*point)));
@@ -44,7 +65,10 @@ pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
     picture(height, |area| {
         write(
             area,
-            "Poses, seen from the right: forward is to the right",
+            match view {
+                View::Right => "Poses, seen from the right: forward is to the right",
+                View::Front => "Poses, seen from the front: its left is to the right",
+            },
             (8.0, 16.0),
             &letters(HEADING, INK, HPos::Left),
         )?;
@@ -83,7 +107,7 @@ fn moments<'a>(course: &'a Course<'_>) -> impl Iterator<Item = &'a Frame> {
     })
 }
 
-/// Places with x forward of the trunk's middle and z above the ground, as seen from the right, m.
+/// Places with x to the right of the picture, from the trunk's middle, and z above the ground, m.
 pub(super) struct Figure {
     pub(super) label: String,
     pub(super) trunk: Vec<DVec3>,
@@ -96,12 +120,18 @@ pub(super) struct Limb {
     pub(super) is_swing: Option<bool>,
 }
 
-fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
+fn figure(course: &Course<'_>, frame: &Frame, view: View) -> Figure {
     let robot = course.subject.robot;
     // Seen along the trunk's side, wherever it is heading.
     let forward = frame.trunk_turn * DVec3::X;
     let facing = DQuat::from_rotation_z(-forward.y.atan2(forward.x)) * frame.trunk_turn;
-    let seen = |in_body: DVec3| facing * in_body + DVec3::Z * frame.trunk_in_world.z;
+    let seen = |in_body: DVec3| {
+        let place = facing * in_body + DVec3::Z * frame.trunk_in_world.z;
+        match view {
+            View::Right => place,
+            View::Front => DVec3::new(place.y, -place.x, place.z),
+        }
+    };
     let limb = |(index, chain): (usize, &crate::model::Chain)| {
         let angles = frame.goal_rad[chain.joints.clone()].iter().copied();
         Limb {
@@ -112,11 +142,27 @@ fn figure(course: &Course<'_>, frame: &Frame) -> Figure {
     };
     let (back, front) = robot.root_extent();
     let middle = 0.5 * (back + front);
+    let trunk = match view {
+        View::Right if front.z - back.z > front.x - back.x => {
+            vec![middle.with_z(back.z), middle.with_z(front.z)]
+        }
+        View::Right => vec![middle.with_x(back.x), middle.with_x(front.x)],
+        View::Front => outline(robot, middle),
+    };
     Figure {
         label: format!("{:.2} s, {}", frame.time_s, course.name_of_frame(frame)),
-        trunk: vec![seen(middle.with_x(back.x)), seen(middle.with_x(front.x))],
+        trunk: trunk.into_iter().map(seen).collect(),
         limbs: robot.chains.iter().enumerate().map(limb).collect(),
     }
+}
+
+/// The limbs' roots, going round `middle` as seen from the front.
+fn outline(robot: &crate::model::Robot, middle: DVec3) -> Vec<DVec3> {
+    let mut roots: Vec<DVec3> = robot.chains.iter().map(|chain| chain.root_m).collect();
+    let turn = |root: &DVec3| (root.z - middle.z).atan2(root.y - middle.y);
+    roots.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
+    roots.extend(roots.first().copied());
+    roots
 }
 
 pub(super) fn draw_figure(

@@ -28,8 +28,16 @@ pub struct RunHeader {
     pub walk_for_s: f64,
     /// How targets are solved.
     pub ik: Method,
+    /// False where the robot file's body was left out (`--no-physics`), and what is worked out from it with it.
+    #[serde(default = "yes")]
+    pub has_body: bool,
     /// Each joint's servo as it is mounted; none for a joint without.
     pub servos: Vec<Option<ServoHeader>>,
+}
+
+/// Recordings that do not say so are of robots with all their file has.
+fn yes() -> bool {
+    true
 }
 
 /// What is known of a mounted servo beyond the robot file.
@@ -59,6 +67,7 @@ impl RunHeader {
             task: Task::of(&plan.motion),
             walk_for_s: plan.move_for_s,
             ik: plan.method,
+            has_body: robot.physics.is_some(),
             servos: robot.joints.iter().map(servo).collect(),
         }
     }
@@ -73,6 +82,9 @@ impl RunHeader {
 
     /// Makes `robot`, fresh from its file, the one that ran.
     pub fn apply_to(&self, robot: &mut Robot) {
+        if !self.has_body {
+            robot.physics = None;
+        }
         for (joint, header) in robot.joints.iter_mut().zip(&self.servos) {
             if let (Some(servo), Some(header)) = (&mut joint.servo, header) {
                 servo.zero_count = header.zero_count;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::orders::OrderFields;
 use crate::motion::Activity;
-use crate::signals::{self, Aim, Feedback, Permission};
+use crate::signals::{self, Aim, Feedback, Permission, Told};
 use crate::units::Time;
 
 /// Seconds and nanoseconds, as Foxglove has them.
@@ -132,14 +132,25 @@ pub struct Servos<'a> {
 pub struct Servo<'a> {
     /// Name of the joint it turns.
     pub joint: Cow<'a, str>,
-    /// What it was told; left out when it was told to be limp.
+    /// What it was told; left out when it was told to be limp, or nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalRegisters>,
+    /// True if nothing was said to it, so that it keeps what it was told last.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub is_kept: bool,
     /// How its reply came.
     pub result: SlotResult,
     /// The reply, if it was good, in the servo's own counts and units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reply: Option<Feedback>,
+    /// What it answered, if it was asked something in the place of that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub told: Option<Told>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde wants a reference")]
+fn is_false(is_it: &bool) -> bool {
+    !is_it
 }
 
 /// Goal registers.
@@ -157,6 +168,8 @@ pub struct GoalRegisters {
 pub enum SlotResult {
     /// In time and whole.
     Fresh,
+    /// In time and whole, and no feedback: an answer.
+    Told,
     /// Not at all.
     Missing,
     /// Damaged.
@@ -310,6 +323,20 @@ pub struct Motion {
     pub is_held: bool,
     /// Joints that were told something else than was asked.
     pub interventions: u32,
+    /// The joint that was taken out of service in this cycle, if one was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outage: Option<Outage>,
+}
+
+/// A joint that the robot goes on without: see [`crate::signals::Outage`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outage {
+    /// Name of the joint.
+    pub joint: String,
+    /// It did not follow its goal.
+    pub is_jam: bool,
+    /// Why its servo raises an alarm, a bit a reason; 0 where it did not say.
+    pub alarms: u8,
 }
 
 /// `hippocamp.Buses`.

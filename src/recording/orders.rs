@@ -15,6 +15,9 @@ pub struct OrderFields {
     /// Only beside [`Word::Perform`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     strokes: Option<StrokeFields>,
+    /// Only beside [`Word::Take`]: index into the poses of the robot file.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pose: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,6 +26,7 @@ enum Word {
     Go,
     Drive,
     Perform,
+    Take,
     Stop,
     StopAtOnce,
 }
@@ -52,14 +56,15 @@ enum ChoiceWord {
 
 impl From<Order> for OrderFields {
     fn from(order: Order) -> OrderFields {
-        let (order, command, strokes) = match order {
-            Order::Go => (Word::Go, None, None),
-            Order::Drive(command) => (Word::Drive, Some(command.into()), None),
-            Order::Perform(command) => (Word::Perform, None, Some(command.into())),
-            Order::Stop => (Word::Stop, None, None),
-            Order::StopAtOnce => (Word::StopAtOnce, None, None),
-        };
-        OrderFields { order, command, strokes }
+        let word = |order| OrderFields { order, command: None, strokes: None, pose: None };
+        match order {
+            Order::Go => word(Word::Go),
+            Order::Drive(command) => OrderFields { command: Some(command.into()), ..word(Word::Drive) },
+            Order::Perform(command) => OrderFields { strokes: Some(command.into()), ..word(Word::Perform) },
+            Order::Take(pose) => OrderFields { pose: Some(pose), ..word(Word::Take) },
+            Order::Stop => word(Word::Stop),
+            Order::StopAtOnce => word(Word::StopAtOnce),
+        }
     }
 }
 
@@ -76,6 +81,7 @@ impl TryFrom<OrderFields> for Order {
                 let strokes = fields.strokes.as_ref().ok_or("an order to perform without a stroke")?;
                 Order::Perform(strokes.try_into()?)
             }
+            Word::Take => Order::Take(fields.pose.ok_or("an order to take a pose without one")?),
             Word::Stop => Order::Stop,
             Word::StopAtOnce => Order::StopAtOnce,
         })
@@ -116,7 +122,11 @@ impl TryFrom<CommandFields> for Command {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::model::Pole;
+    use crate::motion::{Stroke, StrokeCommand};
 
     #[test]
     fn every_order_comes_back_to_the_last_bit() {
@@ -128,7 +138,18 @@ mod tests {
         };
         let drives =
             [GaitChoice::Stand, GaitChoice::Auto, GaitChoice::Gait(4)].map(command).map(Order::Drive);
-        for order in [Order::Go, Order::Stop, Order::StopAtOnce].into_iter().chain(drives) {
+        let pole = Pole { point_in_body: DVec3::new(0.1, -0.2, 1.0 / 3.0), axis: DVec3::Y, radius_m: 0.03 };
+        let placed = [
+            Stroke::Reach { point_in_body: DVec3::new(0.1 + 0.2, 0.0, -1e-9), direction: None },
+            Stroke::Reach { point_in_body: DVec3::Z, direction: Some(DVec3::new(0.6, 0.0, 0.8)) },
+            Stroke::Wind(pole),
+        ];
+        let strokes = Stroke::PLACELESS.iter().map(|(_, stroke)| *stroke).chain(placed);
+        let performs = strokes
+            .map(|stroke| StrokeCommand { stroke, tempo: 1.0 / 3.0, turn_rad: -0.1 })
+            .map(Order::Perform);
+        let plain = [Order::Go, Order::Stop, Order::StopAtOnce];
+        for order in plain.into_iter().chain(drives).chain(performs) {
             let text = serde_json::to_string(&OrderFields::from(order)).unwrap();
             let fields: OrderFields = serde_json::from_str(&text).unwrap();
             assert_eq!(Order::try_from(fields), Ok(order), "{text}");
@@ -141,6 +162,11 @@ mod tests {
             r#"{"order": "drive"}"#,
             r#"{"order": "drive", "command": {"choice": "gait", "speed_m_s": 0, "yaw_rate_rad_s": 0, "rise_m": 0,
                "pitch_rad": 0, "roll_rad": 0, "sway_m": 0}}"#,
+            r#"{"order": "perform"}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "dance", "tempo": 1, "turn_rad": 0}}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "reach", "tempo": 1, "turn_rad": 0}}"#,
+            r#"{"order": "perform", "strokes": {"stroke": "wind", "tempo": 1, "turn_rad": 0,
+               "point": {"x": 0, "y": 0, "z": 0}, "radius_m": 0.1}}"#,
         ] {
             let fields: OrderFields = serde_json::from_str(text).unwrap();
             assert!(Order::try_from(fields).is_err(), "{text}");

@@ -17,7 +17,7 @@ use super::writer::{OUTCOME_METADATA, ROBOT_ATTACHMENT, RUN_ATTACHMENT};
 use crate::bus::{ServoGoal, Slot};
 use crate::config::{self, ConfigError};
 use crate::model::Robot;
-use crate::signals::{FootTarget, ImuReading};
+use crate::signals::{FootTarget, ImuReading, Outage, OutageCause};
 use crate::units::Time;
 
 /// Why a file is no recording of this program.
@@ -131,6 +131,11 @@ impl Recording {
         Ok(Recording { header, robot_text, robot, samples, ending })
     }
 
+    /// True if it was told what the robot truly did. What the robot knew of its trunk itself is not in it.
+    pub fn has_truth(&self) -> bool {
+        self.samples.iter().any(|sample| sample.truth.is_some())
+    }
+
     /// How many cycles the run had, as far as the recording tells; those that were dropped count.
     pub fn cycles_of_run(&self) -> u64 {
         let recorded = self.samples.last().map_or(0, |sample| sample.times.number.saturating_add(1));
@@ -235,6 +240,13 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     sample.interventions = motion.interventions;
     sample.is_held = motion.is_held;
     sample.state.permission = motion.permission;
+    sample.state.outage = match &motion.outage {
+        None => None,
+        Some(outage) => {
+            let cause = if outage.is_jam { OutageCause::Jam } else { OutageCause::Alarm(outage.alarms) };
+            Some(Outage { joint: joint_named(robot, &outage.joint)?, cause })
+        }
+    };
     sample.targets.aim = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
     sample.targets.trunk_turn = trunk.pose.orientation.into();
@@ -295,7 +307,13 @@ fn read_servos(robot: &Robot, servos: &messages::Servos<'_>, sample: &mut Sample
             sample.goals[index] =
                 ServoGoal::Move { position: goal.position, torque_limit: goal.torque_limit };
         }
+        if servo.is_kept {
+            sample.goals[index] = ServoGoal::Keep;
+        }
         sample.slots[index] = match (servo.result, servo.reply) {
+            (SlotResult::Told, _) => {
+                Slot::Told(servo.told.ok_or_else(|| format!("an answer of {} holds nothing", servo.joint))?)
+            }
             (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply),
             (SlotResult::Fresh, None) => {
                 return Err(format!("a fresh reply of {} holds nothing", servo.joint));

@@ -115,6 +115,7 @@ impl Sample {
         self.state.joints.clone_from(&record.state.joints);
         self.state.goal_rad.clone_from(&record.state.goal_rad);
         self.state.permission = record.state.permission;
+        self.state.outage = record.state.outage;
         let (body, known) = (&mut self.state.body, &record.state.body);
         body.is_known = known.is_known;
         (body.roll_rad, body.pitch_rad, body.yaw_rad) = (known.roll_rad, known.pitch_rad, known.yaw_rad);

@@ -23,6 +23,11 @@ pub enum Task {
         /// What to do.
         strokes: StrokeFields,
     },
+    /// Of a figure.
+    Figure {
+        /// Name of the pose.
+        pose: String,
+    },
 }
 
 impl Task {
@@ -33,6 +38,10 @@ impl Task {
                 Task::Horse { gait: plan.gait_name(plan.command.gait).to_owned(), command: plan.command }
             }
             Plan::Tentacle(plan) => Task::Tentacle { strokes: plan.command.into() },
+            Plan::Figure(plan) => {
+                let pose = plan.settings.poses.get(plan.pose).or(plan.settings.poses.first());
+                Task::Figure { pose: pose.map_or_else(String::new, |pose| pose.name.clone()) }
+            }
         }
     }
 }
@@ -43,6 +52,7 @@ impl fmt::Display for Task {
         match self {
             Task::Horse { gait, command } => write!(f, "{gait} at {:.3} m/s", command.speed_m_s),
             Task::Tentacle { strokes } => strokes.fmt(f),
+            Task::Figure { pose } => f.write_str(pose),
         }
     }
 }

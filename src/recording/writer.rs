@@ -18,7 +18,7 @@ use super::scene;
 use super::topics::{self, TOPICS, Topic};
 use crate::bus::{ServoGoal, Slot};
 use crate::model::{Chain, Robot};
-use crate::signals::Aim;
+use crate::signals::{Aim, OutageCause, Targets};
 use crate::units::Time;
 
 /// What is written more than this long ago survives whatever happens.
@@ -115,7 +115,7 @@ impl<W: Write> RecordingWriter<W> {
             frame_id: scene::WORLD.into(),
             pose: messages::Pose::turned(sample.targets.trunk_in_world, sample.targets.trunk_turn),
         })?;
-        self.put(topics::MOTION, cycle, at, |_| motion(sample, stamp))?;
+        self.put(topics::MOTION, cycle, at, |robot| motion(robot, sample, stamp))?;
         self.put(topics::BUSES, cycle, at, |robot| buses(robot, sample, stamp))?;
         self.put(topics::LOOP, cycle, at, |_| loop_times(sample, stamp))?;
         self.put(topics::TRANSFORMS, cycle, at, |robot| {
@@ -201,20 +201,31 @@ fn empty_joint_state(stamp: Stamp) -> messages::JointState<'static> {
 fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Servos<'r> {
     let all = robot.joints.iter().zip(&sample.goals).zip(&sample.slots);
     let servos = all.filter(|((joint, _), _)| joint.servo.is_some()).map(|((joint, goal), slot)| {
-        let (result, reply) = match slot {
-            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some(*reply)),
-            Slot::Missing => (messages::SlotResult::Missing, None),
-            Slot::Corrupt => (messages::SlotResult::Corrupt, None),
+        let (result, reply, told) = match *slot {
+            Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some(reply), None),
+            Slot::Told(told) => (messages::SlotResult::Told, None, Some(told)),
+            Slot::Missing => (messages::SlotResult::Missing, None, None),
+            Slot::Corrupt => (messages::SlotResult::Corrupt, None, None),
         };
-        let goal = match *goal {
-            ServoGoal::Limp => None,
+        let registers = match *goal {
+            ServoGoal::Limp | ServoGoal::Keep => None,
             ServoGoal::Move { position, torque_limit } => {
                 Some(messages::GoalRegisters { position, torque_limit })
             }
         };
-        messages::Servo { joint: joint.name.as_str().into(), goal, result, reply }
+        let is_kept = *goal == ServoGoal::Keep;
+        messages::Servo { joint: joint.name.as_str().into(), goal: registers, is_kept, result, reply, told }
     });
     messages::Servos { timestamp, servos: servos.collect() }
+}
+
+/// Whether a place was asked for of the tip of chain number `chain`.
+fn is_aimed(targets: &Targets, chain: usize) -> bool {
+    match targets.aim {
+        Aim::Tips | Aim::Arms => true,
+        Aim::Soles => targets.feet.iter().any(|foot| foot.chain == chain),
+        Aim::Limp | Aim::Pose | Aim::Joint(_) => false,
+    }
 }
 
 fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Feet<'r> {
@@ -222,8 +233,7 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
     let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
     let is_placed = !targets.feet.is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
-        let target =
-            matches!(sample.targets.aim, Aim::Tips | Aim::Arms).then_some(sample.targets.tips_in_body[index]);
+        let target = is_aimed(targets, index).then_some(targets.tips_in_body[index]);
         let joints = &sample.state.joints[chain.joints.clone()];
         let measured = joints
             .iter()
@@ -272,7 +282,7 @@ fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
     }
 }
 
-fn motion(sample: &Sample, timestamp: Stamp) -> messages::Motion {
+fn motion(robot: &Robot, sample: &Sample, timestamp: Stamp) -> messages::Motion {
     messages::Motion {
         timestamp,
         order: sample.order.into(),
@@ -282,6 +292,14 @@ fn motion(sample: &Sample, timestamp: Stamp) -> messages::Motion {
         permission: sample.state.permission,
         is_held: sample.is_held,
         interventions: sample.interventions,
+        outage: sample.state.outage.map(|outage| messages::Outage {
+            joint: robot.joints[outage.joint].name.clone(),
+            is_jam: outage.cause == OutageCause::Jam,
+            alarms: match outage.cause {
+                OutageCause::Alarm(causes) => causes,
+                OutageCause::Jam => 0,
+            },
+        }),
     }
 }
 

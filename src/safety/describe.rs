@@ -1,7 +1,40 @@
 //! What a finding means, for people: which servo, what is wrong, what to do.
 
 use super::{Fault, Finding};
-use crate::model::{Protocol, Robot};
+use crate::model::{OVERLOAD_ALARM, Protocol, Robot};
+use crate::signals::{Outage, OutageCause};
+
+impl Outage {
+    /// Which joint has no torque, why, and what becomes of it.
+    pub fn describe(&self, robot: &Robot) -> String {
+        let Some(joint) = robot.joints.get(self.joint) else { return "no such joint".to_owned() };
+        let (servo, names) = joint.servo.map_or_else(Default::default, |servo| {
+            let bus = &robot.buses[servo.bus].name;
+            (format!(" (servo {} on bus {bus})", servo.id), Some(servo.model.registers))
+        });
+        let words = |causes| names.map_or_else(String::new, |registers| registers.alarm_words(causes));
+        let why = match self.cause {
+            OutageCause::Alarm(OVERLOAD_ALARM) => {
+                "its servo has tripped: overload; it is restarted when the arms are parked".to_owned()
+            }
+            OutageCause::Alarm(0) => {
+                "its servo raises an alarm and does not say why; it is restarted once when \
+                                      the arms are parked"
+                    .to_owned()
+            }
+            OutageCause::Alarm(causes) => format!(
+                "its servo raises an alarm: {}; it stays so until that is over; check its load, heat and voltage",
+                words(causes)
+            ),
+            OutageCause::Jam => {
+                "it does not follow its goal; it tries again when the arms are parked; check that \
+                                 nothing blocks it"
+                    .to_owned()
+            }
+        };
+        format!("joint {}{servo} is left without torque: {why}", joint.name)
+    }
+}
 
 impl Finding {
     /// What the bits mean, in brackets. A Dynamixel's reply says only that there is an alarm: then nothing.

@@ -20,8 +20,8 @@ mod watch;
 
 use std::ops::Range;
 
-use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
-use crate::signals::{JointState, JointTargets, Permission, State};
+use crate::model::{OnTrip, Robot, START_MIN_S, SafetySettings, SharedRange};
+use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
 use limiter::Limiter;
 use trip::Trip;
 use watch::Watch;
@@ -39,6 +39,9 @@ pub enum JointCommand {
         /// Torque limit as a share of stall torque, 0 to 1.
         torque_share: f64,
     },
+    /// Whatever it was told last. Its servo is silent: it may have started anew and be limp, and must not find a goal
+    /// when it wakes.
+    Keep,
 }
 
 /// What all joints are told: the proof that safety looked.
@@ -47,6 +50,7 @@ pub struct Command {
     joints: Vec<JointCommand>,
     interventions: u32,
     restart: Option<usize>,
+    question: Option<(usize, Question)>,
 }
 
 impl Command {
@@ -63,6 +67,11 @@ impl Command {
     /// The joint whose servo is to restart in this cycle, if one is; it has no torque.
     pub fn restart(&self) -> Option<usize> {
         self.restart
+    }
+
+    /// What is to be asked in this cycle, if anything is, and the joint on whose bus.
+    pub fn question(&self) -> Option<(usize, Question)> {
+        self.question
     }
 }
 
@@ -87,8 +96,11 @@ struct JointSafety {
     torque_on_s: Option<f64>,
     /// The last goal its servo is known to have heard, rad.
     heard_goal_rad: f64,
-    /// True while its servo has been silent for too long to be where it was told to be.
+    /// True from when its servo has been silent for so long that it may have started anew, until it is known whether it
+    /// has.
     is_lost: bool,
+    /// How often it was asked that since it is heard again.
+    asked: u8,
     /// What became of its servo, where a joint may be left without.
     trip: Trip,
 }
@@ -101,6 +113,7 @@ impl Safety {
             torque_on_s: None,
             heard_goal_rad: 0.0,
             is_lost: false,
+            asked: 0,
             trip: Trip::NONE,
         };
         Safety {
@@ -112,6 +125,7 @@ impl Safety {
                 joints: vec![JointCommand::Limp; robot.joints.len()],
                 interventions: 0,
                 restart: None,
+                question: None,
             },
             restarts: 0,
         }
@@ -134,6 +148,8 @@ impl Safety {
     pub fn check(&mut self, dt_s: f64, gap_s: f64, targets: &JointTargets, state: &mut State) -> &Command {
         self.command.interventions = 0;
         self.command.restart = None;
+        self.command.question = None;
+        state.outage = None;
         if targets.is_limp || !state.is_known() {
             for index in 0..self.joints.len() {
                 self.let_go(index, state);
@@ -159,6 +175,8 @@ impl Safety {
             joint.trip.jam();
             state.is_out[index] = true;
         }
+        self.tell_outage(state);
+        self.ask(state);
 
         for index in 0..self.joints.len() {
             let is_left_alone = targets.only.is_some_and(|only| only != index) || state.is_out[index];
@@ -167,6 +185,11 @@ impl Safety {
                 continue;
             }
             let joint = &mut self.joints[index];
+            if joint.is_lost && joint.torque_on_s.is_none() {
+                // It was limp when last heard, and stays so.
+                self.let_go(index, state);
+                continue;
+            }
             let wanted_rad = targets.angles_rad[index] + targets.sag_rad[index];
             let (angle_rad, differs) = if state.permission == Permission::Hold {
                 joint.limiter.hold(wanted_rad, dt_s)
@@ -179,13 +202,18 @@ impl Safety {
             joint.torque_on_s = Some(on_s);
             let rise = (on_s / self.settings.torque_ramp_s).min(1.0);
             let torque_share = self.settings.torque_share * rise.min(targets.torque_shares[index]);
-            self.command.joints[index] = JointCommand::Goal { angle_rad, torque_share };
+            // One that sends damaged replies is there, and hears.
+            self.command.joints[index] = match joint.is_lost && !state.joints[index].is_damaged {
+                true => JointCommand::Keep,
+                false => JointCommand::Goal { angle_rad, torque_share },
+            };
         }
         self.keep_shared_ranges(dt_s, state);
-        let is_catching_up =
-            |joint: &JointSafety| joint.torque_on_s.is_some() && joint.limiter.is_catching_up();
+        let is_catching_up = |joint: &JointSafety| {
+            joint.torque_on_s.is_some() && (joint.limiter.is_catching_up() || joint.asked > 0)
+        };
         if state.permission == Permission::Move && self.joints.iter().any(is_catching_up) {
-            // Nobody walks on while a leg is still on its way back.
+            // Nobody walks on while a leg is still on its way back, or it is not known whether it has torque.
             state.permission = Permission::Hold;
         }
         &self.command
@@ -207,15 +235,45 @@ impl Safety {
         for (joint, measured) in self.joints.iter_mut().zip(&state.joints) {
             joint.trip.look(dt_s, self.settings.fault_delay_s, targets.may_restart, measured);
         }
+        let is_ready = |(joint, measured): (&JointSafety, &JointState)| joint.trip.can_restart(measured);
         if targets.may_restart
-            && let Some(index) = self.joints.iter().position(|joint| joint.trip.can_restart())
+            && let Some(index) = self.joints.iter().zip(&state.joints).position(is_ready)
         {
-            self.joints[index].trip = Trip::Restarting { since_s: 0.0 };
+            self.joints[index].trip.restart(&state.joints[index]);
             self.command.restart = Some(index);
             self.restarts += 1;
         }
         for (is_out, joint) in state.is_out.iter_mut().zip(&self.joints) {
             *is_out = joint.trip.is_out();
+        }
+    }
+
+    /// Says in `state` which joint is newly out of service, and why.
+    fn tell_outage(&mut self, state: &mut State) {
+        let mut news = self.joints.iter_mut().zip(&state.joints).enumerate();
+        state.outage = news.find_map(|(joint, (of, measured))| {
+            let cause = of.trip.take_news(measured)?;
+            Some(Outage { joint, cause })
+        });
+    }
+
+    /// Has one servo asked what its replies do not tell, where that is needed. Whoever is on its bus sends no feedback in
+    /// that cycle; the next question waits until all have.
+    fn ask(&mut self, state: &State) {
+        let is_heard = |measured: &JointState| measured.age_s <= 0.0;
+        let joints = || self.joints.iter().zip(&state.joints);
+        let lost = joints()
+            .position(|(joint, measured)| joint.is_lost && joint.torque_on_s.is_some() && is_heard(measured));
+        let tripped = || joints().position(|(joint, measured)| joint.trip.is_to_be_asked(measured));
+        if self.command.restart.is_some() {
+            return;
+        }
+        if let Some(index) = lost {
+            self.joints[index].asked = self.joints[index].asked.saturating_add(1);
+            self.command.question = Some((index, Question::Torque));
+        } else if let Some(index) = tripped() {
+            self.joints[index].trip.ask();
+            self.command.question = Some((index, Question::Alarms));
         }
     }
 
@@ -248,31 +306,44 @@ impl Safety {
 /// A joint this far off its goal, as a share of the tracking error allowed, did not hold it.
 const FALLEN_SHARE: f64 = 0.5;
 
+/// A servo that has not said so often whether it has torque counts as one that has none.
+const TORQUE_QUESTIONS: u8 = 3;
+
 impl JointSafety {
-    /// Whether its servo was silent and has not held its goal meanwhile: it had no power.
-    fn has_fallen(&self, settings: &SafetySettings, measured: &JointState) -> bool {
+    /// Whether its servo, silent for too long and heard again, has had torque meanwhile; none while that is not known.
+    fn has_kept_torque(&self, settings: &SafetySettings, measured: &JointState) -> Option<bool> {
         let error_rad = measured.position_rad - self.heard_goal_rad;
-        self.is_lost && error_rad.abs() > FALLEN_SHARE * settings.tracking_error_rad
+        if measured.age_s <= 0.0 && error_rad.abs() > FALLEN_SHARE * settings.tracking_error_rad {
+            return Some(false);
+        }
+        let is_mute = measured.age_s <= 0.0 && self.asked >= TORQUE_QUESTIONS;
+        measured.has_torque.or(is_mute.then_some(false))
     }
 
     /// Starts from where the joint is measured, where the last goal says nothing of that: when its torque comes on,
-    /// and when its servo is heard again and was without power meanwhile. After a stall
-    /// of the loop by `stall_s` it starts from its goal, at rest: its servo has long arrived there.
+    /// and when its servo is heard again after a silence. One that was without power meanwhile has no torque, and what it
+    /// gets rises anew. After a stall of the loop by `stall_s` it starts from its goal, at rest: its servo has long
+    /// arrived there.
     fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
-        if measured.age_s > settings.coast_s {
+        if measured.age_s > settings.coast_s.min(START_MIN_S) {
             self.is_lost = true;
-        } else if self.torque_on_s.is_none() || self.has_fallen(settings, measured) {
+            self.asked = 0;
+        } else if self.torque_on_s.is_none() {
             self.limiter.start_from(measured.position_rad);
-            self.torque_on_s = None;
-            self.is_lost = false;
+            (self.is_lost, self.asked) = (false, 0);
         } else if self.is_lost {
-            // It has held the last goal it heard; the goals it did not hear have gone on without it.
-            self.limiter.start_from(measured.position_rad);
-            self.is_lost = false;
+            if let Some(has_torque) = self.has_kept_torque(settings, measured) {
+                // It has held the last goal it heard; the goals it did not hear have gone on without it.
+                self.limiter.start_from(measured.position_rad);
+                (self.is_lost, self.asked) = (false, 0);
+                if !has_torque {
+                    self.torque_on_s = None;
+                }
+            }
         } else if stall_s > settings.coast_s {
             self.limiter.rest_at_goal();
         }
-        if measured.age_s <= 0.0 {
+        if measured.age_s <= 0.0 && !self.is_lost {
             self.heard_goal_rad = self.limiter.goal_rad();
         }
     }

@@ -39,7 +39,7 @@ fn asking(robot: &Robot, angles_rad: Vec<f64>) -> JointTargets {
 fn goal(command: JointCommand) -> (f64, f64) {
     match command {
         JointCommand::Goal { angle_rad, torque_share } => (angle_rad, torque_share),
-        JointCommand::Limp => panic!("limp"),
+        JointCommand::Limp | JointCommand::Keep => panic!("no goal"),
     }
 }
 

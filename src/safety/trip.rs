@@ -1,22 +1,39 @@
 //! A servo that has switched its torque off by itself, or is jammed, where the robot may go on without it.
 //!
 //! ```text
-//!   In ------- its alarm lasts -------> Out ---- parked ----> Restarting
-//!    ^  or its joint does not follow     ^                        |
-//!    +------ heard without an alarm -----+------------------------+   not within RESTART_S
+//!   In ------- its alarm lasts -------> Out -- parked, overload -> Restarting
+//!    ^  or its joint does not follow     ^                            |
+//!    +------ heard without an alarm -----+----------------------------+   not within RESTART_S
 //!            (jammed: and parked)
 //! ```
+//! A restart clears the memory of an overload, and nothing else that is wrong: whose alarm has another cause (heat,
+//! voltage, its encoder) stays out until the alarm is over. Where the servo does not say why, it is restarted once each
+//! time the robot is parked.
 
-use crate::signals::JointState;
+use crate::model::OVERLOAD_ALARM;
+use crate::signals::{JointState, OutageCause};
 
 /// How long a servo takes to come back at most, s: Feetech's take 1.8 s (STS manual), Dynamixels less.
 const RESTART_S: f64 = 4.0;
 /// How soon it may be restarted again, s.
 const AGAIN_S: f64 = 10.0;
+/// How often a servo is asked why it raises an alarm before it counts as one that does not say.
+const QUESTIONS: u8 = 3;
 
 /// What became of one joint's servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Trip {
+pub(super) struct Trip {
+    stage: Stage,
+    /// How often it was asked why, since it is out.
+    asked: u8,
+    /// It was restarted without knowing why since the robot is parked.
+    was_tried: bool,
+    /// That it is out was told.
+    is_told: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
     /// It works; how long its alarm has lasted, s.
     In { wrong_s: f64 },
     /// It has tripped, or its joint is jammed and was let go so that it does not; how long it must be let be, s.
@@ -25,58 +42,99 @@ pub(super) enum Trip {
     Restarting { since_s: f64 },
 }
 
+impl Stage {
+    const NONE: Stage = Stage::In { wrong_s: 0.0 };
+}
+
 impl Trip {
-    pub(super) const NONE: Trip = Trip::In { wrong_s: 0.0 };
+    pub(super) const NONE: Trip = Trip { stage: Stage::NONE, asked: 0, was_tried: false, is_told: false };
 
     /// Looks at the servo `dt_s` after the last look: an alarm counts that lasts `delay_s`. What was jammed may try
     /// again only while the robot is parked.
     pub(super) fn look(&mut self, dt_s: f64, delay_s: f64, is_parked: bool, measured: &JointState) {
         let is_heard = measured.age_s <= 0.0;
         let is_well = is_heard && measured.alarms == 0;
-        *self = match *self {
-            Trip::In { wrong_s } if is_heard && measured.alarms != 0 => {
+        self.stage = match self.stage {
+            Stage::In { wrong_s } if is_heard && measured.alarms != 0 => {
                 let wrong_s = wrong_s + dt_s;
                 if wrong_s > delay_s {
-                    Trip::Out { wait_s: 0.0, is_jammed: false }
+                    Stage::Out { wait_s: 0.0, is_jammed: false }
                 } else {
-                    Trip::In { wrong_s }
+                    Stage::In { wrong_s }
                 }
             }
             // A lost reply says nothing about the alarm.
-            Trip::In { .. } if !is_heard => *self,
-            Trip::In { .. } => Trip::NONE,
+            Stage::In { .. } if !is_heard => self.stage,
+            Stage::In { .. } => Stage::NONE,
             // Some clear their alarm by themselves. One that was jammed had none, or lost it as it went limp.
-            Trip::Out { wait_s, is_jammed } if is_well && (!is_jammed || (is_parked && wait_s <= dt_s)) => {
-                Trip::NONE
+            Stage::Out { wait_s, is_jammed } if is_well && (!is_jammed || (is_parked && wait_s <= dt_s)) => {
+                Stage::NONE
             }
-            Trip::Out { wait_s, is_jammed } => Trip::Out { wait_s: (wait_s - dt_s).max(0.0), is_jammed },
+            Stage::Out { wait_s, is_jammed } => Stage::Out { wait_s: (wait_s - dt_s).max(0.0), is_jammed },
             // In the cycle it was told to, it was not asked.
-            Trip::Restarting { since_s } if is_well && since_s > 2.0 * dt_s => Trip::NONE,
-            Trip::Restarting { since_s } if since_s > RESTART_S => {
-                Trip::Out { wait_s: AGAIN_S, is_jammed: false }
+            Stage::Restarting { since_s } if is_well && since_s > 2.0 * dt_s => Stage::NONE,
+            Stage::Restarting { since_s } if since_s > RESTART_S => {
+                Stage::Out { wait_s: AGAIN_S, is_jammed: false }
             }
-            Trip::Restarting { since_s } => Trip::Restarting { since_s: since_s + dt_s },
+            Stage::Restarting { since_s } => Stage::Restarting { since_s: since_s + dt_s },
         };
+        if !self.is_out() {
+            (self.asked, self.is_told) = (0, false);
+        }
+        self.was_tried &= is_parked;
     }
 
     /// Its joint does not follow its goal.
     pub(super) fn jam(&mut self) {
-        *self = Trip::Out { wait_s: AGAIN_S, is_jammed: true };
+        self.stage = Stage::Out { wait_s: AGAIN_S, is_jammed: true };
     }
 
     /// Whether the joint is to be left without torque.
     pub(super) fn is_out(self) -> bool {
-        !matches!(self, Trip::In { .. })
+        !matches!(self.stage, Stage::In { .. })
     }
 
     /// Whether its silence is no wonder.
     pub(super) fn is_restarting(self) -> bool {
-        matches!(self, Trip::Restarting { .. })
+        matches!(self.stage, Stage::Restarting { .. })
     }
 
-    /// Whether it may be restarted now.
-    pub(super) fn can_restart(self) -> bool {
-        matches!(self, Trip::Out { wait_s, .. } if wait_s <= 0.0)
+    /// Whether it is to be asked why it raises an alarm.
+    pub(super) fn is_to_be_asked(self, measured: &JointState) -> bool {
+        let is_alarmed = measured.age_s <= 0.0 && measured.alarms != 0 && measured.alarm_causes == 0;
+        is_alarmed && matches!(self.stage, Stage::Out { .. }) && self.asked < QUESTIONS
+    }
+
+    /// It is asked.
+    pub(super) fn ask(&mut self) {
+        self.asked = self.asked.saturating_add(1);
+    }
+
+    /// Why it is out, once that is known or nobody will know, and only once.
+    pub(super) fn take_news(&mut self, measured: &JointState) -> Option<OutageCause> {
+        let Stage::Out { is_jammed, .. } = self.stage else { return None };
+        let is_known = is_jammed || measured.alarm_causes != 0 || self.asked >= QUESTIONS;
+        if self.is_told || !is_known {
+            return None;
+        }
+        self.is_told = true;
+        Some(if is_jammed { OutageCause::Jam } else { OutageCause::Alarm(measured.alarm_causes) })
+    }
+
+    /// Whether a restart may help it, and it may be restarted now, the robot being parked.
+    pub(super) fn can_restart(self, measured: &JointState) -> bool {
+        let helps = match measured.alarm_causes {
+            OVERLOAD_ALARM => true,
+            0 => measured.alarms != 0 && self.asked >= QUESTIONS && !self.was_tried,
+            _ => false,
+        };
+        helps && matches!(self.stage, Stage::Out { wait_s, .. } if wait_s <= 0.0)
+    }
+
+    /// It is told to restart.
+    pub(super) fn restart(&mut self, measured: &JointState) {
+        self.was_tried |= measured.alarm_causes == 0;
+        self.stage = Stage::Restarting { since_s: 0.0 };
     }
 }
 
@@ -84,64 +142,108 @@ impl Trip {
 mod tests {
     use super::*;
 
-    const WELL: JointState = JointState {
-        is_known: true,
-        age_s: 0.0,
-        is_damaged: false,
-        position_rad: 0.0,
-        speed_rad_s: 0.0,
-        load_share: 0.0,
-        voltage_v: 5.0,
-        temperature_c: 30.0,
-        alarms: 0,
-    };
-    const ALARMED: JointState = JointState { alarms: 0x80, ..WELL };
-    const SILENT: JointState = JointState { age_s: 0.5, ..WELL };
+    /// A servo that is well.
+    fn well() -> JointState {
+        JointState { is_known: true, voltage_v: 5.0, temperature_c: 30.0, ..JointState::default() }
+    }
+
+    fn silent() -> JointState {
+        JointState { age_s: 0.5, ..well() }
+    }
+
+    /// A Dynamixel that raises an alarm, and has said why; 0 if it has not.
+    fn alarmed(alarm_causes: u8) -> JointState {
+        JointState { alarms: 0x80, alarm_causes, ..well() }
+    }
 
     fn looked(trip: Trip, measured: &JointState, times: usize) -> Trip {
+        look(trip, measured, times, false)
+    }
+
+    fn look(trip: Trip, measured: &JointState, times: usize, is_parked: bool) -> Trip {
         (0..times).fold(trip, |mut trip, _| {
-            trip.look(0.01, 0.5, false, measured);
+            trip.look(0.01, 0.5, is_parked, measured);
             trip
         })
     }
 
+    fn restarted(mut trip: Trip, measured: &JointState) -> Trip {
+        assert!(trip.can_restart(measured));
+        trip.restart(measured);
+        trip
+    }
+
     #[test]
-    fn an_alarm_that_lasts_takes_it_out_and_a_restart_brings_it_back() {
-        assert!(!looked(Trip::NONE, &ALARMED, 49).is_out());
-        let out = looked(Trip::NONE, &ALARMED, 52);
-        assert!(out.is_out() && out.can_restart());
-        let restarting = looked(Trip::Restarting { since_s: 0.0 }, &SILENT, 100);
+    fn an_overload_that_lasts_takes_it_out_and_a_restart_brings_it_back() {
+        let overload = alarmed(0x20);
+        assert!(!looked(Trip::NONE, &overload, 49).is_out());
+        let out = looked(Trip::NONE, &overload, 52);
+        assert!(out.is_out());
+        let restarting = looked(restarted(out, &overload), &silent(), 100);
         assert!(restarting.is_out() && restarting.is_restarting());
-        assert_eq!(looked(restarting, &WELL, 1), Trip::NONE);
+        assert_eq!(looked(restarting, &well(), 1), Trip::NONE);
+    }
+
+    #[test]
+    fn no_other_alarm_is_answered_with_a_restart() {
+        // Voltage, heat, encoder, shock; and an overload that came with heat.
+        for causes in [0x01, 0x04, 0x08, 0x10, 0x24] {
+            let measured = alarmed(causes);
+            let mut out = look(Trip::NONE, &measured, 100_000, true);
+            assert!(out.is_out() && !out.can_restart(&measured), "0x{causes:02X}");
+            assert_eq!(out.take_news(&measured), Some(OutageCause::Alarm(causes)));
+            assert_eq!(out.take_news(&measured), None, "told once");
+            assert_eq!(looked(out, &well(), 1), Trip::NONE, "heat passes");
+        }
+    }
+
+    #[test]
+    fn one_that_does_not_say_why_is_asked_three_times_and_restarted_once_a_park() {
+        let measured = alarmed(0);
+        let mut out = look(Trip::NONE, &measured, 60, true);
+        for _ in 0..3 {
+            assert!(out.is_to_be_asked(&measured) && !out.can_restart(&measured));
+            assert_eq!(out.take_news(&measured), None, "it may yet say why");
+            out.ask();
+        }
+        assert!(!out.is_to_be_asked(&measured));
+        assert_eq!(out.take_news(&measured), Some(OutageCause::Alarm(0)));
+        let again = look(restarted(out, &measured), &measured, 100_000, true);
+        assert!(again.is_out() && !again.can_restart(&measured), "it was tried in this park");
+        let next_park = look(look(again, &measured, 1, false), &measured, 1, true);
+        assert!(next_park.can_restart(&measured));
     }
 
     #[test]
     fn a_lost_reply_neither_ends_nor_adds_to_an_alarm() {
         let alternating = |times: usize| {
             (0..times).fold(Trip::NONE, |trip, time| {
-                looked(trip, if time % 2 == 0 { &ALARMED } else { &SILENT }, 1)
+                looked(trip, &if time % 2 == 0 { alarmed(0x20) } else { silent() }, 1)
             })
         };
         assert!(!alternating(98).is_out(), "heard 49 times");
         assert!(alternating(104).is_out(), "heard 52 times");
-        assert_eq!(looked(alternating(98), &WELL, 1), Trip::NONE);
+        assert_eq!(looked(alternating(98), &well(), 1), Trip::NONE);
     }
 
     #[test]
     fn what_was_jammed_stays_out_until_the_robot_is_parked() {
         let mut trip = Trip::NONE;
         trip.jam();
-        trip = looked(trip, &WELL, 2000);
-        assert!(trip.is_out(), "though its servo is well");
-        trip.look(0.01, 0.5, true, &WELL);
+        assert_eq!(trip.take_news(&well()), Some(OutageCause::Jam));
+        trip = looked(trip, &well(), 2000);
+        assert!(trip.is_out() && !trip.can_restart(&well()), "though its servo is well");
+        trip.look(0.01, 0.5, true, &well());
         assert_eq!(trip, Trip::NONE);
     }
 
     #[test]
     fn a_restart_in_vain_is_tried_again_and_not_at_once() {
-        let again = looked(Trip::Restarting { since_s: 0.0 }, &ALARMED, 402);
-        assert!(again.is_out() && !again.can_restart());
-        assert!(looked(again, &ALARMED, 1001).can_restart());
-        assert!(!looked(again, &WELL, 1).is_out(), "one that is well needs none");
+        let overload = alarmed(0x20);
+        let out = looked(Trip::NONE, &overload, 52);
+        let again = looked(restarted(out, &overload), &overload, 402);
+        assert!(again.is_out() && !again.can_restart(&overload));
+        assert!(looked(again, &overload, 1001).can_restart(&overload));
+        assert!(!looked(again, &well(), 1).is_out(), "one that is well needs none");
     }
 }

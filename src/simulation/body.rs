@@ -1,8 +1,8 @@
 //! The rigid body of a robot file: its links, masses and feet, each joint with the servo that turns it.
 
-use hw_sim::body::{self, BodyConfig, ShaftLink, Trunk};
+use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, ShaftLink, Trunk};
 
-use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot};
+use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot, hinges_in_place};
 
 /// How far beyond its range a joint meets its mechanical stop: this share of the range's width, or this angle if that is
 /// more, rad.
@@ -24,6 +24,7 @@ pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
         },
         chains: (0..robot.chains.len()).map(|chain| limb(robot, physics, chain, &shafts)).collect(),
         ground: ground(&physics.ground),
+        joints: JointMechanics { viscosity_nm_s: physics.viscosity_nm_s, stop: physics.stop },
         motor_steps: physics.step_ms,
     }
 }
@@ -52,9 +53,10 @@ fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]
         root_rotation: chain.root_rotation.to_array(),
         carried_share: match &robot.motion {
             Motion::Tentacle(tentacle) => tentacle.carried_share,
-            Motion::Horse(_) => 0.0,
+            Motion::Horse(_) | Motion::Figure(_) => 0.0,
         },
         links: links.filter_map(|(joint, shaft)| Some(link(joint, (*shaft)?, radius_m, physics))).collect(),
+        balls: balls(robot.joints_of(chain)),
         foot: foot(chain),
     }
 }
@@ -78,6 +80,19 @@ fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::
             rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2,
         },
     }
+}
+
+/// The ball joints of a chain with these `joints`, all of them with servos.
+fn balls(joints: &[Joint]) -> Vec<BallStop> {
+    let ball = |(last, joint): (usize, &Joint)| {
+        let corners = joint.ball.as_ref()?.corners();
+        Some(BallStop {
+            last,
+            hinges: hinges_in_place(joints, last).len(),
+            corners: corners.iter().map(|corner| (corner.swing.to_array(), corner.twist_rad)).collect(),
+        })
+    };
+    joints.iter().enumerate().filter_map(ball).collect()
 }
 
 fn foot(chain: &Chain) -> Option<body::Foot> {

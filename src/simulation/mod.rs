@@ -7,10 +7,13 @@ use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, ServoCon
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{ImuSettings, Protocol, Robot};
+use crate::model::{ImuSettings, Motion, Protocol, Robot};
 
 /// How far outside its range a limp joint may lie, share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
+
+/// How far from the ground the feet of a figure are that is held in somebody's hands, m.
+const CLEARANCE_M: f64 = 0.02;
 
 /// Longest time a limp robot that is put down takes to lie still, s.
 const SETTLE_S: f64 = 3.0;
@@ -51,7 +54,11 @@ pub fn world_from_pose(
         None => World::new(&buses, faults.clone(), seed)?,
         Some(physics) => {
             let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
-            world.put_down(SETTLE_S);
+            match &robot.motion {
+                // A figure cannot rise from wherever it is put down: hands hold it until it stands.
+                Motion::Figure(figure) => world.carry(figure.stand_height_m + CLEARANCE_M),
+                Motion::Horse(_) | Motion::Tentacle(_) => world.put_down(SETTLE_S),
+            }
             world
         }
     };

@@ -32,6 +32,7 @@ pub struct Sag {
     lead_rad: Vec<f64>,
     /// How much of the correction is in, 0 to 1.
     share: f64,
+    lean_brake_hz: f64,
 }
 
 /// What is known of a joint.
@@ -62,13 +63,14 @@ impl Sag {
             wanted_rad: vec![0.0; robot.joints.len()],
             lead_rad: vec![0.0; robot.joints.len()],
             share: 0.0,
+            lean_brake_hz: robot.balance.map_or(0.0, |balance| balance.lean_brake_hz),
         })
     }
 
     /// Writes the correction of this cycle, `dt_s` after the last one. Off its feet there is none: whoever takes over
     /// starts from the last goals, which have it in them.
     pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
-        let is_on_feet = targets.aim == Aim::Tips && !targets.feet.is_empty();
+        let is_on_feet = matches!(targets.aim, Aim::Tips | Aim::Soles) && !targets.feet.is_empty();
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
             self.share = 0.0;
             self.lead_rad.fill(0.0);
@@ -79,7 +81,8 @@ impl Sag {
         for foot in &targets.feet {
             self.loads[foot.chain] = foot.load_share;
         }
-        self.standing.solve(&joints.angles_rad, &trunk(targets, state), &self.loads);
+        let trunk = trunk(targets, state, self.lean_brake_hz);
+        self.standing.solve(&joints.angles_rad, &trunk, &self.loads);
         self.work_out(joints, state);
         self.share = (self.share + dt_s / FADE_S).min(1.0);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
@@ -144,14 +147,22 @@ impl Sag {
     }
 }
 
-/// How the trunk lies: as measured, or as planned where that is not known.
-fn trunk(targets: &Targets, state: &State) -> TrunkMotion {
+/// How the trunk lies: as measured, or as planned where that is not known. What turns over is to be braked: the acceleration
+/// that holds the posture (the source's 4.1) beyond what stiff joints do by themselves.
+fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
     if !state.body.is_known {
         let turn: DQuat = targets.trunk_turn;
         (_, pitch_rad, roll_rad) = turn.to_euler(EulerRot::ZYX);
     }
-    TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2: DVec3::ZERO }
+    let mut acceleration_m_s2 = DVec3::ZERO;
+    if state.body.is_known && state.body.rate_rad_s.is_finite() {
+        let rate = state.body.rate_rad_s;
+        // On its soles the trunk goes where it turns to.
+        let speed_m_s = targets.trunk_in_world.z * DVec3::new(rate.y, -rate.x, 0.0);
+        acceleration_m_s2 = -lean_brake_hz * speed_m_s;
+    }
+    TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2 }
 }
 
 /// As much of a correction as leaves the goal in its range; none that pushes a joint further out.

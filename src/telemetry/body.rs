@@ -63,7 +63,7 @@ impl BodyObserver {
         let Some(seen) = seen else { return };
         self.is_known = true;
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
-        if !self.has_stood || record.targets.aim != Aim::Tips {
+        if !self.has_stood || !matches!(record.targets.aim, Aim::Tips | Aim::Soles) {
             return;
         }
         let report = &mut self.report;

@@ -47,7 +47,9 @@ impl JointObserver {
                     self.report.range_overshoot_max_deg.max(overshoot_rad.to_degrees());
             }
             let goal = match record.goals[index] {
+                // A goal that is not said anew does not change.
                 ServoGoal::Limp => None,
+                ServoGoal::Keep => continue,
                 ServoGoal::Move { position, .. } => Some(position),
             };
             if let Some(goal) = goal {

@@ -14,7 +14,7 @@ mod report;
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
-use crate::signals::{ImuReading, JointTargets, State, Targets, TrueBody};
+use crate::signals::{ImuReading, JointTargets, Outage, State, Targets, TrueBody};
 use arms::ArmObserver;
 use body::BodyObserver;
 use buses::BusObserver;
@@ -24,7 +24,8 @@ use imu::ImuObserver;
 pub use imu::ImuReport;
 use joints::JointObserver;
 pub use report::{
-    ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, Outcome, Quantiles, Report,
+    ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome,
+    Quantiles, Report,
 };
 
 /// One cycle, as the observers see it.
@@ -76,9 +77,13 @@ pub struct Telemetry {
     interventions: u64,
     held_cycles: u64,
     residual_max_m: f64,
+    outages: Vec<(u64, Outage)>,
     work_us: Histogram<u64>,
     late_us: Histogram<u64>,
 }
+
+/// Outages that are kept one by one; a run of many hours may have more.
+const OUTAGES_MAX: usize = 256;
 
 /// Longest time a histogram tells from longer ones, microseconds.
 const LONGEST_US: u64 = 60_000_000;
@@ -95,11 +100,13 @@ pub(crate) fn histogram_us() -> Histogram<u64> {
 impl Telemetry {
     /// For a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
+        // Simulated joints that turn freely have no trunk, whatever the robot thinks of it.
+        let has_body = robot.motion.tentacle().is_none() && robot.physics.is_some();
         Telemetry {
             buses: BusObserver::new(robot),
-            feet: robot.motion.horse().map(|_| FootObserver::new(robot)),
+            feet: robot.motion.tentacle().is_none().then(|| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
-            body: robot.motion.horse().map(|_| BodyObserver::new(robot)),
+            body: has_body.then(|| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),
             imu: ImuObserver::new(robot),
             cycles: 0,
@@ -107,6 +114,7 @@ impl Telemetry {
             interventions: 0,
             held_cycles: 0,
             residual_max_m: 0.0,
+            outages: Vec::with_capacity(OUTAGES_MAX),
             work_us: histogram_us(),
             late_us: histogram_us(),
         }
@@ -119,6 +127,11 @@ impl Telemetry {
         self.held_cycles += u64::from(record.is_held);
         for residual_m in &record.joints.residual_m {
             self.residual_max_m = self.residual_max_m.max(*residual_m);
+        }
+        if let Some(outage) = record.state.outage
+            && self.outages.len() < OUTAGES_MAX
+        {
+            self.outages.push((self.cycles, outage));
         }
         self.joints.observe(robot, record);
         if let Some(imu) = &mut self.imu {

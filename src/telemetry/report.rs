@@ -13,6 +13,7 @@ use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
 use crate::reflex::ReflexReport;
+use crate::signals::Outage;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -80,12 +81,26 @@ pub struct Report {
     /// How often an arm gave way to a load; none where its file says nothing of that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm_yields: Option<u32>,
+    /// Joints that were taken out of service, the first 256; empty where a fault of one stops the robot.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outages: Vec<OutageReport>,
     /// How often a servo that had tripped was restarted.
     pub servo_restarts: u64,
     /// Each bus.
     pub buses: Vec<BusReport>,
     /// The recording, if there was one.
     pub recording: Option<RecordingReport>,
+}
+
+/// A joint that was left without torque while the others went on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OutageReport {
+    /// When, s of the run, lateness of cycles left aside.
+    pub time_s: f64,
+    /// Name of the joint.
+    pub joint: String,
+    /// Which servo it is, why, and what will become of it, in words.
+    pub reason: String,
 }
 
 impl Outcome {
@@ -292,6 +307,16 @@ impl Telemetry {
         buses: impl Iterator<Item = BusStatistics<'s>>,
     ) -> Vec<BusReport> {
         self.buses.report(robot, duration, buses)
+    }
+
+    /// Joints taken out of service so far.
+    pub fn outage_reports(&self, robot: &Robot) -> Vec<OutageReport> {
+        let report = |(cycle, outage): &(u64, Outage)| OutageReport {
+            time_s: *cycle as f64 * robot.period_s(),
+            joint: robot.joints[outage.joint].name.clone(),
+            reason: outage.describe(robot),
+        };
+        self.outages.iter().map(report).collect()
     }
 
     /// Joints so far.

@@ -105,7 +105,7 @@ impl Built {
 
 /// The servos of `robot`. The terminal, or nothing, takes the adapter's place.
 pub(crate) fn world(robot: &Robot) -> World {
-    let mut without_adapters = robot.clone();
+    let mut without_adapters = Robot { physics: None, ..robot.clone() };
     for bus in &mut without_adapters.buses {
         bus.adapter_latency_us = 0;
     }

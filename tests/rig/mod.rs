@@ -40,7 +40,7 @@ impl Rig {
         let text = fs::read_to_string(Path::new("config").join(file)).unwrap();
         fs::write(&robot_file, edit(text.replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 "))).unwrap();
         let robot = config::load(&robot_file).unwrap().robot;
-        let mut without_adapters = robot.clone();
+        let mut without_adapters = Robot { physics: None, ..robot.clone() };
         for bus in &mut without_adapters.buses {
             // The terminal takes the adapter's place.
             bus.adapter_latency_us = 0;

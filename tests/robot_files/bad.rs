@@ -229,7 +229,7 @@ const SAFETY: &[Bad] = &[
         "@tripped_servo = \"freeze\"",
         "safety.tripped_servo",
         "\"freeze\"",
-        &["a horse falls", "\"stop\""],
+        &["what stands on legs falls", "\"stop\""],
     ),
     bad("rate_share = 0.5", "@rate_share = 1.5", "safety.rate_share", "1.5", &["above 0 and at most 1"]),
     bad(

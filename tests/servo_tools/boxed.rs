@@ -26,7 +26,7 @@ impl Boxed {
         let robot_file = folder.path().join(file);
         fs::copy(Path::new("config").join(file), &robot_file).unwrap();
         let robot = config::load(&robot_file).unwrap().robot;
-        let mut without_adapters = robot.clone();
+        let mut without_adapters = Robot { physics: None, ..robot.clone() };
         without_adapters.buses.iter_mut().for_each(|bus| bus.adapter_latency_us = 0);
         let mut world = simulation::world(&without_adapters, 1, &FaultScript::default()).unwrap();
         for joint in &robot.joints {

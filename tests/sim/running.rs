@@ -15,10 +15,11 @@ pub(crate) struct Sim {
 }
 
 impl Sim {
-    /// Starts it on a robot of `config/`, and waits until its buses are there.
+    /// Starts it on a robot of `config/` whose joints turn freely, and waits until its buses are there.
     pub(crate) fn start(robot: &str, arguments: &[&str]) -> Sim {
         let folder = tempfile::tempdir().unwrap();
         let mut child = command(robot, arguments)
+            .arg("--no-physics")
             .arg("--link")
             .arg(folder.path().join("ports"))
             .stdin(Stdio::piped())

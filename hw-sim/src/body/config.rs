@@ -9,8 +9,38 @@ pub struct BodyConfig {
     pub chains: Vec<Chain>,
     /// What it stands on.
     pub ground: Ground,
+    /// What acts in every joint beside its servo.
+    pub joints: JointMechanics,
     /// Motor steps in one step of the body, 1 to 4: more are faster and coarser.
     pub motor_steps: u32,
+}
+
+/// What acts in every joint beside its servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointMechanics {
+    /// Torque lost for each unit of speed, N m s/rad, not negative.
+    pub viscosity_nm_s: f64,
+    /// Stiffness and damping of stops, N m/rad and N m s/rad, not negative. A stop pushes back but never holds fast.
+    pub stop: (f64, f64),
+}
+
+impl Default for JointMechanics {
+    /// No viscosity; stops that a stalled servo gives way a few degrees.
+    fn default() -> JointMechanics {
+        JointMechanics { viscosity_nm_s: 0.0, stop: (60.0, 0.3) }
+    }
+}
+
+/// How far hinges in one place may swing and twist together; behind it is a stop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BallStop {
+    /// The last of the hinges, which carries the link: place among the chain's links.
+    pub last: usize,
+    /// How many hinges there are, 2 or 3.
+    pub hinges: usize,
+    /// Corners of a region, going round it: swing across the link's rest direction X (y and z of its axis, times the sine
+    /// of half its angle), and lowest and highest twist about X, rad.
+    pub corners: Vec<([f64; 2], (f64, f64))>,
 }
 
 /// The trunk. Its frame: x forward, y left, z up.
@@ -39,6 +69,8 @@ pub struct Chain {
     pub carried_share: f64,
     /// Its links.
     pub links: Vec<Link>,
+    /// Its ball joints.
+    pub balls: Vec<BallStop>,
     /// The foot at its tip.
     pub foot: Option<Foot>,
 }
@@ -161,6 +193,18 @@ impl BodyConfig {
                 if !numbers.chain([&link.mass_kg]).all(|number| number.is_finite()) || link.mass_kg < 0.0 {
                     let what = format!("link {joint} of chain {place}");
                     return Err(BodyError { what, expected: "finite numbers, and no mass below 0" });
+                }
+            }
+            for ball in &chain.balls {
+                let is_good = (2..=3).contains(&ball.hinges)
+                    && (ball.hinges - 1..chain.links.len()).contains(&ball.last)
+                    && ball.corners.len() >= 3;
+                if !is_good {
+                    let what = format!("ball joint at link {} of chain {place}", ball.last);
+                    return Err(BodyError {
+                        what,
+                        expected: "2 or 3 hinges of the chain, and 3 corners or more",
+                    });
                 }
             }
             match &chain.foot {

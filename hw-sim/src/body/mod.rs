@@ -11,7 +11,9 @@ mod config;
 mod rigid;
 mod state;
 
-pub use config::{BodyConfig, BodyError, Chain, Foot, Ground, Link, ShaftLink, Step, Trunk};
+pub use config::{
+    BallStop, BodyConfig, BodyError, Chain, Foot, Ground, JointMechanics, Link, ShaftLink, Step, Trunk,
+};
 pub use rigid::RigidBody;
 pub use state::{BodyState, FootState, Push, PushFrame};
 
@@ -79,6 +81,10 @@ pub trait Body {
     /// Two hands take the trunk and keep it level, and where it is over the ground, or let it go. They carry none of its
     /// weight. Joints that carry nothing have no trunk.
     fn hold_trunk(&mut self, _is_held: bool) {}
+
+    /// Two hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin, m). Once motors
+    /// have kept all joints still for a while they set it down, and let go when it stands.
+    fn carry_trunk(&mut self, _height_m: f64) {}
 
     /// What the robot truly does; none where joints carry nothing.
     fn state(&self) -> Option<&BodyState> {

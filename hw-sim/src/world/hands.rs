@@ -36,6 +36,14 @@ impl World {
         }
     }
 
+    /// Has a servo hold `value` in a register of RAM whenever it starts from now on: firmware that starts otherwise than
+    /// the tables say.
+    pub fn starts_with(&mut self, bus: usize, place: usize, address: u16, value: i64) {
+        if let Some(servo) = self.servo_mut(bus, place) {
+            servo.starts_with.push((address, value));
+        }
+    }
+
     /// Whether a servo is there and connected.
     pub fn is_servo_plugged_in(&self, bus: usize, place: usize) -> bool {
         self.servo(bus, place).is_some_and(|servo| servo.is_plugged_in)

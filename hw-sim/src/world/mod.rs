@@ -157,6 +157,13 @@ impl World {
         self.observe(0, 0.0);
     }
 
+    /// From now on hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin, m); once
+    /// motors have kept all joints still for a while they set it down, and let go when it stands. Does nothing where
+    /// joints carry nothing.
+    pub fn carry(&mut self, height_m: f64) {
+        self.body.carry_trunk(height_m);
+    }
+
     fn is_still(&self) -> bool {
         let trunk = self.body.state().into_iter().flat_map(|state| state.rate_rad_s);
         let joints = self.shafts.iter().map(|shaft| shaft.speed_rad_s);

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use super::watchdog::LineWatchdog;
+use super::renewal::Renewals;
 use crate::bus::ServoGoal;
 use crate::bus::client::BusClient;
 use crate::bus::port::{PortError, Ports};
 use crate::bus::{ExchangeTimes, Slot};
+use crate::signals::Question;
 use crate::units::Time;
 
 /// Share of a period an exchange may take.
@@ -33,7 +34,7 @@ pub(super) struct Line {
     /// The joint of each slot.
     pub(super) joints: Vec<usize>,
     pub(super) times: ExchangeTimes,
-    pub(super) watchdog: LineWatchdog,
+    pub(super) renewals: Renewals,
     goals: Vec<ServoGoal>,
     /// Longest wait for the replies of an exchange.
     longest: Duration,
@@ -46,21 +47,28 @@ impl Line {
         // But never less than replies in time take.
         let longest = period.mul_f64(LONGEST_SHARE).max(client.cycle_time());
         let goals = vec![ServoGoal::Limp; joints.len()];
-        let watchdog = LineWatchdog::new(joints.len());
+        let renewals = Renewals::new(joints.len());
         let times = ExchangeTimes::default();
-        Line { bus, client, joints, times, watchdog, goals, longest, state: State::Idle }
+        Line { bus, client, joints, times, renewals, goals, longest, state: State::Idle }
     }
 
     pub(super) fn is_gone(&self) -> bool {
         matches!(self.state, State::Gone)
     }
 
-    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. Its watchdog is set anew once it
-    /// is heard again.
+    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. It is told its settings anew once
+    /// it is heard again.
     pub(super) fn restart_servo(&mut self, joint: usize) {
         if let Some(index) = self.joints.iter().position(|own| *own == joint) {
             self.client.restart_servo(index);
-            self.watchdog.note_restart(index);
+            self.renewals.note_restart(index);
+        }
+    }
+
+    /// Has the next exchange ask all servos of this line, if that of `joint` is one.
+    pub(super) fn ask(&mut self, joint: usize, question: Question) {
+        if self.joints.contains(&joint) {
+            self.client.ask(question);
         }
     }
 
@@ -72,8 +80,10 @@ impl Line {
         for (goal, joint) in self.goals.iter_mut().zip(&self.joints) {
             *goal = goals.get(*joint).copied().unwrap_or_default();
         }
-        if let Some(units) = self.watchdog.renewal() {
-            self.client.renew_watchdog(units);
+        for index in 0..self.joints.len() {
+            if self.renewals.take(index) {
+                self.client.renew(index, self.renewals.watchdog_units());
+            }
         }
         // A reply that came too late for the last exchange must not pass for one of this.
         let sent = ports
@@ -167,8 +177,8 @@ impl Line {
     /// Hands the result of each servo to its joint's place in `out`.
     pub(super) fn finish_exchange(&mut self, now: Time, out: &mut [Slot]) {
         for (index, (slot, joint)) in self.client.finish().iter().zip(&self.joints).enumerate() {
-            if matches!(slot, Slot::Fresh(_)) {
-                self.watchdog.note_heard(index, now);
+            if slot.is_good() {
+                self.renewals.note_heard(index, now);
             }
             if let Some(place) = out.get_mut(*joint) {
                 *place = *slot;

@@ -7,6 +7,7 @@
 mod company;
 mod disagreement;
 mod line;
+mod renewal;
 mod start;
 mod transaction;
 mod watchdog;
@@ -121,6 +122,9 @@ impl<P: Ports> Buses<P> {
     pub fn exchange(&mut self, goals: &Goals, out: &mut [Slot]) {
         if let Some(joint) = goals.restart() {
             self.lines.iter_mut().for_each(|line| line.restart_servo(joint));
+        }
+        if let Some((joint, question)) = goals.question() {
+            self.lines.iter_mut().for_each(|line| line.ask(joint, question));
         }
         self.exchange_counts(goals.servos(), out);
     }

@@ -2,8 +2,8 @@
 //!
 //! Armed before a run, while there is no torque and so nothing is watched yet; every exchange is a sign of
 //! life. A servo that has heard nothing for too long, because the loop stalled or its plug was out, has stopped
-//! itself and takes no goals; the exchanges after it is heard again clear its watchdog and set it anew. Servos
-//! that have no such watchdog (Feetech) are left alone.
+//! itself and takes no goals; the exchanges after it is heard again clear its watchdog and set it anew
+//! ([`super::renewal`]). Servos that have no such watchdog (Feetech) are left alone.
 //!
 //! Source: ROBOTIS e-manual, X-series, Bus Watchdog (98).
 
@@ -12,10 +12,9 @@ use std::time::Duration;
 use super::{Buses, StartError};
 use crate::bus::port::Ports;
 use crate::model::Robot;
-use crate::units::Time;
 
 /// The register's unit.
-const UNIT: Duration = Duration::from_millis(20);
+pub(super) const UNIT: Duration = Duration::from_millis(20);
 /// The register's largest value.
 const UNITS_MAX: u8 = 127;
 /// No shorter, so that one hiccup of the machine does not stop the robot.
@@ -38,50 +37,6 @@ fn units(robot: &Robot) -> u8 {
     (1..=UNITS_MAX).find(|units| f64::from(*units) >= wanted).unwrap_or(UNITS_MAX)
 }
 
-/// What one line knows of its servos' watchdogs.
-#[derive(Debug)]
-pub(super) struct LineWatchdog {
-    /// The register's value; none while it is not armed.
-    units: Option<u8>,
-    /// When each servo was last heard.
-    heard: Vec<Time>,
-    /// Exchanges that are still to clear the watchdogs and set them anew.
-    renewals: u8,
-}
-
-impl LineWatchdog {
-    pub(super) fn new(servos: usize) -> LineWatchdog {
-        LineWatchdog { units: None, heard: vec![Time::default(); servos], renewals: 0 }
-    }
-
-    fn arm(&mut self, units: u8, now: Time) {
-        self.units = Some(units);
-        self.heard.fill(now);
-    }
-
-    /// A reply of the line's servo number `index` came.
-    pub(super) fn note_heard(&mut self, index: usize, now: Time) {
-        let (Some(units), Some(heard)) = (self.units, self.heard.get_mut(index)) else { return };
-        if now.since(*heard) >= UNIT * u32::from(units) {
-            self.renewals = TRIES;
-        }
-        *heard = now;
-    }
-
-    /// The line's servo number `index` restarts, and forgets its watchdog.
-    pub(super) fn note_restart(&mut self, index: usize) {
-        if let Some(heard) = self.heard.get_mut(index) {
-            *heard = Time::default();
-        }
-    }
-
-    /// The register's value, if the next exchange is to set it anew.
-    pub(super) fn renewal(&mut self) -> Option<u8> {
-        self.renewals = self.renewals.checked_sub(1)?;
-        self.units
-    }
-}
-
 impl<P: Ports> Buses<P> {
     /// Sets the watchdog of every servo that has one to [`watchdog_time`]. To be called while torque is off,
     /// before a run; from torque on, there must be an exchange at least that often.
@@ -98,7 +53,7 @@ impl<P: Ports> Buses<P> {
         let now = self.ports.now();
         for line in &mut self.lines {
             if line.client.registers().bus_watchdog.is_some() {
-                line.watchdog.arm(units, now);
+                line.renewals.arm_watchdog(units, now);
             }
         }
         Ok(())
@@ -109,7 +64,7 @@ impl<P: Ports> Buses<P> {
     pub fn disarm_watchdogs(&mut self) {
         for _ in 0..TRIES {
             let mut sent_by = self.ports.now();
-            for line in self.lines.iter_mut().filter(|line| line.watchdog.units.is_some()) {
+            for line in self.lines.iter_mut().filter(|line| line.renewals.has_watchdog()) {
                 let bytes = line.client.begin_watchdog(0);
                 if self.ports.send(line.bus, bytes).is_ok() {
                     sent_by = sent_by.max(self.ports.now() + line.client.reply_deadline());
@@ -118,7 +73,7 @@ impl<P: Ports> Buses<P> {
             self.ports.wait_until(sent_by);
         }
         for line in &mut self.lines {
-            line.watchdog.units = None;
+            line.renewals.disarm_watchdog();
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::bus::register::decode_ordered;
 use crate::bus::{Feedback, Slot};
 use crate::model::servo_model::Register;
 use crate::model::{Protocol, Registers};
+use crate::signals::{Question, Told};
 use crate::units::ServoId;
 
 /// What became of a single transaction.
@@ -31,7 +32,7 @@ pub(crate) enum Answer {
 
 /// What was asked of one servo.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Question {
+pub(super) enum Wish {
     Ping,
     Read(Register),
     Write,
@@ -41,12 +42,12 @@ pub(super) enum Question {
 #[derive(Debug)]
 pub(super) enum Awaited {
     Nothing,
-    /// The feedback block of every servo.
-    Feedback,
+    /// Of every servo its feedback block, or in its place the answer to a question.
+    Feedback(Option<Question>),
     /// This servo's answer.
     Answer {
         id: ServoId,
-        question: Question,
+        question: Wish,
         answer: Answer,
     },
 }
@@ -77,7 +78,7 @@ impl Inbox {
 
     /// A request for this is about to be sent.
     pub(super) fn expect(&mut self, awaited: Awaited) {
-        if matches!(awaited, Awaited::Feedback) {
+        if matches!(awaited, Awaited::Feedback(_)) {
             self.slots.fill(Slot::Missing);
         }
         self.awaited = awaited;
@@ -87,7 +88,7 @@ impl Inbox {
     pub(super) fn is_complete(&self) -> bool {
         match &self.awaited {
             Awaited::Nothing => true,
-            Awaited::Feedback => self.slots.iter().all(|slot| matches!(slot, Slot::Fresh(_))),
+            Awaited::Feedback(_) => self.slots.iter().all(|slot| slot.is_good()),
             Awaited::Answer { answer, .. } => matches!(answer, Answer::Done { .. } | Answer::Refused { .. }),
         }
     }
@@ -110,7 +111,7 @@ impl Inbox {
         while let Some(event) = codec.next_event() {
             match (event, &self.awaited) {
                 (_, Awaited::Nothing) => {}
-                (Event::Status(status), Awaited::Feedback) => self.take_feedback(status),
+                (Event::Status(status), Awaited::Feedback(asked)) => self.take_feedback(status, *asked),
                 (Event::Status(status), Awaited::Answer { id, question, .. }) => {
                     self.take_answer(status, *id, *question);
                 }
@@ -119,27 +120,30 @@ impl Inbox {
         }
     }
 
-    fn take_feedback(&mut self, status: Status<'_>) {
+    fn take_feedback(&mut self, status: Status<'_>, asked: Option<Question>) {
         let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
-        let feedback = feedback(self.registers, status.parameters, alarms).filter(|_| refusal == 0);
-        match (slot_of(&self.ids, &mut self.slots, status.id), feedback) {
-            (Some(slot), Some(feedback)) => *slot = Slot::Fresh(feedback),
+        let reply = match asked {
+            None => feedback(self.registers, status.parameters, alarms).map(Slot::Fresh),
+            Some(question) => answer_to(question, status.parameters).map(Slot::Told),
+        };
+        match (slot_of(&self.ids, &mut self.slots, status.id), reply.filter(|_| refusal == 0)) {
+            (Some(slot), Some(reply)) => *slot = reply,
             (Some(_), None) => self.mark_corrupt(status.id),
             (None, _) => self.unknown = self.unknown.saturating_add(1),
         }
     }
 
-    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Question) {
+    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Wish) {
         if status.id != asked {
             self.unknown = self.unknown.saturating_add(1);
             return;
         }
         let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
         let (bytes, register) = match question {
-            Question::Ping if may_be_echoed_ping(self.protocol, status.error, status.parameters) => return,
-            Question::Ping => (ping_bytes(self.protocol), None),
-            Question::Read(register) => (read_bytes(self.protocol, register), Some(register)),
-            Question::Write => (0, None),
+            Wish::Ping if may_be_echoed_ping(self.protocol, status.error, status.parameters) => return,
+            Wish::Ping => (ping_bytes(self.protocol), None),
+            Wish::Read(register) => (read_bytes(self.protocol, register), Some(register)),
+            Wish::Write => (0, None),
         };
         let value = match register {
             Some(register) => decode_ordered(register, status.parameters, self.registers.is_big_endian),
@@ -156,7 +160,7 @@ impl Inbox {
     /// Marks the slot or answer of `id`, unless a good reply was already there.
     fn mark_corrupt(&mut self, id: ServoId) {
         match &mut self.awaited {
-            Awaited::Feedback => {
+            Awaited::Feedback(_) => {
                 if let Some(slot @ Slot::Missing) = slot_of(&self.ids, &mut self.slots, id) {
                     *slot = Slot::Corrupt;
                 }
@@ -190,6 +194,15 @@ fn feedback(registers: &Registers, block: &[u8], alarms: u8) -> Option<Feedback>
         voltage_decivolt: u16::try_from(field(registers.present_voltage)?).unwrap_or(u16::MAX),
         temperature_c: u8::try_from(field(registers.present_temperature)?).unwrap_or(u8::MAX),
         alarms,
+    })
+}
+
+/// Reads the answer to a question: the registers asked for have one byte.
+fn answer_to(question: Question, data: &[u8]) -> Option<Told> {
+    let [byte] = *data else { return None };
+    Some(match question {
+        Question::Torque => Told::Torque(byte != 0),
+        Question::Alarms => Told::Alarms(byte),
     })
 }
 

@@ -11,15 +11,18 @@ use std::time::Duration;
 
 use super::codec::{Codec, ping_bytes, read_bytes};
 use super::register::{encode, ordered};
-use super::timing::{CycleCost, GroupRead, cycle_cost, reply_deadline, single_read_time, wire_time};
+use super::timing::{
+    CycleCost, GroupRead, cycle_cost, reply_deadline, single_read_time, sync_write_bytes, wire_time,
+};
 use super::{ServoGoal, Slot};
 use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
 use crate::model::{Bus, Protocol, Registers};
+use crate::signals::Question;
 use crate::units::ServoId;
 use echo::EchoFilter;
 pub(super) use inbox::Answer;
-use inbox::{Awaited, Inbox, Question};
+use inbox::{Awaited, Inbox, Wish};
 use read_mode::ReadMode;
 
 /// What a bus carried since the start, in exchanges. Single transactions are not counted.
@@ -54,10 +57,14 @@ pub(super) struct BusClient {
     fast_cost: CycleCost,
     reply_deadline: Duration,
     counters: Counters,
-    /// What the next cycle's request sets the bus watchdogs to, having cleared them.
-    watchdog_renewal: Option<u8>,
+    /// The servos, in the order of the ids, whose settings the next cycle's request writes anew.
+    renewal: Vec<bool>,
+    /// What it sets their bus watchdogs to.
+    watchdog_units: Option<u8>,
     /// The servo that the next cycle's request restarts.
     restart: Option<ServoId>,
+    /// What the next cycle's request asks in the place of feedback.
+    question: Option<Question>,
     /// Where servos are asked one by one: the place of the one whose turn it is.
     turn: usize,
 }
@@ -68,10 +75,13 @@ impl BusClient {
     pub(super) fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
         let plain_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Plain);
         let fast_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Fast);
-        // Two watchdog writes come with some cycles. Stuffing makes a packet longer by a third at most; 64
-        // bytes hold any single request.
-        let watchdog_bytes = 2 * (dynamixel::REQUEST_FRAME_BYTES + 4 + 2 * ids.len());
-        let request_bytes = (plain_cost.bytes_out + watchdog_bytes) * 4 / 3 + 64;
+        // Settings are written anew with some cycles, the watchdog twice. Stuffing makes a packet longer by a third at
+        // most; 64 bytes hold any single request.
+        let settings =
+            registers.preparation.iter().map(|(register, _)| register).chain(&registers.bus_watchdog);
+        let renewal_bytes: usize =
+            settings.map(|register| sync_write_bytes(bus.protocol, ids.len(), *register)).sum();
+        let request_bytes = (plain_cost.bytes_out + renewal_bytes) * 4 / 3 + 64;
         BusClient {
             bus: bus.clone(),
             codec: Codec::new(bus.protocol, registers, ids.len()),
@@ -86,8 +96,10 @@ impl BusClient {
             fast_cost,
             reply_deadline: Duration::ZERO,
             counters: Counters::default(),
-            watchdog_renewal: None,
+            renewal: vec![false; ids.len()],
+            watchdog_units: None,
             restart: None,
+            question: None,
             turn: 0,
         }
     }
@@ -106,12 +118,13 @@ impl BusClient {
     /// servo without one goes limp.
     ///
     /// Everything is said anew in every cycle, though most of it is what the servo holds already: so a
-    /// write that was lost on the line, or a servo that restarted, is put right by the next cycle.
+    /// write that was lost on the line is put right by the next cycle.
     ///
-    /// Torque limit before goal before torque enable: a servo that wakes has its new limit and goal and
-    /// never jumps to an old one.
+    /// Settings before torque limit before goal before torque enable: a servo that wakes has its new limit and goal
+    /// and never jumps to an old one.
     pub(super) fn begin_cycle(&mut self, goals: &[ServoGoal]) -> &[u8] {
-        self.restart(Awaited::Feedback);
+        let question = self.question.take();
+        self.restart(Awaited::Feedback(question));
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
         if ids.is_empty() {
@@ -121,23 +134,28 @@ impl BusClient {
         let moving = || {
             goals().filter_map(|(id, goal)| match goal {
                 ServoGoal::Move { position, torque_limit } => Some((*id, position, torque_limit)),
-                ServoGoal::Limp => None,
+                ServoGoal::Limp | ServoGoal::Keep => None,
             })
         };
+        let switched = || goals().filter(|(_, goal)| *goal != ServoGoal::Keep);
         let raw = |register, value| ordered(encode(register, value), register, registers.is_big_endian);
         let limit = |(id, _, limit)| (id, raw(registers.torque_limit, i64::from(limit)));
         let position = |(id, position, _)| (id, raw(registers.goal_position, i64::from(position)));
         let enable = |(id, goal): (&ServoId, _)| (*id, u64::from(goal != ServoGoal::Limp));
-        let renewal = registers.bus_watchdog.zip(self.watchdog_renewal.take());
-        if let Some((register, units)) = renewal {
-            for value in [0, units] {
-                codec.sync_write(request, register, ids.iter().map(|id| (*id, u64::from(value))));
+        let renewal = &mut self.renewal;
+        if renewal.contains(&true) {
+            let settings = registers.preparation.iter().filter(|(to, _)| *to != registers.torque_enable);
+            let units = registers.bus_watchdog.zip(self.watchdog_units.take().map(i64::from));
+            for (register, value) in settings.copied().chain(units) {
+                let renewed = ids.iter().zip(renewal.iter()).filter(|(_, is_renewed)| **is_renewed);
+                codec.sync_write(request, register, renewed.map(|(id, _)| (*id, raw(register, value))));
             }
+            renewal.fill(false);
         }
         let renewal_bytes = request.len();
         codec.sync_write(request, registers.torque_limit, moving().map(limit));
         codec.sync_write(request, registers.goal_position, moving().map(position));
-        codec.sync_write(request, registers.torque_enable, goals().map(enable));
+        codec.sync_write(request, registers.torque_enable, switched().map(enable));
         if let Some(id) = self.restart.take() {
             // It may answer, so nobody is asked in this cycle: two would speak at once.
             codec.restart(request, id);
@@ -146,20 +164,20 @@ impl BusClient {
             self.counters.bytes_out += length(&self.request);
             return &self.request;
         }
-        self.ask_for_feedback(renewal_bytes)
+        self.ask_for_feedback(renewal_bytes, question)
     }
 
     /// Begins an exchange that only asks: nothing is written to any servo.
     pub(super) fn begin_look(&mut self) -> &[u8] {
-        self.restart(Awaited::Feedback);
-        if self.inbox.ids.is_empty() { &[] } else { self.ask_for_feedback(0) }
+        self.restart(Awaited::Feedback(None));
+        if self.inbox.ids.is_empty() { &[] } else { self.ask_for_feedback(0, None) }
     }
 
     /// Ends the request of an exchange of which `extra_bytes` are not among those of every cycle.
-    fn ask_for_feedback(&mut self, extra_bytes: usize) -> &[u8] {
+    fn ask_for_feedback(&mut self, extra_bytes: usize, question: Option<Question>) -> &[u8] {
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
-        let (address, bytes) = (registers.feedback_address, registers.feedback_bytes);
+        let (address, bytes) = asked_of(registers, question);
         self.turn = 0;
         match self.read_mode.group_read() {
             _ if !registers.has_sync_read => {
@@ -176,13 +194,13 @@ impl BusClient {
     /// Whether the servo whose turn it is has answered, where they are asked one by one.
     pub(super) fn is_turn_over(&self) -> bool {
         !self.inbox.registers.has_sync_read
-            && matches!(self.inbox.awaited, Awaited::Feedback)
-            && matches!(self.inbox.slots.get(self.turn), Some(Slot::Fresh(_)))
+            && matches!(self.inbox.awaited, Awaited::Feedback(_))
+            && self.inbox.slots.get(self.turn).is_some_and(Slot::is_good)
     }
 
     /// How long after its request to wait for the servo whose turn it is; where all are asked at once, for all of them.
     pub(super) fn turn_deadline(&self) -> Duration {
-        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             return self.reply_deadline;
         }
         reply_deadline(single_read_time(&self.bus, self.inbox.registers, self.request.len()))
@@ -191,7 +209,8 @@ impl BusClient {
     /// Begins the next servo's turn, where they are asked one by one, and returns what to send; none when all have had
     /// theirs.
     pub(super) fn begin_turn(&mut self) -> Option<&[u8]> {
-        if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback) {
+        let Awaited::Feedback(question) = self.inbox.awaited else { return None };
+        if self.inbox.registers.has_sync_read {
             return None;
         }
         self.end_input();
@@ -200,16 +219,25 @@ impl BusClient {
         self.codec.clear();
         self.echo.restart();
         self.request.clear();
-        let Registers { feedback_address, feedback_bytes, .. } = *self.inbox.registers;
-        self.codec.read_block(&mut self.request, id, feedback_address, feedback_bytes);
+        let (address, bytes) = asked_of(self.inbox.registers, question);
+        self.codec.read_block(&mut self.request, id, address, bytes);
         self.counters.bytes_out += length(&self.request);
         Some(&self.request)
     }
 
-    /// Has the next cycle's request clear every servo's bus watchdog and set it to `units`, before its goals:
-    /// a servo that has stopped itself takes them again. Nothing on a bus whose servos have no watchdog.
-    pub(super) fn renew_watchdog(&mut self, units: u8) {
-        self.watchdog_renewal = Some(units);
+    /// Has the next cycle's request write anew to the servo number `index` what is written before a run, torque left
+    /// aside, and set its bus watchdog, which that has cleared, to `watchdog_units`, before its goals: a servo that has
+    /// started anew has forgotten it, and one that its watchdog has stopped takes goals again.
+    pub(super) fn renew(&mut self, index: usize, watchdog_units: Option<u8>) {
+        if let Some(is_renewed) = self.renewal.get_mut(index) {
+            *is_renewed = true;
+            self.watchdog_units = watchdog_units;
+        }
+    }
+
+    /// Has the next cycle's request ask all servos this in the place of their feedback.
+    pub(super) fn ask(&mut self, question: Question) {
+        self.question = Some(question);
     }
 
     /// Has the next cycle's request restart the servo number `index`; no servo is asked in that cycle.
@@ -231,7 +259,7 @@ impl BusClient {
 
     /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
     pub(super) fn miss_cycle(&mut self) -> &[Slot] {
-        self.restart(Awaited::Feedback);
+        self.restart(Awaited::Feedback(None));
         self.finish()
     }
 
@@ -240,21 +268,21 @@ impl BusClient {
     /// On Feetech a servo whose only alarm is the voltage answers with the bytes of the request, which
     /// could be an adapter's echo: [`Answer::Missing`]. Then a [`BusClient::begin_read`] settles it.
     pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Question::Ping, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Wish::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
         self.end_transaction_request(ping_bytes(self.bus.protocol))
     }
 
     /// Begins a read of one register of `id`.
     pub(super) fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Question::Read(register), answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Wish::Read(register), answer: Answer::Missing });
         self.codec.read(&mut self.request, id, register);
         self.end_transaction_request(read_bytes(self.bus.protocol, register))
     }
 
     /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Question::Write, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Wish::Write, answer: Answer::Missing });
         let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
         self.codec.write(&mut self.request, id, register, raw);
         self.end_transaction_request(0)
@@ -286,7 +314,7 @@ impl BusClient {
 
     /// Takes received bytes, in pieces of any size. The echo of the request, if it comes, is dropped.
     pub(super) fn feed(&mut self, bytes: &[u8]) {
-        if matches!(self.inbox.awaited, Awaited::Feedback) {
+        if matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             self.counters.bytes_in += length(bytes);
         }
         let (held, rest) = self.echo.pass(&self.request, bytes);
@@ -301,7 +329,7 @@ impl BusClient {
 
     /// Ends the exchange: one slot a servo, in the order of the ids.
     pub(super) fn finish(&mut self) -> &[Slot] {
-        if matches!(self.inbox.awaited, Awaited::Feedback) {
+        if matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             self.end_input();
             let count = |kind: Slot| self.inbox.slots.iter().filter(|slot| **slot == kind).count();
             let (missing, corrupt) = (count(Slot::Missing), count(Slot::Corrupt));
@@ -321,7 +349,7 @@ impl BusClient {
         self.end_input();
         match std::mem::replace(&mut self.inbox.awaited, Awaited::Nothing) {
             Awaited::Answer { answer, .. } => answer,
-            Awaited::Nothing | Awaited::Feedback => Answer::Missing,
+            Awaited::Nothing | Awaited::Feedback(_) => Answer::Missing,
         }
     }
 
@@ -366,6 +394,16 @@ impl BusClient {
     pub(super) fn unknown_replies(&self) -> u64 {
         self.inbox.unknown
     }
+}
+
+/// Address and length of what every servo is asked for.
+fn asked_of(registers: &Registers, question: Option<Question>) -> (u16, u16) {
+    let register = match question {
+        None => return (registers.feedback_address, registers.feedback_bytes),
+        Some(Question::Torque) => registers.torque_enable,
+        Some(Question::Alarms) => registers.alarm_status,
+    };
+    (register.address, u16::from(register.bytes))
 }
 
 fn length(bytes: &[u8]) -> u64 {

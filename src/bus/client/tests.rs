@@ -419,6 +419,7 @@ fn the_deadline_leaves_room_behind_the_expected_time() {
 fn any_goal() -> impl Strategy<Value = ServoGoal> {
     prop_oneof![
         Just(ServoGoal::Limp),
+        Just(ServoGoal::Keep),
         (any::<i32>(), any::<u16>())
             .prop_map(|(position, torque_limit)| ServoGoal::Move { position, torque_limit }),
         // What needs most stuffing.
@@ -438,7 +439,11 @@ proptest! {
             let ids: Vec<ServoId> = (0..16).map(ServoId).collect();
             let mut client = client_with(protocol, &ids);
             let capacity = client.request.capacity();
-            for _ in 0..3 {
+            for round in 0..3 {
+                if round > 0 {
+                    (0..16).for_each(|index| client.renew(index, Some(127)));
+                    client.restart_servo(3);
+                }
                 client.begin_cycle(&goals);
                 prop_assert_eq!(client.request.capacity(), capacity);
                 for piece in received.chunks(pieces) {
@@ -450,32 +455,109 @@ proptest! {
     }
 }
 
-/// Sync writes of register 98 (0x62), one byte: units of 20 ms, 0 for off (e-manual, Bus Watchdog).
+/// Sync writes of registers 98, 108 and 112 (e-manual: Bus Watchdog, in units of 20 ms, Profile Acceleration, Profile Velocity).
 #[test]
-fn watchdogs_are_cleared_and_set_before_the_goals_of_one_cycle() {
-    let watchdog = |units: u8| {
-        let mut packet =
-            vec![0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x0B, 0x00, 0x83, 0x62, 0, 1, 0, 1, units, 2, units];
+fn settings_and_watchdog_of_one_servo_come_before_the_goals_of_one_cycle() {
+    let packet = |body: &[u8]| {
+        let length = u8::try_from(body.len() + 2).unwrap();
+        let mut packet = [&[0xFF, 0xFF, 0xFD, 0x00, 0xFE, length, 0x00], body].concat();
         packet.extend(slow_crc(&packet));
         packet
     };
     let mut client = client(Protocol::Dynamixel);
     let usual = client.begin_cycle(&MOVING).to_vec();
     let usual_deadline = client.reply_deadline();
-    client.renew_watchdog(10);
-    assert_eq!(client.begin_cycle(&MOVING), [watchdog(0), watchdog(10), usual.clone()].concat());
-    // 36 bytes of 10 us each, and a quarter more.
-    assert_eq!(client.reply_deadline(), usual_deadline + Duration::from_micros(450));
+    client.renew(1, Some(10));
+    let expected = [
+        packet(&[0x83, 98, 0, 1, 0, 2, 0]),
+        packet(&[0x83, 108, 0, 4, 0, 2, 0, 0, 0, 0]),
+        packet(&[0x83, 112, 0, 4, 0, 2, 0, 0, 0, 0]),
+        packet(&[0x83, 98, 0, 1, 0, 2, 10]),
+        usual.clone(),
+    ];
+    assert_eq!(client.begin_cycle(&MOVING), expected.concat());
+    // 70 bytes of 10 us each, and a quarter more.
+    assert_eq!(client.reply_deadline(), usual_deadline + Duration::from_micros(875));
     assert_eq!(client.begin_cycle(&MOVING), usual, "once asked for, once done");
-    assert_eq!(client.begin_watchdog(0), watchdog(0));
+    assert_eq!(client.begin_watchdog(0), packet(&[0x83, 98, 0, 1, 0, 1, 0, 2, 0]));
     assert!(client.is_complete(), "nobody answers");
 }
 
+/// Wiki, memory-sts: register 41, acceleration, 0 for the largest.
 #[test]
-fn feetech_servos_have_no_watchdog() {
+fn feetech_servos_have_no_watchdog_and_get_their_acceleration_anew() {
     let mut client = client(Protocol::Feetech);
     let usual = client.begin_cycle(&MOVING).to_vec();
-    client.renew_watchdog(10);
-    assert_eq!(client.begin_cycle(&MOVING), usual);
+    client.renew(0, Some(10));
+    let acceleration = vec![0xFF, 0xFF, 0xFE, 6, 0x83, 41, 1, 1, 0, 0x4D];
+    assert_eq!(client.begin_cycle(&MOVING), [acceleration, usual].concat());
     assert!(client.begin_watchdog(0).is_empty());
+}
+
+/// The last packet of its cycle: ROBOTIS e-manual, Protocol 2.0, Reboot, the example for id 1; Feetech wiki, ft-scs
+/// 4.12, for id 1.
+#[test]
+fn a_restart_is_the_last_that_is_said_in_its_cycle_and_nobody_is_asked() {
+    let reboot = vec![0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x08, 0x2F, 0x4E];
+    let restart = vec![0xFF, 0xFF, 0x01, 0x02, 0x08, 0xF4];
+    let goals = [ServoGoal::Limp, MOVING[1]];
+    for (protocol, packet, read_bytes) in
+        [(Protocol::Dynamixel, reboot, 14 + 2), (Protocol::Feetech, restart, 8 + 2)]
+    {
+        let mut client = client(protocol);
+        let usual = client.begin_cycle(&goals).to_vec();
+        client.restart_servo(0);
+        let writes = &usual[..usual.len() - read_bytes];
+        assert_eq!(client.begin_cycle(&goals), [writes, &packet].concat(), "{protocol:?}");
+        assert!(client.is_complete() && client.reply_deadline().is_zero());
+        assert_eq!(client.finish(), [Slot::Missing; 2]);
+        assert_eq!(client.begin_cycle(&goals), usual);
+    }
+}
+
+/// Torque Enable: 64 and 40; Hardware Error Status: 70; status: 65.
+#[test]
+fn what_is_asked_in_the_place_of_feedback_comes_as_an_answer_a_servo() {
+    use crate::signals::Told;
+    for (protocol, torque, alarms) in [(Protocol::Dynamixel, 64, 70), (Protocol::Feetech, 40, 65)] {
+        let is_feetech = protocol == Protocol::Feetech;
+        let reply = if is_feetech { feetech_status } else { dynamixel_status };
+        let mut client = client(protocol);
+        for (question, address, told) in [
+            (Question::Torque, torque, [Told::Torque(true), Told::Torque(false)]),
+            (Question::Alarms, alarms, [Told::Alarms(1), Told::Alarms(0)]),
+        ] {
+            client.ask(question);
+            let request = client.begin_cycle(&MOVING).to_vec();
+            let asks: &[u8] =
+                if is_feetech { &[0x82, address, 1, 1, 2] } else { &[0x82, address, 0, 1, 0, 1, 2] };
+            assert!(request.windows(asks.len()).any(|window| window == asks), "{request:02X?}");
+            client.feed(&[reply(1, 0, &[1]), reply(2, 0, &[0])].concat());
+            assert!(client.is_complete());
+            assert_eq!(client.finish(), told.map(Slot::Told));
+            // Feedback is no answer, and the next cycle asks for it again.
+            assert!(matches!(
+                exchange(&mut client, &usual_replies(protocol))[..],
+                [Slot::Fresh(_), Slot::Fresh(_)]
+            ));
+            client.ask(question);
+            assert_eq!(exchange(&mut client, &usual_replies(protocol)), [Slot::Corrupt; 2]);
+        }
+    }
+}
+
+fn usual_replies(protocol: Protocol) -> Vec<u8> {
+    match protocol {
+        Protocol::Feetech => STS_REPLIES.to_vec(),
+        Protocol::Dynamixel => dynamixel_replies(false),
+    }
+}
+
+#[test]
+fn a_servo_that_is_to_keep_what_it_was_told_is_told_nothing() {
+    let mut both = client(Protocol::Feetech);
+    let mut alone = client_with(Protocol::Feetech, &IDS[1..]);
+    let kept = both.begin_cycle(&[ServoGoal::Keep, MOVING[1]]).to_vec();
+    let other = alone.begin_cycle(&MOVING[1..]).to_vec();
+    assert_eq!(kept[..kept.len() - 10], other[..other.len() - 9], "all but the read");
 }

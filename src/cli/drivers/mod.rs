@@ -12,9 +12,9 @@ use anyhow::Result;
 
 use super::BadInput;
 use crate::config;
-use crate::model::{Robot, TentacleMotion};
+use crate::model::{FigureMotion, Robot, TentacleMotion};
 use crate::motion::{GaitChoice, Order};
-use crate::operator::{Gamepad, Instruction, Keys, Playback, Repertoire, Script, Show, StrokeKeys};
+use crate::operator::{Gamepad, Instruction, Keys, Playback, PoseKeys, Repertoire, Script, Show, StrokeKeys};
 use crate::platform::monotonic;
 use crate::run::Status;
 use keyboard::Keyboard;
@@ -64,6 +64,7 @@ pub(super) enum Driver {
     Script(Playback, PathBuf),
     Keys(Keys, Keyboard),
     StrokeKeys(Box<StrokeKeys>, Keyboard),
+    PoseKeys(PoseKeys, Keyboard),
     Gamepad(Gamepad, Pad),
     /// Keys park and end it, where there is a terminal.
     Show(Box<Show>, String, Option<Keyboard>),
@@ -122,11 +123,31 @@ impl Driver {
         Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?))
     }
 
+    /// The same for a figure.
+    ///
+    /// # Errors
+    /// Bad input: a bad script, no terminal.
+    pub(super) fn of_figure(
+        options: &DriverArguments,
+        figure: &FigureMotion,
+        load: impl Fn(&Path) -> Result<Script>,
+    ) -> Result<Driver> {
+        if options.gamepad.is_some() {
+            let said = "--gamepad: a figure is driven by --keys or --script";
+            return Err(BadInput(said.to_owned()).into());
+        }
+        if let Some(path) = &options.script {
+            return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
+        }
+        Ok(Driver::PoseKeys(PoseKeys::new(figure), Keyboard::start()?))
+    }
+
     /// What the person who drives should know beforehand: a line each.
     pub(super) fn help(&self) -> Vec<String> {
         match self {
             Driver::Plan | Driver::Script(..) | Driver::Show(_, _, None) => Vec::new(),
             Driver::StrokeKeys(keys, _) => keys.help(),
+            Driver::PoseKeys(keys, _) => keys.help(),
             Driver::Show(..) => Show::help().map(str::to_owned).into(),
             Driver::Keys(keys, _) => keys.help(),
             Driver::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
@@ -147,6 +168,14 @@ impl Driver {
                 keys.instruction()
             }
             Driver::StrokeKeys(keys, keyboard) => {
+                while let Some(key) = keyboard.pressed() {
+                    if let Some(words) = keys.press(key) {
+                        note(words);
+                    }
+                }
+                keys.instruction()
+            }
+            Driver::PoseKeys(keys, keyboard) => {
                 while let Some(key) = keyboard.pressed() {
                     if let Some(words) = keys.press(key) {
                         note(words);
@@ -188,7 +217,7 @@ impl fmt::Display for Driver {
         match self {
             Driver::Plan => f.write_str("its plan"),
             Driver::Script(_, path) => write!(f, "the script {}", path.display()),
-            Driver::Keys(..) | Driver::StrokeKeys(..) => f.write_str("the keyboard"),
+            Driver::Keys(..) | Driver::StrokeKeys(..) | Driver::PoseKeys(..) => f.write_str("the keyboard"),
             Driver::Show(_, name, _) => f.write_str(name),
             Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
         }

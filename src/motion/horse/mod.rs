@@ -8,8 +8,8 @@
 mod auto;
 mod clock;
 mod drive;
-mod generator;
 mod look_ahead;
+mod on_feet;
 mod planner;
 mod posture;
 mod profile;
@@ -23,14 +23,17 @@ use glam::DVec3;
 
 use crate::model::HorseMotion;
 use crate::motion::curves::SwingCurve;
+use crate::motion::legged::LeggedGenerator;
 use crate::motion::{Command, GaitChoice};
 pub use clock::StrideClock;
 pub use drive::Drive;
-pub use generator::HorseGenerator;
 pub use posture::Lean;
 pub use profile::{Rates, SpeedProfile};
 pub use reach_table::{LEVELS, LegReach, ReachTable, Reachable, StridePoint};
 pub use walk::{FootPlace, Walk};
+
+/// A horse from limp to limp.
+pub type HorseGenerator = LeggedGenerator<Drive>;
 
 /// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.
 const PLANNED_SHARE: f64 = 0.99;

@@ -87,6 +87,7 @@ impl Watched {
                 aim: Aim::Tips,
                 pose_rad: vec![],
                 tips_in_body: vec![DVec3::ZERO; 4],
+                sole_turns: Vec::new(),
                 torque_share: 1.0,
                 trunk_in_world: DVec3::ZERO,
                 trunk_turn: glam::DQuat::IDENTITY,

@@ -179,8 +179,8 @@ fn command(order: Order, since_s: f64, perform_for_s: f64, planned: StrokeComman
     match order {
         Order::Stop | Order::StopAtOnce => None,
         Order::Perform(command) => Some(command),
-        // Arms do not walk away.
-        Order::Drive(_) => Some(StrokeCommand::of(Stroke::Rest)),
+        // Arms do not walk away, and know no poses.
+        Order::Drive(_) | Order::Take(_) => Some(StrokeCommand::of(Stroke::Rest)),
         Order::Go if since_s < perform_for_s => Some(planned),
         Order::Go => None,
     }

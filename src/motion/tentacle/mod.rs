@@ -17,6 +17,7 @@ mod settled;
 pub mod stroke;
 pub mod tour;
 pub mod variation;
+pub mod winder;
 pub mod winding;
 
 use crate::model::{Robot, TentacleMotion};

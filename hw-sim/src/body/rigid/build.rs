@@ -5,6 +5,7 @@ use rapier3d_f64::prelude::*;
 use super::super::{
     BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk,
 };
+use super::ball::BallJointStop;
 use super::{GRAVITY, Hinge, RigidBody};
 use crate::model::COUNTS_PER_RAD;
 
@@ -64,12 +65,15 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
         trunk: insert_trunk(&mut world, &config.trunk, config.ground.friction, trunk),
         world,
         hinges: Vec::new(),
+        balls: Vec::new(),
+        joints: config.joints,
         grounds,
         soles: Vec::new(),
         pushes: Vec::new(),
         up: ground_turn * Vector::Z,
         mass_kg: config.mass_kg(),
         is_held: false,
+        carried: None,
         motor_steps: config.motor_steps,
         waited: 0,
         torques: vec![0.0; shafts.len()],
@@ -136,6 +140,7 @@ fn insert_chain(
     let is_fixed = config.trunk.is_fixed;
     let mut parent = if is_fixed { body.world.insert_body(RigidBodyBuilder::fixed()) } else { body.trunk };
     let mut anchor = Pose::from_parts(Vector::from_array(chain.root_m), root_turn);
+    let first = body.hinges.len();
     for (number, link) in chain.links.iter().enumerate() {
         let Some(shaft) = shafts.get(link.servo.shaft) else {
             let what = format!("servo {} of link {number} of chain {place}", link.servo.shaft);
@@ -183,6 +188,13 @@ fn insert_chain(
             body.world.insert_collider(rod, Some(child));
         }
         (parent, anchor) = (child, Pose::from_translation(end));
+    }
+    for stop in &chain.balls {
+        let links = stop.last + 1 - stop.hinges..stop.last + 1;
+        let axes = chain.links[links.clone()].iter().map(|link| Vector::from_array(link.axis)).collect();
+        let hinges = links.map(|link| first + link).collect();
+        let link = Vector::from_array(chain.links[stop.last].end_m);
+        body.balls.push(BallJointStop::new(stop, hinges, axes, link));
     }
     if let Some(foot) = chain.foot.filter(|_| !is_fixed) {
         let number = body.soles.len();

@@ -4,23 +4,42 @@
 //! comes in whole: the fall of torque with speed is the motor's, and the engine's own damping is off, else it would
 //! count twice. The rotor's inertia is the joint's armature.
 
+mod ball;
 mod build;
 
 use rapier3d_f64::prelude::*;
 
-use super::{Body, BodyConfig, BodyError, BodyState, FootState, Push, PushFrame, ShaftState};
+use super::{Body, BodyConfig, BodyError, BodyState, FootState, JointMechanics, Push, PushFrame, ShaftState};
+use ball::BallJointStop;
 use build::Part;
 
 /// Gravity, m/s^2.
 const GRAVITY: f64 = 9.81;
-/// Stiffness and damping of a mechanical stop, N m/rad and N m s/rad: a stalled servo gives it a few degrees.
-const STOP: (f64, f64) = (60.0, 0.3);
 /// Friction that holds a shaft that is stuck, whatever the load, N m.
 const STUCK_NM: f64 = 1e3;
 
 /// How stiffly hands keep a trunk level, N m/rad and N m s/rad for each kg of the robot, and how they brake its way
 /// over the ground, N s/m for each kg.
 const HANDS: (f64, f64, f64) = (10.0, 0.3, 20.0);
+/// How stiffly they carry it from below, N/m and N s/m for each kg: it sinks in by 4 mm.
+const CARRY: (f64, f64) = (2500.0, 70.0);
+/// They let go once they feel less than this share of its weight.
+const LET_GO_SHARE: f64 = 0.1;
+
+/// Motors that have kept all joints slower than this, rad/s, for this long, s, are done with getting ready: longer than
+/// torque takes to come on.
+const STILL: (f64, f64) = (0.05, 1.5);
+/// How fast a robot is set down then, m/s.
+const SET_DOWN_M_S: f64 = 0.05;
+
+/// A robot in somebody's hands.
+#[derive(Debug, Clone, Copy)]
+struct Carried {
+    /// No lower than this, m.
+    height_m: f64,
+    /// How long all joints have been still, s.
+    still_s: f64,
+}
 
 /// One hinge between two bodies.
 #[derive(Debug)]
@@ -48,6 +67,8 @@ pub struct RigidBody {
     world: PhysicsWorld,
     trunk: RigidBodyHandle,
     hinges: Vec<Hinge>,
+    balls: Vec<BallJointStop>,
+    joints: JointMechanics,
     /// Plane and steps.
     grounds: Vec<ColliderHandle>,
     /// Body and place in it of each foot's middle, as in [`BodyState::feet`].
@@ -64,6 +85,7 @@ pub struct RigidBody {
     /// All of it, kg.
     mass_kg: f64,
     is_held: bool,
+    carried: Option<Carried>,
     state: BodyState,
 }
 
@@ -152,14 +174,25 @@ impl RigidBody {
             let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
             let mut torque = hinge.sign * (share * self.torques[hinge.shaft] + shaft.load_nm);
             hinge.torque_nm = torque;
+            torque -= self.joints.viscosity_nm_s * speed;
             if beyond.abs() > 0.0 {
-                // A stop pushes back but never holds fast.
-                let stop = -STOP.0 * beyond - STOP.1 * speed;
+                // It pushes back but never holds fast.
+                let stop = -self.joints.stop.0 * beyond - self.joints.stop.1 * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
-            let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
-            bodies[hinge.child].add_torque(in_world, true);
-            bodies[hinge.parent].add_torque(-in_world, true);
+            turn(bodies, hinge, torque);
+        }
+        for ball in &self.balls {
+            let (mut angles, mut speeds) = ([0.0; 3], [0.0; 3]);
+            for (place, hinge) in ball.hinges.iter().map(|hinge| &self.hinges[*hinge]).enumerate() {
+                let shaft = &shafts[hinge.shaft];
+                angles[place] = hinge.sign * (shaft.position_rad - hinge.zero_rad);
+                speeds[place] = hinge.sign * shaft.speed_rad_s;
+            }
+            let torques = ball.torques(angles, speeds, self.joints.stop);
+            for (hinge, torque) in ball.hinges.iter().zip(torques) {
+                turn(bodies, &self.hinges[*hinge], torque);
+            }
         }
         let trunk = &mut bodies[self.trunk];
         for push in self.pushes.drain(..) {
@@ -168,7 +201,10 @@ impl RigidBody {
             let place = trunk.position() * Vector::from_array(push.place_m);
             trunk.add_force_at_point(force, place, true);
         }
+        let is_still = self.torques.iter().any(|torque| torque.abs() > 0.0)
+            && shafts.iter().all(|shaft| shaft.speed_rad_s.abs() < STILL.0);
         self.torques.fill(0.0);
+        self.carry(is_still);
         if self.is_held {
             let trunk = &mut self.world.bodies[self.trunk];
             let (stiffness, damping, brake) = HANDS;
@@ -176,6 +212,25 @@ impl RigidBody {
             let way = trunk.linvel() - self.up * trunk.linvel().dot(self.up);
             trunk.add_torque(self.mass_kg * (stiffness * tilt - damping * trunk.angvel()), true);
             trunk.add_force(-brake * self.mass_kg * way, true);
+        }
+    }
+
+    /// Carries the trunk, sets it down, and lets go of it when it hangs in nobody's hands any more.
+    fn carry(&mut self, is_still: bool) {
+        let dt_s = self.world.integration_parameters.dt;
+        let Some(carried) = &mut self.carried else { return };
+        let is_ready = carried.still_s >= STILL.1;
+        if is_ready {
+            carried.height_m -= SET_DOWN_M_S * dt_s;
+        } else {
+            carried.still_s = if is_still { carried.still_s + dt_s } else { 0.0 };
+        }
+        let trunk = &mut self.world.bodies[self.trunk];
+        let (height_m, speed) = (trunk.translation().dot(self.up), trunk.linvel().dot(self.up));
+        let lift = CARRY.0 * (carried.height_m - height_m) - CARRY.1 * speed;
+        trunk.add_force(self.up * (self.mass_kg * lift.max(0.0)), true);
+        if is_ready && lift < LET_GO_SHARE * GRAVITY {
+            (self.carried, self.is_held) = (None, false);
         }
     }
 
@@ -275,9 +330,21 @@ impl Body for RigidBody {
         self.is_held = is_held;
     }
 
+    fn carry_trunk(&mut self, height_m: f64) {
+        self.is_held = true;
+        self.carried = Some(Carried { height_m, still_s: 0.0 });
+    }
+
     fn state(&self) -> Option<&BodyState> {
         Some(&self.state)
     }
+}
+
+/// Puts `torque` (N m, about the hinge's axis) between the links of a hinge.
+fn turn(bodies: &mut RigidBodySet, hinge: &Hinge, torque: f64) {
+    let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
+    bodies[hinge.child].add_torque(in_world, true);
+    bodies[hinge.parent].add_torque(-in_world, true);
 }
 
 impl BodyState {

@@ -1,18 +1,53 @@
-//! A horse from limp to limp: up, standing, walking, standing, down.
+//! A robot on legs from limp to limp: up, on its feet, down.
 
-use super::{Drive, HorsePlan};
+use super::curves::smooth_step;
+use super::ends::Ends;
+use super::{Activity, Order, pose_change, posture_pull};
 use crate::model::{Robot, StopAction};
-use crate::motion::curves::smooth_step;
-use crate::motion::ends::Ends;
-use crate::motion::{Activity, Command, Order, pose_change, posture_pull};
 use crate::signals::{Aim, Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
-/// Time to stand before walking, and after, s.
-const STAND_S: f64 = 0.3;
+/// Time to stand before it does anything, and after, s.
+pub(super) const STAND_S: f64 = 0.3;
+
 /// How long the trunk's attitude is to be known again before the robot goes as fast as before, s.
 const HEARD_S: f64 = 1.0;
+
+/// What a robot does on its feet, and how it is put there.
+pub trait OnFeet {
+    /// What an operator can ask of it.
+    type Command: Copy;
+
+    /// What it is to do that has been on its feet for `since_s`; none to come to a stand and stop. Told no more than to
+    /// go, it does what was planned for `move_for_s`.
+    fn command(&self, order: Order, since_s: f64, move_for_s: f64) -> Option<Self::Command>;
+
+    /// Goes on by `dt_s`, as `command` says; without one, to its stand.
+    fn step(&mut self, dt_s: f64, state: &State, command: Option<Self::Command>);
+
+    /// Stands as it stood up, as if it had never done anything.
+    fn stand_anew(&mut self);
+
+    /// True once it stands as it stood up, and will go on to.
+    fn is_standing(&self) -> bool;
+
+    /// What it is doing.
+    fn activity(&self) -> Activity;
+
+    /// Joint angles of the sitting robot, rad.
+    fn sit_pose_rad(&self) -> &[f64];
+
+    /// Height of the body above the ground, sitting and standing, m.
+    fn heights_m(&self) -> (f64, f64);
+
+    /// Goes no faster than this share of its top speed from now on; of no matter to what does not walk.
+    fn limit_speed(&mut self, _share: f64) {}
+
+    /// Writes the targets for a body whose posture begins `height_m` above the ground.
+    fn write(&self, height_m: f64, targets: &mut Targets);
+}
+
 /// Where the robot is between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
@@ -23,8 +58,8 @@ const HEARD_S: f64 = 1.0;
 /// ```
 /// After a fall it begins anew with `Gather`.
 /// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
-/// `Sink`. What it does on its feet is the [`Drive`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action
-/// `hold` the robot stays as it is instead of sinking or folding: `Held`.
+/// `Sink`. What it does on its feet is the [`OnFeet`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of
+/// every motion. With the stop action `hold` the robot stays as it is instead of sinking or folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),
@@ -36,16 +71,16 @@ enum Phase {
     Held,
 }
 
-/// Makes the targets of a horse that stands up, walks and stops.
+/// Makes the targets of a robot that stands up, moves on its feet and stops.
 #[derive(Debug, Clone)]
-pub struct HorseGenerator {
-    drive: Drive,
+pub struct LeggedGenerator<D> {
+    drive: D,
     phase: Phase,
     /// Motion time, s: stands still while safety holds.
     now_s: f64,
     /// Pose a change of pose began at, rad.
     start_pose_rad: Vec<f64>,
-    walk_for_s: f64,
+    move_for_s: f64,
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
@@ -55,15 +90,15 @@ pub struct HorseGenerator {
     heard_for_s: f64,
 }
 
-impl HorseGenerator {
-    /// A limp robot that will walk as `plan` says for `walk_for_s` once ordered to.
-    pub fn new(robot: &Robot, plan: HorsePlan, walk_for_s: f64) -> HorseGenerator {
-        HorseGenerator {
-            drive: Drive::standing(plan),
+impl<D: OnFeet> LeggedGenerator<D> {
+    /// A limp robot that will do what `drive` has planned for `move_for_s` once ordered to.
+    pub fn new(robot: &Robot, drive: D, move_for_s: f64) -> LeggedGenerator<D> {
+        LeggedGenerator {
+            drive,
             start_pose_rad: vec![0.0; robot.joints.len()],
             phase: Phase::Ends(Ends::Limp),
             now_s: 0.0,
-            walk_for_s,
+            move_for_s,
             torque_ramp_s: robot.safety.torque_ramp_s,
             slow_rate_rad_s: robot.safety.slow_rate_rad_s,
             stop_action: robot.stop_action,
@@ -82,8 +117,8 @@ impl HorseGenerator {
         self.change_phase(state, order);
         self.slow_down_unheard(dt_s, state);
         if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
-            let command = command(order, self.now_s - *from, self.walk_for_s, &self.drive.plan().command);
-            self.drive.step(dt_s, command);
+            let command = self.drive.command(order, self.now_s - *from, self.move_for_s);
+            self.drive.step(dt_s, state, command);
             *is_ending = command.is_none();
             let is_over = *is_ending && self.drive.is_standing();
             *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
@@ -91,7 +126,7 @@ impl HorseGenerator {
         self.write_targets(targets);
     }
 
-    /// A horse that cannot feel how its trunk lies goes slower; and as before once that has been felt for a while, so that
+    /// A robot that cannot feel how its trunk lies goes slower; and as before once that has been felt for a while, so that
     /// one that is heard off and on does not change its speed all the time.
     fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
         let Some(share) = self.lost_speed_share else { return };
@@ -163,7 +198,7 @@ impl HorseGenerator {
 
     /// Time for every joint to go from the start pose to the sitting pose at the slow rate, s.
     fn gather_duration_s(&self) -> f64 {
-        pose_change::duration_s(&self.start_pose_rad, &self.drive.plan().sit_pose_rad, self.slow_rate_rad_s)
+        pose_change::duration_s(&self.start_pose_rad, self.drive.sit_pose_rad(), self.slow_rate_rad_s)
     }
 
     fn write_targets(&mut self, targets: &mut Targets) {
@@ -172,8 +207,7 @@ impl HorseGenerator {
             Phase::Ends(end) => end.torque_share(now, self.torque_ramp_s),
             _ => 1.0,
         };
-        let settings = &self.drive.plan().settings;
-        let (sit_m, stand_m) = (settings.sit_height_m, settings.stand_height_m);
+        let (sit_m, stand_m) = self.drive.heights_m();
         match self.phase {
             Phase::Ends(end) if end.is_limp() => {
                 targets.aim = Aim::Limp;
@@ -184,23 +218,18 @@ impl HorseGenerator {
                 self.write_pose(smooth_step((now - from) / duration), targets);
             }
             Phase::Rise { from } => {
-                self.write_tips(sit_m + (stand_m - sit_m) * smooth_step((now - from) / RISE_S), targets);
+                self.drive.write(sit_m + (stand_m - sit_m) * smooth_step((now - from) / RISE_S), targets);
             }
             Phase::Sink { from } => {
-                self.write_tips(stand_m + (sit_m - stand_m) * smooth_step((now - from) / RISE_S), targets);
+                self.drive.write(stand_m + (sit_m - stand_m) * smooth_step((now - from) / RISE_S), targets);
             }
-            Phase::OnFeet { .. } => self.write_tips(stand_m, targets),
+            Phase::OnFeet { .. } => self.drive.write(stand_m, targets),
         }
     }
 
     /// The pose `share` of the way from the start pose to the sitting pose.
     fn write_pose(&self, share: f64, targets: &mut Targets) {
-        pose_change::write(&self.start_pose_rad, &self.drive.plan().sit_pose_rad, share, targets);
-    }
-
-    fn write_tips(&self, height_m: f64, targets: &mut Targets) {
-        targets.aim = Aim::Tips;
-        self.drive.write(height_m, targets);
+        pose_change::write(&self.start_pose_rad, self.drive.sit_pose_rad(), share, targets);
     }
 
     /// What the robot is doing.
@@ -211,32 +240,13 @@ impl HorseGenerator {
             Phase::OnFeet { is_ending: true, .. } | Phase::Sink { .. } | Phase::Fold { .. } => {
                 Activity::Stopping
             }
-            Phase::OnFeet { .. } if self.drive.is_walking() => Activity::Walking,
-            Phase::OnFeet { .. } => Activity::Standing,
+            Phase::OnFeet { .. } => self.drive.activity(),
             Phase::Held => Activity::Done,
         }
     }
 
-    /// Speed of the trunk the plan has now, m/s.
-    pub fn speed_m_s(&self) -> f64 {
-        self.drive.rates().speed_m_s
-    }
-
     /// What carries it while it is on its feet.
-    pub fn drive(&self) -> &Drive {
+    pub fn drive(&self) -> &D {
         &self.drive
-    }
-}
-
-/// What a horse that has been on its feet for `since_s` is to do; none to come to a stand and stop.
-fn command(order: Order, since_s: f64, walk_for_s: f64, planned: &Command) -> Option<Command> {
-    match order {
-        Order::Stop | Order::StopAtOnce => None,
-        Order::Drive(command) => Some(command),
-        // A horse knows no strokes.
-        Order::Perform(_) => Some(Command::default()),
-        Order::Go if since_s < STAND_S => Some(Command::default()),
-        Order::Go if since_s < STAND_S + walk_for_s => Some(*planned),
-        Order::Go => None,
     }
 }

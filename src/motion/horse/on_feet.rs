@@ -1,0 +1,55 @@
+//! A horse as a robot that stands up, does something on its feet, and stops.
+
+use super::Drive;
+use crate::motion::legged::{OnFeet, STAND_S};
+use crate::motion::{Activity, Command, Order};
+use crate::signals::{Aim, State, Targets};
+
+impl OnFeet for Drive {
+    type Command = Command;
+
+    fn command(&self, order: Order, since_s: f64, move_for_s: f64) -> Option<Command> {
+        match order {
+            Order::Stop | Order::StopAtOnce => None,
+            Order::Drive(command) => Some(command),
+            // A horse knows no strokes and no poses.
+            Order::Perform(_) | Order::Take(_) => Some(Command::default()),
+            Order::Go if since_s < STAND_S => Some(Command::default()),
+            Order::Go if since_s < STAND_S + move_for_s => Some(self.plan().command),
+            Order::Go => None,
+        }
+    }
+
+    fn step(&mut self, dt_s: f64, _state: &State, command: Option<Command>) {
+        Drive::step(self, dt_s, command);
+    }
+
+    fn stand_anew(&mut self) {
+        Drive::stand_anew(self);
+    }
+
+    fn is_standing(&self) -> bool {
+        Drive::is_standing(self)
+    }
+
+    fn activity(&self) -> Activity {
+        if self.is_walking() { Activity::Walking } else { Activity::Standing }
+    }
+
+    fn sit_pose_rad(&self) -> &[f64] {
+        &self.plan().sit_pose_rad
+    }
+
+    fn heights_m(&self) -> (f64, f64) {
+        (self.plan().settings.sit_height_m, self.plan().settings.stand_height_m)
+    }
+
+    fn limit_speed(&mut self, share: f64) {
+        Drive::limit_speed(self, share);
+    }
+
+    fn write(&self, height_m: f64, targets: &mut Targets) {
+        targets.aim = Aim::Tips;
+        Drive::write(self, height_m, targets);
+    }
+}
