@@ -15,7 +15,7 @@ use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
-use hippocamp::model::{ArmGeometry, Bending, Chain, Joint, Robot, link_length};
+use hippocamp::model::{ArmGeometry, Bending, Robot};
 use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
@@ -327,32 +327,13 @@ fn stages_to_the_bus(bencher: Bencher) {
 
 /// The thesis' arm of 12 joints of two hinges, its solver, and a swimming stroke's targets, cycle by cycle.
 fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
-    let hinge = |axis: DVec3, link_m: f64| Joint {
-        name: String::new(),
-        axis,
-        link_m: DVec3::X * link_m,
-        range_rad: (-1.57, 1.57),
-        stiffness: 1.0,
-        mass_kg: 0.0,
-        center_m: DVec3::ZERO,
-        ball: None,
-        servo: None,
-    };
-    let joints: Vec<Joint> = (0..12)
-        .flat_map(|ball| [hinge(DVec3::NEG_Y, 0.0), hinge(DVec3::Z, link_length(1.0, 0.01, ball))])
-        .collect();
-    let chain = Chain {
-        name: String::new(),
-        root_m: DVec3::ZERO,
-        root_rotation: glam::DQuat::IDENTITY,
-        joints: 0..joints.len(),
-        tendons: None,
-        foot: None,
-    };
-    let arm = ArmGeometry::of(&chain, &joints).unwrap();
+    let text = include_str!("../tests/common/thesis_arm.toml");
+    let Robot { chains, joints, .. } = config::parse(text, "thesis arm").unwrap().robot;
+    let chain = &chains[0];
+    let arm = ArmGeometry::of(chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
     let stroke = Strokes::new(part, Between::Smooth, Variation::new(1, 0, 0.05)).swim;
-    let mut target = ArmTarget::new(&chain, &joints);
+    let mut target = ArmTarget::new(chain, &joints);
     let targets = (0..500)
         .map(|cycle| {
             let phase = std::f64::consts::TAU * f64::from(cycle) / 500.0;
@@ -360,7 +341,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
             target.clone()
         })
         .collect();
-    (ArmSolver::new(&arm, &chain, &joints, Bending::Smooth, 0.01), targets)
+    (ArmSolver::new(&arm, chain, &joints, Bending::Smooth, 0.01), targets)
 }
 
 /// One arm of 24 hinges on its stroke: ends of groups, or the tip alone.

@@ -84,7 +84,8 @@ impl<'r> Controller<'r> {
             self.safety.give_up_waiting(&mut self.state);
         }
         self.is_held = self.state.permission == Permission::Hold;
-        let doing = self.generator.activity();
+        // What lets go of its joints may sink as it likes: that is no fall.
+        let doing = if self.generator.is_letting_go() { Activity::Done } else { self.generator.activity() };
         let charge = self.reflex.step(dt_s, order, doing, &self.state, &mut self.targets);
         if charge == Charge::GivenBack {
             self.generator.begin_anew(&self.state);

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
+use hippocamp::config;
 use hippocamp::ik::ArmSolver;
-use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, link_length};
+use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, Robot};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{KeyStroke, Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
@@ -27,28 +28,9 @@ struct Rig {
 
 impl Rig {
     fn new() -> Rig {
-        let hinge = |axis: DVec3, link_m: f64| Joint {
-            name: String::new(),
-            axis,
-            link_m: DVec3::X * link_m,
-            range_rad: (-FRAC_PI_2, FRAC_PI_2),
-            stiffness: 0.7,
-            mass_kg: 0.0,
-            center_m: DVec3::ZERO,
-            ball: None,
-            servo: None,
-        };
-        let joints: Vec<Joint> = (0..12)
-            .flat_map(|ball| [hinge(DVec3::NEG_Y, 0.0), hinge(DVec3::Z, link_length(1.0, 0.01, ball))])
-            .collect();
-        let chain = Chain {
-            name: String::new(),
-            root_m: DVec3::ZERO,
-            root_rotation: DQuat::IDENTITY,
-            joints: 0..joints.len(),
-            tendons: None,
-            foot: None,
-        };
+        let text = include_str!("common/thesis_arm.toml");
+        let Robot { mut chains, joints, .. } = config::parse(text, "thesis arm").expect("an arm").robot;
+        let chain = chains.remove(0);
         let arm = ArmGeometry::of(&chain, &joints).expect("an arm");
         Rig { chain, joints, arm }
     }
@@ -204,7 +186,7 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
     for (name, stroke) in strokes(0.0, Between::Smooth) {
         let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
         assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name}: {miss_m} m");
-        let (mut worst, mut largest_deg) = (0.0_f64, 0.0_f64);
+        let (mut worst, mut largest_deg, mut at_floor) = (0.0_f64, 0.0_f64, 0);
         for pose in 0..POSES {
             let index = pose * poses.len() / POSES;
             let ours = &poses[index];
@@ -223,12 +205,18 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
                 .fold(f64::INFINITY, f64::min);
             assert!(least.is_finite(), "{name}: nothing reaches at pose {pose}");
             let bends = squared_bends(ours);
-            // Near the straight arm, where the least is nothing, two degrees a joint are allowed.
-            assert!(bends <= 1.2 * least + 12.0 * 0.035 * 0.035, "{name} at {pose}: {bends}, least {least}");
-            worst = worst.max(if least > 0.2 { bends / least } else { 0.0 });
+            // Where the least is next to nothing, the resting arm's slight screw is left, 0.03 rad a joint (docs/ik.md): what
+            // is asked there is that no more is.
+            let floor = 12.0 * 0.03 * 0.03;
+            assert!(bends <= (1.2 * least).max(1.2 * floor), "{name} at {pose}: {bends}, least {least}");
+            worst = worst.max(if least > floor { bends / least } else { 0.0 });
+            at_floor += u32::from(bends > 1.2 * least);
             largest_deg = largest_deg.max(largest_bend_deg(ours));
         }
-        println!("{name}: at most {worst:.3} times the least, {largest_deg:.0} degrees, {miss_m:.4} m left");
+        println!(
+            "{name}: at most {worst:.3} times the least, {largest_deg:.0} degrees, {miss_m:.4} m left; {at_floor} poses near straight"
+        );
+        assert!(at_floor <= 2, "{name}: {at_floor} of {POSES} poses are near the straight arm");
     }
 }
 
@@ -253,9 +241,45 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
                 largest(&accelerations)
             );
             assert!(largest(&speeds) < 0.5 * 10.8, "{name} {between:?}");
-            assert!(between == Between::Linear || largest(&accelerations) < 60.0, "{name}");
+            assert!(largest(&accelerations) < 60.0, "{name} {between:?}");
             assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name} {between:?}: {miss_m} m");
         }
+    }
+}
+
+/// Straight lines between key angles have corners; the strokes round them within a fortieth of a stroke, so that speed is
+/// continuous: what it leaps by from cycle to cycle goes to nothing with the cycle, and acceleration has a bound that does not
+/// depend on the loop's rate.
+#[test]
+fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
+    let rig = Rig::new();
+    for (name, stroke) in strokes(0.0, Between::Linear) {
+        let leap = |rate_hz: f64| {
+            let cycles = (STROKE_S * rate_hz).round();
+            let mut solver =
+                ArmSolver::new(&rig.arm, &rig.chain, &rig.joints, Bending::Smooth, 1.0 / rate_hz);
+            let (mut target, mut angles) = (rig.target(), vec![0.0; 24]);
+            let (mut last, mut speeds, mut most) = (angles.clone(), vec![0.0; 24], 0.0_f64);
+            let mut cycle = 0.0;
+            while cycle < 2.0 * cycles {
+                target.ends_in_body =
+                    stroke.ends_in_arm(rig.arm.group_lengths_m(), TAU * cycle / cycles, 0.0);
+                solver.solve(&target, cycle <= 0.0, &mut angles);
+                for ((angle, last), speed) in angles.iter().zip(&last).zip(&mut speeds) {
+                    let now = (angle - last) * rate_hz;
+                    most = if cycle >= cycles { most.max((now - *speed).abs()) } else { most };
+                    *speed = now;
+                }
+                last.copy_from_slice(&angles);
+                cycle += 1.0;
+            }
+            most
+        };
+        let leaps = [100.0, 200.0, 400.0].map(leap);
+        println!("{name}: speed leaps by {leaps:?} rad/s at 100, 200 and 400 cycles a second");
+        // At the corner's own acceleration, which faster loops come to see, speed gains half as much in half the time.
+        assert!(leaps[2] < 0.5 * leaps[0] && leaps[2] < 0.65 * leaps[1], "{name}: {leaps:?}");
+        assert!(400.0 * leaps[2] < 60.0, "{name}: {leaps:?}");
     }
 }
 

@@ -19,7 +19,8 @@ fn examine(rig: &Rig) -> (Value, Option<i32>) {
 }
 
 /// What hangs on how busy the machine of the test is.
-const OF_THE_MACHINE: [&str; 4] = ["this machine: ", " replies", " an exchange takes ", " fast sync read"];
+const OF_THE_MACHINE: [&str; 5] =
+    ["imu: ", "this machine: ", " replies", " an exchange takes ", " fast sync read"];
 
 /// `verdict about: found -> cure`, a line each, without what hangs on the machine.
 fn lines(said: &Value) -> Vec<String> {
@@ -51,6 +52,8 @@ fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
         let (said, code) = examine(&rig);
         assert_eq!(code, Some(i32::from(said["faults"].as_u64().unwrap() > 0)), "{said:#}");
         assert!(said.to_string().contains("an exchange takes "), "{said:#}");
+        // How often, hangs on the machine.
+        assert!(said.to_string().contains("measures "), "{said:#}");
         let lines = lines(&said);
         assert!(lines.iter().all(|line| !line.starts_with("fault")), "{file}: {lines:#?}");
         assert_eq!(settings(&rig, &rig.robot, last), before, "{file}");

@@ -1,13 +1,13 @@
-//! The figure of config/figure.toml: what its file says, its poses from limp to limp, and the program's commands on it. On
-//! joints that turn freely. Costs some 10 s.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+//! The figure of config/figure.toml: what its file says, its poses from limp to limp, and the program's commands on it, on
+//! joints that turn freely; and how it stands in physics. Costs some 20 s.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
 mod common;
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{SharedPorts, config_file, servo, shipped};
+use common::{SharedPorts, config_file, in_physics, servo, shipped};
 use glam::{DQuat, DVec3};
 use hippocamp::capability::FigureCapability;
 use hippocamp::config;
@@ -18,6 +18,7 @@ use hippocamp::model::{Foot, Robot, hinges_in_place};
 use hippocamp::motion::{Activity, Order};
 use hippocamp::run::{RunPlan, run};
 use hippocamp::simulation;
+use hippocamp::standing::{Sole, Standing, TrunkMotion};
 use hippocamp::telemetry::{Outcome, Report};
 use hw_sim::FaultScript;
 
@@ -375,4 +376,45 @@ fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
         .robot;
     let error = FigureCapability::of(&robot, robot.motion.figure().unwrap()).unwrap_err();
     assert_eq!(error.pose, Some(0), "{error}");
+}
+
+#[test]
+fn a_minute_of_nudges_does_not_move_it_off_its_feet() {
+    let robot = in_physics("figure.toml");
+    // 0.015 N s a kg each second, to any side, from when hands have let go of it.
+    let faults = "[[fault]]\nkind = \"push\"\nat_s = 15\nimpulse_n_s = 0.0315\nfor_s = 0.1\nevery_s = 1\n";
+    let (report, _) =
+        run_with(
+            &robot,
+            faults,
+            |status| {
+                if status.time_s < 75.0 { Order::Take(0) } else { Order::StopAtOnce }
+            },
+        );
+    let body = report.body.unwrap();
+    assert!(!body.fell, "{}: {body:?}", report.reason);
+    assert!(body.roll_max_deg < 5.0 && body.pitch_max_deg < 5.0, "{body:?}");
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+}
+
+#[test]
+fn shared_weight_takes_less_torque_than_weight_split_equally_at_the_foot_centres() {
+    let robot = in_physics("figure.toml");
+    let figure = robot.motion.figure().unwrap();
+    let capability = FigureCapability::of(&robot, figure).unwrap();
+    let plan = capability.plan(0);
+    let mut standing = Standing::new(&robot, &Sole::all_of(&robot), 0.8);
+    for (place, pose) in figure.poses.iter().enumerate() {
+        let trunk =
+            TrunkMotion { roll_rad: pose.roll_rad, pitch_rad: pose.pitch_rad, ..TrunkMotion::default() };
+        standing.solve(&plan.pose_rad[place], &trunk, &vec![1.0; robot.chains.len()]);
+        let shared: f64 = standing.torques_nm().iter().map(|torque| torque * torque).sum();
+        let split: f64 = capability.split_nm[place].iter().map(|torque| torque * torque).sum();
+        println!("{}: shared {shared:.4}, split equally {split:.4} N^2 m^2", pose.name);
+        assert!(standing.miss_share() < 2e-3, "{}: {} in the air", pose.name, standing.miss_share());
+        // Straight over the middle of both feet there is nothing to gain; beside it there is.
+        let is_middle = capability.centers_m[place].y.abs() < 0.01;
+        let most = if is_middle { 1.001 * split } else { 0.9 * split };
+        assert!(shared < most, "{}: {shared} beside {split}", pose.name);
+    }
 }

@@ -17,7 +17,7 @@ use glam::DVec3;
 use hippocamp::bus::Slot;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
-use hippocamp::model::{OnTrip, Pole, Robot};
+use hippocamp::model::{Motion, OnTrip, Pole, Robot};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::run::{RunPlan, Status, run};
@@ -144,31 +144,70 @@ fn every_stroke_runs_on_the_servos_and_ends_parked_and_limp() {
     }
 }
 
+/// Distances of the middle of the arm's outer two groups from the pole's surface grown by the arm's radius, m, by places
+/// along the links.
+fn off_pole_m(robot: &Robot, goals: &[f64], pole: Pole) -> Vec<f64> {
+    let radius_m = robot.motion.tentacle().unwrap().arms[0].radius_m;
+    let places = robot.places_in_body(&robot.chains[0], goals.iter().copied());
+    let off_m =
+        |place: DVec3| (place - pole.point_in_body).cross(pole.axis).length() - pole.radius_m - radius_m;
+    let shares = (0..20).map(|part| f64::from(part) / 20.0);
+    places[8..]
+        .windows(2)
+        .flat_map(|pair| shares.clone().map(|share| off_m(pair[0].lerp(pair[1], share))))
+        .collect()
+}
+
+/// A pole before the arm, of a radius of so many of its links.
+fn pole_of(links: f64) -> Pole {
+    Pole {
+        point_in_body: DVec3::new(0.045 + 0.034 * links, 0.0, 0.12),
+        axis: DVec3::Y,
+        radius_m: 0.034 * links,
+    }
+}
+
 #[test]
 fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
+    let mut robot = shipped("tentacle.toml");
+    // As it was wound, before it grips.
+    let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arm") };
+    tentacle.grip_share = 0.0;
+    for links in [1.5, 2.5, 4.0] {
+        let pole = pole_of(links);
+        // As fast as it can.
+        let command = StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::Wind(pole)) };
+        let mut arm = Arm::awake(&robot);
+        arm.perform(command, 14.0);
+        assert_eq!(arm.interventions, 0, "pole of {links} links: faster than the servos");
+        let offs = off_pole_m(&robot, &arm.goals[0], pole);
+        let near = offs.iter().filter(|off| **off <= 0.1 * pole.radius_m).count() as f64 / offs.len() as f64;
+        println!(
+            "{links} links: {near} of the outer groups near, {:?}",
+            offs.iter().copied().fold(f64::INFINITY, f64::min)
+        );
+        assert!(near >= 0.7, "pole of {links} links: {near} of the outer groups on it");
+        assert!(offs.iter().all(|off| *off >= 0.0), "pole of {links} links: inside it");
+        arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::LetGo) }, 12.0);
+        assert_eq!(arm.interventions, 0, "pole of {links} links: unwound faster than the servos");
+    }
+}
+
+/// A servo bears no load unless its goal lies beyond where the pole lets its joint be: goals of an arm that grips are in the
+/// pole, as deep as its skin gives at most. Here nothing presses back, which is the deepest.
+#[test]
+fn the_goals_of_a_grip_are_no_deeper_than_the_skin_gives() {
     let robot = shipped("tentacle.toml");
-    let chain = &robot.chains[0];
     let radius_m = robot.motion.tentacle().unwrap().arms[0].radius_m;
     for links in [1.5, 2.5, 4.0] {
-        let pole = Pole {
-            point_in_body: DVec3::new(0.045 + 0.034 * links, 0.0, 0.12),
-            axis: DVec3::Y,
-            radius_m: 0.034 * links,
-        };
+        let pole = pole_of(links);
         let mut arm = Arm::awake(&robot);
         arm.perform(StrokeCommand::of(Stroke::Wind(pole)), 14.0);
-        let places = robot.places_in_body(chain, arm.goals[0].iter().copied());
-        let off_m = |place: &DVec3| (*place - pole.point_in_body).cross(pole.axis).length();
-        let surface_m = pole.radius_m + radius_m;
-        // The middle of the arm, by places along the links of its outer two groups; the grip leads it a little inside.
-        let points =
-            places[8..].windows(2).flat_map(|pair| [0.0, 0.25, 0.5, 0.75].map(|u| pair[0].lerp(pair[1], u)));
-        let offs: Vec<f64> = points.map(|point| off_m(&point)).collect();
-        let near =
-            offs.iter().filter(|off| (**off - surface_m).abs() <= 0.1 * pole.radius_m + 0.3 * radius_m);
-        let share = near.count() as f64 / offs.len() as f64;
-        assert!(share >= 0.7, "pole of {links} links: {share} of the arm on it");
-        assert!(offs.iter().all(|off| *off > pole.radius_m), "pole of {links} links: inside it");
+        let deepest_m = off_pole_m(&robot, &arm.goals[0], pole).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(
+            (-0.31 * radius_m..-0.2 * radius_m).contains(&deepest_m),
+            "pole of {links} links: {deepest_m} m"
+        );
     }
 }
 

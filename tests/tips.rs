@@ -9,8 +9,9 @@
 mod common;
 
 use common::arm::Arm;
-use common::shipped;
+use common::{config_file, shipped};
 use glam::DVec3;
+use hippocamp::config;
 use hippocamp::model::{Robot, TipPath};
 use hippocamp::motion::{Stroke, StrokeCommand};
 
@@ -92,5 +93,56 @@ fn a_point_that_moves_is_followed_and_one_that_leaps_is_a_new_motion() {
         assert_ne!(change, Some(arm.controller.record(&[]).targets.arms[0].change));
         arm.perform(reach(DVec3::new(-0.1, 0.1, 0.25), None), 5.0);
         assert!(tip(&robot, &arm).distance(DVec3::new(-0.1, 0.1, 0.25)) < 1e-3);
+    }
+}
+
+/// The shipped arm, each joint with a third hinge that twists.
+fn with_twists() -> Robot {
+    let mut text = std::fs::read_to_string(config_file("tentacle.toml")).unwrap();
+    for (from, to) in [
+        ("joints = 12\n", "joints = 12\nhinges = 3\ntwist_range_deg = [-30, 30]\n"),
+        ("first_id = 13\n", "first_id = 19\n"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    config::parse(&text, "arm.toml").unwrap_or_else(|error| panic!("{error}")).robot
+}
+
+#[test]
+fn twists_have_a_part_in_where_a_tip_points() {
+    let (two, three) = (shipped("tentacle.toml"), with_twists());
+    assert_eq!(three.joints.len(), 36);
+    // To the side and back; down beside the arm; over and back to the base.
+    for (mm, direction) in [
+        ([120.0, 120.0, 180.0], [-1.0, 0.3, 0.2]),
+        ([-60.0, 150.0, 150.0], [0.2, -0.5, -1.0]),
+        ([150.0, -80.0, 120.0], [-0.7, -0.7, -0.3]),
+    ] {
+        let (point_in_body, direction) = (DVec3::from_array(mm) / 1000.0, DVec3::from_array(direction));
+        let reach = StrokeCommand::of(Stroke::Reach { point_in_body, direction: Some(direction) });
+        let bent = |robot: &Robot, hinges: usize| {
+            let mut arm = Arm::awake(robot);
+            arm.perform(reach, 8.0);
+            let goals = &arm.goals[0];
+            let places = robot.places_in_body(&robot.chains[0], goals.iter().copied());
+            let last = places.len() - 1;
+            let off_rad = (places[last] - places[last - hinges]).angle_between(direction);
+            let off_m = places[last].distance(point_in_body);
+            assert!(off_m < 1e-3 && off_rad < 0.02, "{hinges} hinges: {off_m} m and {off_rad} rad off");
+            let square = |kind: usize| -> f64 {
+                goals.iter().skip(kind).step_by(hinges).map(|angle| angle * angle).sum()
+            };
+            (
+                square(0) + square(1),
+                goals.iter().skip(2).step_by(hinges).fold(0.0_f64, |most, angle| most.max(angle.abs())),
+            )
+        };
+        let ((with_two, _), (with_three, twist)) = (bent(&two, 2), bent(&three, 3));
+        println!(
+            "{mm:?}: squared bends {with_two} with two hinges, {with_three} with three, twists up to {twist} rad"
+        );
+        assert!(twist > 0.005, "no joint twists: {twist} rad at most");
+        assert!(with_three < with_two, "{with_three} rad^2, {with_two} with two hinges");
     }
 }

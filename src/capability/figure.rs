@@ -19,6 +19,8 @@ pub struct FigureCapability {
     plan: FigurePlan,
     /// Where the centre of mass is in each pose: ahead of the middle of the soles, to its left, above the ground, m.
     pub centers_m: Vec<DVec3>,
+    /// What each joint holds in each pose where the weight is split equally, half of it at the middle of each sole, N m.
+    pub split_nm: Vec<Vec<f64>>,
     /// What each joint holds in the heaviest of its poses, in the robot's order.
     pub loads: Vec<Load>,
 }
@@ -72,18 +74,19 @@ impl FigureCapability {
             plan.sit_forward_m = solver.solve(&sitting)?.0;
             plan.sit_pose_rad.clone_from(&solver.joints.angles_rad);
         }
+        let split_of = |(place, angles): (usize, &Vec<f64>)| {
+            let stance = plan.stance(place);
+            (0..robot.joints.len())
+                .map(|joint| hold_nm(robot, figure, stance, angles, joint))
+                .collect::<Vec<f64>>()
+        };
+        let split_nm: Vec<Vec<f64>> = plan.pose_rad.iter().enumerate().map(split_of).collect();
         for (joint, of) in robot.joints.iter().enumerate() {
-            let torque_nm = plan
-                .pose_rad
-                .iter()
-                .zip(&figure.poses)
-                .enumerate()
-                .map(|(place, (angles, _))| hold_nm(robot, figure, plan.stance(place), angles, joint).abs())
-                .fold(0.0, f64::max);
+            let torque_nm = split_nm.iter().map(|pose| pose[joint].abs()).fold(0.0, f64::max);
             let share_of_stall = of.servo.map(|servo| torque_nm / servo.model.stall_torque_nm);
             loads.push(Load { joint, torque_nm, share_of_stall });
         }
-        Ok(FigureCapability { plan, centers_m, loads })
+        Ok(FigureCapability { plan, centers_m, split_nm, loads })
     }
 
     /// A plan to take pose number `pose` when told no more than to go.

@@ -11,7 +11,9 @@ use super::load::load;
 use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
 use crate::model::ReflexMode;
 use crate::plot::{self, FallRow};
-use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
+use crate::trial::{
+    FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried,
+};
 
 /// Columns of the progress bar.
 const BAR: u64 = 40;
@@ -85,6 +87,20 @@ fn bad_input(error: TrialError) -> anyhow::Error {
 
 fn headline(options: &TryArguments, trials: &Trials) -> String {
     let newton_seconds = |share: f64| share * trials.mass_kg();
+    if trials.robot().motion.figure().is_some() {
+        let strengths = FIGURE_IMPULSES_NS_KG.map(|share| format!("{share}"));
+        return format!(
+            "`hippocamp try {} --runs {} --seed {}`: standing on ground of friction {} to {}, pushed at the middle of its trunk for 0.1 s \
+             to each of eight sides with {} N s for each of its {:.1} kg.",
+            options.robot.display(),
+            options.runs,
+            options.seed,
+            FRICTION.0,
+            FRICTION.1,
+            strengths.join(", "),
+            trials.mass_kg(),
+        );
+    }
     format!(
         "`hippocamp try {} --runs {} --seed {}`: standing, walking and trotting on ground of friction {} to {}, pushed \
          for 0.1 s towards any side with {:.2} to {:.2} N s.",

@@ -32,6 +32,18 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
     }
     let meaning = "which chain is which leg";
     let legs = section.section("legs", meaning, |legs| read_legs(legs, chains, LEG_KEYS));
+    section.describe_default(
+        "head",
+        "the name of the chain that is its head, which a fall is to spare",
+        "none",
+    );
+    let head = match section.has("head") {
+        true => {
+            let names: Vec<_> = chains.iter().map(|chain| chain.name).collect();
+            section.reference("head", "the name of the chain that is its head", &names).map(Some)
+        }
+        false => Some(None),
+    };
     let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
     let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::Positive);
     if let (Some(stand), Some(sit)) = (stand, sit)
@@ -56,6 +68,7 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
     }
     Some(FigureMotion {
         legs: legs?,
+        head: head?,
         stand_height_m: stand? / 1000.0,
         sit_height_m: sit? / 1000.0,
         soft_stop_rad: soft_stop?.to_radians(),

@@ -5,6 +5,8 @@
 pub struct FigureMotion {
     /// Chains that are the legs: left, right.
     pub legs: [usize; 2],
+    /// The chain that is its head, which a fall is to spare; none of a figure without.
+    pub head: Option<usize>,
     /// Height of the body frame's origin above the ground when standing, m.
     pub stand_height_m: f64,
     /// The same when sitting, from which it stands up, m.

@@ -232,6 +232,11 @@ impl<D: OnFeet> LeggedGenerator<D> {
         pose_change::write(&self.start_pose_rad, self.drive.sit_pose_rad(), share, targets);
     }
 
+    /// True where it lets go of its joints, as it was to, or has.
+    pub fn is_letting_go(&self) -> bool {
+        matches!(self.phase, Phase::Ends(Ends::LetGo { .. } | Ends::Done))
+    }
+
     /// What the robot is doing.
     pub fn activity(&self) -> Activity {
         match self.phase {

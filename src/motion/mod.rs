@@ -139,6 +139,15 @@ impl Generator {
         }
     }
 
+    /// True where the robot lets go of its joints, as it was to, or has.
+    pub fn is_letting_go(&self) -> bool {
+        match self {
+            Generator::Horse(horse) => horse.is_letting_go(),
+            Generator::Figure(figure) => figure.is_letting_go(),
+            Generator::Tentacle(_) | Generator::Jog(_) => false,
+        }
+    }
+
     /// What the robot is doing.
     pub fn activity(&self) -> Activity {
         match self {

@@ -7,7 +7,7 @@ use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, ServoCon
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{ImuSettings, Motion, Protocol, Robot};
+use crate::model::{ImuSettings, Motion, Protocol, Robot, SharedRange};
 
 /// How far outside its range a limp joint may lie, share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
@@ -25,7 +25,7 @@ const SETTLE_S: f64 = 3.0;
 /// When `faults` names a bus or servo the robot does not have.
 pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, BuildError> {
     let mut chance = Pcg64Mcg::seed_from_u64(seed);
-    let pose: Vec<f64> = robot
+    let mut pose: Vec<f64> = robot
         .joints
         .iter()
         .map(|joint| {
@@ -35,6 +35,10 @@ pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, Bu
             low + (high - low) * (share * (1.0 + 2.0 * OUTSIDE_SHARE) - OUTSIDE_SHARE)
         })
         .collect();
+    // Where hinges stop together no joint lies outside.
+    for (hinges, range) in SharedRange::of_robot(robot) {
+        range.bring_in(&mut pose[hinges]);
+    }
     world_from_pose(robot, &pose, seed, faults)
 }
 

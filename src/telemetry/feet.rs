@@ -31,11 +31,17 @@ struct Stance {
 pub(super) struct FootObserver {
     seen: Vec<Seen>,
     report: FeetReport,
+    /// True where feedback moves tips off their planned places.
+    has_feedback: bool,
 }
 
 impl FootObserver {
     pub(super) fn new(robot: &Robot) -> FootObserver {
-        FootObserver { seen: vec![Seen::default(); robot.chains.len()], report: FeetReport::default() }
+        FootObserver {
+            seen: vec![Seen::default(); robot.chains.len()],
+            report: FeetReport::default(),
+            has_feedback: robot.balance.is_some() && robot.physics.is_some(),
+        }
     }
 
     pub(super) fn report(&self) -> FeetReport {
@@ -57,10 +63,12 @@ impl FootObserver {
         let tilt = DQuat::from_euler(EulerRot::ZYX, 0.0, pitch_rad, roll_rad);
         let height = DVec3::Z * targets.trunk_in_world.z;
         for foot in &targets.feet {
-            // From what inverse kinematics is given, not from the plan's own word for it.
+            // From what inverse kinematics is given, not from the plan's own word for it; what feedback adds is no plan.
+            let planned = targets.trunk_turn.inverse() * (foot.in_world - targets.trunk_in_world);
+            let tip = if self.has_feedback { planned } else { targets.tips_in_body[foot.chain] };
             let way = DVec3::X * foot.plane_way_m + height;
-            let place = tilt * targets.tips_in_body[foot.chain] + way;
-            let in_world = targets.trunk_in_world + targets.trunk_turn * targets.tips_in_body[foot.chain];
+            let place = tilt * tip + way;
+            let in_world = targets.trunk_in_world + targets.trunk_turn * tip;
             // A plane that turns takes its foot with it sideways; along itself it must not.
             let place_along = place.with_y(0.0);
             let seen = &mut self.seen[foot.chain];

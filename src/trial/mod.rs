@@ -16,15 +16,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde::Serialize;
 
 use crate::bus::StartError;
-use crate::capability::HorseCapability;
-use crate::model::{FallDirection, ReflexMode, Robot};
-use crate::motion::Command;
-use crate::motion::horse::HorsePlan;
+use crate::capability::{FigureCapability, HorseCapability};
+use crate::model::{FallDirection, Motion, ReflexMode, Robot};
+use crate::motion::{Command, Plan};
 pub use observe::{Observed, Snapshot, observe};
-pub use scene::{FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
+pub use scene::{FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
 pub use summary::Summary;
 
-/// Step of the body in trials, ms: twice as fast as 1, and falls as well.
+/// Step of a horse's body in trials, ms: twice as fast as 1, and falls as well.
 const STEP_MS: u32 = 2;
 
 /// Why nothing can be tried.
@@ -62,27 +61,34 @@ pub struct Tried {
 #[derive(Debug)]
 pub struct Trials {
     robot: Robot,
-    plan: HorsePlan,
+    plan: Plan,
 }
 
 impl Trials {
     /// Of `robot`, as its file has it.
     ///
     /// # Errors
-    /// Where it is no horse, has no body or no reflex, or its legs do not reach the ground.
+    /// Where it does not stand on legs, has no body or no reflex, or its legs do not reach the ground.
     pub fn new(robot: &Robot) -> Result<Trials, TrialError> {
         let unfit = |what: &str| TrialError::Unfit(format!("{}: {what}", robot.name));
-        let horse = robot.motion.horse().ok_or_else(|| unfit("only what stands on legs can fall"))?;
         if robot.physics.is_none() {
             return Err(unfit("nothing falls without a body: its file needs a section [physics]"));
         }
         if robot.reflex.is_none() {
             return Err(unfit("its file says nothing of falls: it needs a section [reflex]"));
         }
-        let capability = HorseCapability::of(robot, horse).map_err(|error| unfit(&error.to_string()))?;
-        let plan = capability.plan(horse, Command::default());
+        let plan = match &robot.motion {
+            Motion::Horse(horse) => HorseCapability::of(robot, horse)
+                .map_err(|error| unfit(&error.to_string()))?
+                .plan(horse, Command::default())
+                .into(),
+            Motion::Figure(figure) => {
+                FigureCapability::of(robot, figure).map_err(|error| unfit(&error.to_string()))?.plan(0).into()
+            }
+            Motion::Tentacle(_) => return Err(unfit("only what stands on legs can fall")),
+        };
         let mut robot = robot.clone();
-        if let Some(physics) = &mut robot.physics {
+        if let (Some(physics), Motion::Horse(_)) = (&mut robot.physics, &robot.motion) {
             physics.step_ms = STEP_MS;
         }
         Ok(Trials { robot, plan })
@@ -95,7 +101,7 @@ impl Trials {
 
     /// Mass of the robot, kg.
     pub fn mass_kg(&self) -> f64 {
-        self.robot.trunk_mass_kg + self.robot.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
+        self.robot.mass_kg()
     }
 
     /// The trial with this number of those of `seed`.

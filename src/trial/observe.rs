@@ -13,8 +13,7 @@ use crate::bus::{Buses, Ports, SimPorts};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::{FallDirection, ReflexMode, Robot};
-use crate::motion::horse::HorsePlan;
-use crate::motion::{Activity, Order};
+use crate::motion::{Activity, Order, Plan};
 use crate::reflex::FallOutcome;
 use crate::simulation;
 
@@ -41,6 +40,10 @@ pub struct Observed {
     pub fallen_s: Option<f64>,
     /// Largest force of the ground on the trunk, mean over 10 ms, N.
     pub impact_n: f64,
+    /// The same on the head of a figure, N.
+    pub head_impact_n: f64,
+    /// How far the trunk leant when the fall was certain, degrees; none if it never was.
+    pub told_at_deg: Option<f64>,
     /// Largest torque through the gears of any joint from when the fall was certain (from the push, if it never was): its
     /// motor's, and what its rotor's inertia takes up; mean over 10 ms, N m.
     pub joint_load_nm: f64,
@@ -76,25 +79,34 @@ fn direction_name<S: Serializer>(of: &Option<FallDirection>, to: S) -> Result<S:
 struct Impulses {
     at_s: f64,
     trunk_ns: f64,
+    head_ns: f64,
     joints_nms: Vec<f64>,
 }
 
 impl Impulses {
-    fn of(world: &World) -> Impulses {
+    fn of(world: &World, head: Option<usize>) -> Impulses {
         let state = world.body();
         Impulses {
             at_s: Duration::from_nanos(world.now_ns()).as_secs_f64(),
             trunk_ns: state.map_or(0.0, |state| state.trunk_impulse_ns),
+            head_ns: head
+                .zip(state)
+                .and_then(|(head, state)| state.chain_impulses_ns.get(head).copied())
+                .unwrap_or_default(),
             joints_nms: state.map_or(Vec::new(), |state| state.joint_impulses_nms.clone()),
         }
     }
 
-    /// Mean force on the trunk and largest mean torque of a joint since `before`, N and N m.
-    fn since(&self, before: &Impulses) -> (f64, f64) {
+    /// Mean forces on trunk and head and largest mean torque of a joint since `before`, N and N m.
+    fn since(&self, before: &Impulses) -> (f64, f64, f64) {
         let time_s = (self.at_s - before.at_s).max(1e-9);
         let joints = self.joints_nms.iter().zip(&before.joints_nms);
         let largest = joints.map(|(now, before)| (now - before).abs()).fold(0.0, f64::max);
-        ((self.trunk_ns - before.trunk_ns) / time_s, largest / time_s)
+        (
+            (self.trunk_ns - before.trunk_ns) / time_s,
+            (self.head_ns - before.head_ns) / time_s,
+            largest / time_s,
+        )
     }
 }
 
@@ -104,7 +116,7 @@ impl Impulses {
 /// When it does not start or stand.
 pub fn observe(
     robot: &Robot,
-    plan: &HorsePlan,
+    plan: &Plan,
     scene: &Scene,
     mode: ReflexMode,
     is_tracked: bool,
@@ -117,11 +129,20 @@ pub fn observe(
         physics.ground.friction = scene.friction;
     }
     let robot = &robot;
+    let head = robot.motion.figure().and_then(|figure| figure.head);
     let faults = FaultScript::default();
-    let world = simulation::world_from_pose(robot, &plan.sit_pose_rad, scene.number, &faults)?;
+    let sit_pose_rad = match plan {
+        Plan::Horse(plan) => &plan.sit_pose_rad[..],
+        Plan::Figure(plan) => &plan.sit_pose_rad[..],
+        Plan::Tentacle(plan) => &plan.park_pose_rad[..],
+    };
+    let world = simulation::world_from_pose(robot, sit_pose_rad, scene.number, &faults)?;
     let mut buses = Buses::new(robot, SimPorts::on_virtual_clock(world));
     buses.prepare(robot)?;
-    let plan = plan.clone().at_share(scene.gait, scene.speed_share);
+    let plan = match plan.clone() {
+        Plan::Horse(plan) => plan.at_share(scene.gait, scene.speed_share).into(),
+        other => other,
+    };
     let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, f64::INFINITY, buses);
 
     let start = cycle.buses_mut().ports_mut().now();
@@ -133,6 +154,8 @@ pub fn observe(
         direction: None,
         fallen_s: None,
         impact_n: 0.0,
+        head_impact_n: 0.0,
+        told_at_deg: None,
         joint_load_nm: 0.0,
         joint_load_s: 0.0,
         outcome: FallOutcome::None,
@@ -143,7 +166,8 @@ pub fn observe(
         cycle.step(Order::Go);
         deadline = deadline + Duration::from_secs_f64(robot.period_s());
         let time_s = deadline.since(start).as_secs_f64();
-        if cycle.activity() == Activity::Standing {
+        let is_held = cycle.buses_mut().ports_mut().world().body().is_some_and(|body| body.is_held);
+        if cycle.activity() == Activity::Standing && !is_held {
             stood_s.get_or_insert(time_s);
         }
         let Some(since_s) = stood_s.map(|stood_s| time_s - stood_s) else {
@@ -154,7 +178,11 @@ pub fn observe(
         };
         if push_s.is_none() && since_s >= scene.push_at_s {
             push_s = Some(time_s);
-            let push = Push { force_n: scene.force_n(), frame: PushFrame::Trunk, place_m: [0.0; 3] };
+            let push = Push {
+                force_n: scene.force_n(),
+                frame: PushFrame::Trunk,
+                place_m: robot.trunk_center_m.to_array(),
+            };
             cycle.buses_mut().ports_mut().world_mut().push(push, PUSH_S);
         }
         let Some(pushed_s) = push_s.map(|push_s| time_s - push_s) else { continue };
@@ -162,6 +190,8 @@ pub fn observe(
             if report.falls > 0 && observed.predicted_s.is_none() {
                 observed.predicted_s = Some(pushed_s);
                 observed.direction = report.direction;
+                let (roll_rad, pitch_rad) = (cycle.state().body.roll_rad, cycle.state().body.pitch_rad);
+                observed.told_at_deg = Some((roll_rad.cos() * pitch_rad.cos()).acos().to_degrees());
                 // What the push itself did is the same in all modes.
                 (observed.joint_load_nm, window) = (0.0, None);
             }
@@ -170,10 +200,11 @@ pub fn observe(
         let angles = || cycle.state().joints.iter().map(|joint| joint.position_rad);
         let angles_rad: Vec<f64> = if is_tracked { angles().collect() } else { Vec::new() };
         let world = cycle.buses_mut().ports_mut().world();
-        let now = Impulses::of(world);
-        let before = window.get_or_insert_with(|| Impulses::of(world));
+        let now = Impulses::of(world, head);
+        let before = window.get_or_insert_with(|| Impulses::of(world, head));
         if now.at_s - before.at_s >= WINDOW_S - 1e-9 {
-            let (impact_n, load_nm) = now.since(before);
+            let (impact_n, head_n, load_nm) = now.since(before);
+            observed.head_impact_n = observed.head_impact_n.max(head_n);
             observed.impact_n = observed.impact_n.max(impact_n);
             if load_nm > observed.joint_load_nm {
                 (observed.joint_load_nm, observed.joint_load_s) = (load_nm, pushed_s);

@@ -7,13 +7,16 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use crate::model::FallDirection;
-use crate::motion::GaitChoice;
-use crate::motion::horse::HorsePlan;
+use crate::motion::{GaitChoice, Plan};
 
 /// Friction of the ground: polished wood to rubber.
 pub const FRICTION: (f64, f64) = (0.5, 1.0);
 /// Impulse of a push for each kg of the robot, N s. Nobody falls at the first, all do at the second.
 pub const IMPULSE_NS_KG: (f64, f64) = (0.2, 1.2);
+/// Of a figure: weak, middling and strong, N s for each kg. It keeps its feet at the first, and falls at the third.
+pub const FIGURE_IMPULSES_NS_KG: [f64; 3] = [0.08, 0.25, 0.8];
+/// Sides a figure is pushed to.
+const SIDES: u64 = 8;
 /// How long a push lasts, s.
 pub const PUSH_S: f64 = 0.1;
 /// When it comes, s since the robot first stood: two strides or more.
@@ -46,12 +49,27 @@ pub struct Scene {
 impl Scene {
     /// The trial with this number of those of `seed`, of a horse of `mass_kg` that can do as `plan` says: it stands, or
     /// goes in one of the gaits it can do that are chosen by speed.
-    pub fn draw(plan: &HorsePlan, mass_kg: f64, seed: u64, number: u64) -> Scene {
+    pub fn draw(plan: &Plan, mass_kg: f64, seed: u64, number: u64) -> Scene {
         // Two streams never meet: the multiplier only spreads neighbours.
         let mut chance = Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
         let mut between = |(low, high): (f64, f64)| {
             low + (high - low) * ((chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
+        };
+        let Plan::Horse(plan) = plan else {
+            // Every side at every strength, over and over.
+            let (side, strength) = (number % SIDES, number / SIDES % 3);
+            #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "below 8")]
+            let (towards_rad, strength) = (side as f64 * TAU / SIDES as f64, strength as usize);
+            return Scene {
+                number,
+                gait: GaitChoice::Stand,
+                speed_share: 0.0,
+                friction: between(FRICTION),
+                push_at_s: between(PUSH_AT_S),
+                towards_rad,
+                impulse_ns: mass_kg * FIGURE_IMPULSES_NS_KG[strength],
+            };
         };
         let gaits: Vec<GaitChoice> = ["stand", "walk-steady", "trot"]
             .iter()

@@ -51,6 +51,15 @@ pub struct Summary {
     pub less_than_passive: Less,
     /// Than without reflex.
     pub less_than_off: Less,
+    /// Falls told before the trunk leant 30 degrees: from then on the reference motion is under way.
+    pub told_early: Share,
+    /// Falls that the reflex met with less impact on the trunk than the passive drop's; and on the head, of a figure.
+    pub softer_trunk: Share,
+    /// See `softer_trunk`; falls in which the head met the ground in either way.
+    pub softer_head: Share,
+    /// Where pushes are of a few strengths, N s, what each did with the reflex off: fallen of how many, by side, from ahead to
+    /// the left; empty elsewhere.
+    pub by_strength: Vec<(f64, Vec<Share>)>,
     /// Falls that the reflex met after which the robot got up, as far as it was looked at.
     pub got_up: Share,
 }
@@ -94,9 +103,54 @@ impl Summary {
                 impact_n: mean(&of(|(off, reflex, _)| off.impact_n - reflex.impact_n)),
                 joint_load_nm: mean(&of(|(off, reflex, _)| off.joint_load_nm - reflex.joint_load_nm)),
             },
+            told_early: Share::of(
+                falls.iter().map(|tried| tried.off.told_at_deg.is_some_and(|lean_deg| lean_deg < EARLY_DEG)),
+            ),
+            softer_trunk: Share::of(
+                met.iter().map(|(_, reflex, passive)| reflex.impact_n < passive.impact_n),
+            ),
+            softer_head: Share::of(
+                met.iter()
+                    .filter(|(_, reflex, passive)| reflex.head_impact_n.max(passive.head_impact_n) > 0.0)
+                    .map(|(_, reflex, passive)| reflex.head_impact_n < passive.head_impact_n),
+            ),
+            by_strength: by_strength(tried),
             got_up: Share::of(met.iter().map(|(_, reflex, _)| reflex.outcome == FallOutcome::GotUp)),
         }
     }
+}
+
+/// A fall told later than this is told late, degrees of lean.
+const EARLY_DEG: f64 = 30.0;
+/// More strengths than this are no few.
+const STRENGTHS_MAX: usize = 5;
+/// Sides a figure is pushed to.
+const SIDES: usize = 8;
+
+/// Falls by strength and side, if there are only a few strengths.
+fn by_strength(tried: &[Tried]) -> Vec<(f64, Vec<Share>)> {
+    let mut strengths: Vec<f64> = tried.iter().map(|tried| tried.scene.impulse_ns).collect();
+    strengths.sort_by(f64::total_cmp);
+    strengths.dedup();
+    if strengths.len() > STRENGTHS_MAX || strengths.len() < 2 {
+        return Vec::new();
+    }
+    let is_at = |tried: &&Tried, strength: f64, side: usize| {
+        let turn = std::f64::consts::TAU * side as f64 / SIDES as f64;
+        (tried.scene.impulse_ns - strength).abs() <= 0.0 && (tried.scene.towards_rad - turn).abs() < 1e-6
+    };
+    let sides = |strength: f64| {
+        let of_side = |side| {
+            Share::of(
+                tried
+                    .iter()
+                    .filter(|tried| is_at(tried, strength, side))
+                    .map(|tried| tried.off.fallen_s.is_some()),
+            )
+        };
+        (0..SIDES).map(of_side).collect()
+    };
+    strengths.into_iter().map(|strength| (strength, sides(strength))).collect()
 }
 
 fn share(share: &Share) -> String {
@@ -126,6 +180,31 @@ impl fmt::Display for Summary {
         writeln!(f, "| falls told before the trunk met the ground | {} |", share(&self.predicted))?;
         writeln!(f, "| told, and never came: false alarms | {} |", share(&self.false_alarms))?;
         writeln!(f, "| falls whose direction was the push's | {} |", share(&self.direction))?;
+        if !self.by_strength.is_empty() {
+            writeln!(f, "| told before the trunk leant {EARLY_DEG} degrees | {} |", share(&self.told_early))?;
+            writeln!(
+                f,
+                "| trunk met the ground softer than in the passive drop | {} |",
+                share(&self.softer_trunk)
+            )?;
+            writeln!(
+                f,
+                "| head met the ground softer, where it did at all | {} |",
+                share(&self.softer_head)
+            )?;
+            writeln!(
+                f,
+                "\n| fallen of all pushes | ahead | ahead left | left | back left | back | back right | right | ahead right \
+                 |\n|---|---|---|---|---|---|---|---|---|"
+            )?;
+            for (impulse_ns, sides) in &self.by_strength {
+                write!(f, "| {impulse_ns:.3} N s |")?;
+                for side in sides {
+                    write!(f, " {} of {} |", side.count, side.of)?;
+                }
+                writeln!(f)?;
+            }
+        }
         let least = self.least_lead_s.map_or_else(String::new, |least_s| format!("; least {least_s:.2} s"));
         writeln!(
             f,

@@ -43,6 +43,8 @@ pub(crate) struct Arm<'r> {
     /// The least distance so far of two arms, or of one and the base, skin to skin, m.
     pub(crate) clearance_m: f64,
     cycles: u64,
+    /// How often a joint was stopped by its range, harder than by its acceleration.
+    pub(crate) hard_stops: u32,
 }
 
 /// Distances are looked at once in so many cycles.
@@ -54,8 +56,15 @@ impl<'r> Arm<'r> {
         let plan = plan(robot, StrokeCommand::default());
         let controller = Controller::new(robot, plan, Method::CcdThenFinish, f64::MAX);
         let goals = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
-        let mut arm =
-            Arm { robot, controller, goals, interventions: 0, clearance_m: f64::INFINITY, cycles: 0 };
+        let mut arm = Arm {
+            robot,
+            controller,
+            goals,
+            interventions: 0,
+            clearance_m: f64::INFINITY,
+            cycles: 0,
+            hard_stops: 0,
+        };
         let rest = Order::Perform(StrokeCommand::default());
         let cycles = (WAKES_S * robot.rate_hz) as usize;
         assert!((0..cycles).any(|_| arm.cycle(rest) == Activity::Standing), "it never wakes");
@@ -100,11 +109,14 @@ impl<'r> Arm<'r> {
                 let most = self.robot.safety.rate_share * joint.no_load_speed_rad_s();
                 assert!(speed.abs() <= most * (1.0 + 1e-9), "{}: {speed} rad/s", joint.name);
                 let acceleration = (speed - speed_before) / dt_s;
-                // Range outranks acceleration: a joint does not overrun its limit to stop gently.
-                if now <= low + 1e-9 || now >= high - 1e-9 {
+                // Range outranks acceleration: a joint does not overrun its limit to stop gently. It stops, no more.
+                let stops = acceleration * speed_before < 0.0 && speed.abs() < speed_before.abs();
+                let is_at_end = now <= low + 1e-9 || now >= high - 1e-9;
+                let most = self.robot.safety.acceleration_rad_s2;
+                if stops && is_at_end && acceleration.abs() > most {
+                    self.hard_stops += 1;
                     continue;
                 }
-                let most = self.robot.safety.acceleration_rad_s2;
                 assert!(acceleration.abs() <= most * (1.0 + 1e-6), "{}: {acceleration} rad/s2", joint.name);
             }
         }

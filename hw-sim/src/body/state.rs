@@ -24,6 +24,11 @@ pub struct BodyState {
     pub links_contact_n: f64,
     /// Impulse of the ground on the trunk along the ground's normals, since the start, N s.
     pub trunk_impulse_ns: f64,
+    /// Impulse of the ground on the links of each chain other than its foot, along the ground's normals, since the start,
+    /// N s.
+    pub chain_impulses_ns: Vec<f64>,
+    /// True while somebody's hands hold the trunk.
+    pub is_held: bool,
     /// Angular impulse that went through each joint's gears, of motor and rotor, since the start, in the order of the
     /// configuration, N m s. Their friction is left aside; mechanical stops are not behind them.
     pub joint_impulses_nms: Vec<f64>,

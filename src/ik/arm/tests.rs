@@ -7,13 +7,14 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::{ArmSolution, ArmSolver};
+use crate::config;
 use crate::model::ball_joint::{Corner, SwingTwist};
-use crate::model::{ArmGeometry, BallJoint, Bending, Chain, Joint, link_length};
+use crate::model::{ArmGeometry, BallJoint, Bending, Chain, Joint, Robot};
 use crate::signals::{ArmAim, ArmTarget};
 
 const PERIOD_S: f64 = 0.01;
 
-/// An arm of 12 joints of two hinges each, 5.67 m long, whose root is anywhere and turned anyhow.
+/// The thesis' arm of 12 joints of two hinges each, whose root is anywhere and turned anyhow.
 struct Rig {
     chain: Chain,
     joints: Vec<Joint>,
@@ -22,28 +23,12 @@ struct Rig {
 
 impl Rig {
     fn new(range_rad: f64) -> Rig {
-        let hinge = |axis: DVec3, link_m: f64| Joint {
-            name: String::new(),
-            axis,
-            link_m: DVec3::X * link_m,
-            range_rad: (-range_rad, range_rad),
-            stiffness: 0.7,
-            mass_kg: 0.0,
-            center_m: DVec3::ZERO,
-            ball: None,
-            servo: None,
-        };
-        let joints: Vec<Joint> = (0..12)
-            .flat_map(|ball| [hinge(DVec3::NEG_Y, 0.0), hinge(DVec3::Z, link_length(1.0, 0.01, ball))])
-            .collect();
-        let chain = Chain {
-            name: String::new(),
-            root_m: DVec3::new(0.3, -0.2, 1.1),
-            root_rotation: DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, -0.5)),
-            joints: 0..joints.len(),
-            tendons: None,
-            foot: None,
-        };
+        let text = include_str!("../../../tests/common/thesis_arm.toml");
+        let Robot { mut chains, mut joints, .. } = config::parse(text, "thesis arm").unwrap().robot;
+        joints.iter_mut().for_each(|joint| joint.range_rad = (-range_rad, range_rad));
+        let mut chain = chains.remove(0);
+        chain.root_m = DVec3::new(0.3, -0.2, 1.1);
+        chain.root_rotation = DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, -0.5));
         let arm = ArmGeometry::of(&chain, &joints).unwrap();
         Rig { chain, joints, arm }
     }

@@ -4,13 +4,20 @@ use glam::{DQuat, DVec3};
 
 use super::TentaclePlan;
 use super::performer::Keyed;
+use super::progress::RAMP_SHARE;
 use super::pseudo_targets::Turn;
 use super::stroke::{Part, Strokes};
 use super::variation::Variation;
 use super::winding::Winding;
 use crate::model::tendon::SectionBend;
-use crate::model::{ArmGeometry, ArmSettings, GROUPS, Pole, Robot, TendonDrive};
+use crate::model::{ArmGeometry, ArmSettings, GROUPS, Joint, Pole, Robot, TendonDrive};
 use crate::signals::{ArmAim, ArmTarget};
+
+/// Share of its joints' speed and acceleration that winding may take.
+const WIND_SHARE: f64 = 0.5;
+/// Fastest bend of a joint while an arm winds, in v / R, and largest gain of it, in v^2 / (R l), of links l long.
+const BEND_PEAK: f64 = 2.0;
+const BEND_GAIN_PEAK: f64 = 8.0;
 
 /// One arm.
 #[derive(Debug, Clone)]
@@ -24,6 +31,9 @@ pub(super) struct ArmPlan {
     tendons: Option<TendonDrive>,
     pub(super) radius_m: f64,
     strokes: Strokes,
+    /// How fast its slowest joint may bend while it winds, rad/s, and gain speed, rad/s^2.
+    bend_rad_s: f64,
+    bend_rad_s2: f64,
     /// Ends of its groups where it is parked, body frame, m.
     pub(super) parked_in_body: [DVec3; GROUPS],
     /// The hinges of its outer two groups.
@@ -47,7 +57,14 @@ impl ArmPlan {
             Part { role: arm.role, is_right: chain.root_m.y < 0.0, walk_plane_rad: arm.stroke_plane_rad };
         let first_outer =
             geometry.joints.get(geometry.joints_to_end(0)).map_or(0, |joint| joint.hinges.start);
+        let joints = robot.joints_of(chain);
+        let no_load_rad_s = joints.iter().map(Joint::no_load_speed_rad_s).fold(f64::INFINITY, f64::min);
+        // A winch turns by the cord's lever over the spool's for what the section bends.
+        let levers = chain.tendons.iter().flat_map(TendonDrive::sections);
+        let gear = levers.map(|section| section.spool_radius_m / section.cord_radius_m).fold(1.0, f64::min);
         Some(ArmPlan {
+            bend_rad_s: WIND_SHARE * robot.safety.rate_share * no_load_rad_s * gear,
+            bend_rad_s2: WIND_SHARE * robot.safety.acceleration_rad_s2 * gear,
             chain: arm.chain,
             root_m: chain.root_m,
             root_rotation: chain.root_rotation,
@@ -117,6 +134,18 @@ impl ArmPlan {
     pub(super) fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
         let ahead = self.root_rotation * DVec3::X;
         Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
+    }
+
+    /// Shortest time, s, in which it winds round `pole` without asking more of its joints than they can. Of an arm whose
+    /// wound part grows at v on a radius R each joint in turn bends by a link's share of the turn while a link's length
+    /// goes on: at v / R, which it comes to within a part of that time.
+    pub(super) fn wind_time_s(&self, pole: Pole) -> f64 {
+        let Some(winding) = self.winding(pole, 0.0) else { return 0.0 };
+        let radius_m = winding.radius_m();
+        let link_m = self.links_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let by_speed_m_s = self.bend_rad_s * radius_m / BEND_PEAK;
+        let by_acceleration_m_s = (self.bend_rad_s2 * radius_m * link_m / BEND_GAIN_PEAK).sqrt();
+        winding.length_m() / ((1.0 - RAMP_SHARE) * by_speed_m_s.min(by_acceleration_m_s))
     }
 
     /// Lays its links along and round the pole, `wound` of what can be (0 to 1).

@@ -259,12 +259,14 @@ impl Performer {
 
     /// Winds or unwinds, and once all is wound, grips.
     fn wind(&mut self, dt_s: f64, state: &State) {
-        let goal = match self.stage {
-            Stage::Winding(_) => 1.0,
-            Stage::Unwinding(_) => 0.0,
+        let (goal, pole) = match self.stage {
+            Stage::Winding(pole) => (1.0, pole),
+            Stage::Unwinding(pole) => (0.0, pole),
             _ => return,
         };
-        let time_s = WIND_STROKES * self.stroke_time_s / self.asked.tempo.clamp(TEMPO_MIN, 1.0);
+        let asked_s = WIND_STROKES * self.stroke_time_s / self.asked.tempo.max(TEMPO_MIN);
+        let least_s = self.arms.get(self.taking_part).map_or(0.0, |arm| arm.wind_time_s(pole));
+        let time_s = asked_s.max(least_s);
         self.wound.step(dt_s, goal, time_s);
         if let (true, Some(arm)) = (self.wound.share >= 1.0, self.arms.get(self.taking_part)) {
             let hinges = arm.outer_hinges.clone();

@@ -112,7 +112,7 @@ impl KeyStroke {
 
     /// Where the ends of groups of these lengths (m) are to be, arm frame, m.
     pub fn ends_in_arm(&self, group_lengths_m: [f64; GROUPS], phase: f64, sweep_rad: f64) -> [DVec3; GROUPS] {
-        places(group_lengths_m, self.turns(phase, sweep_rad), self.between)
+        places(group_lengths_m, self.turns(phase, sweep_rad))
     }
 }
 

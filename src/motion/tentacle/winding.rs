@@ -128,6 +128,11 @@ impl Winding {
         self.length_m - self.straight_m
     }
 
+    /// Radius of the way round the pole, m.
+    pub fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
     /// Share of the arm that comes to lie on the pole, 0 to 1.
     pub fn contact_share(&self) -> f64 {
         self.length_m() / self.length_m

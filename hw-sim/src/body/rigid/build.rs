@@ -26,7 +26,8 @@ const ROBOT: InteractionGroups =
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part {
     Trunk,
-    Link,
+    /// Of the chain at this place.
+    Link(usize),
     /// Place in [`BodyState::feet`].
     Foot(usize),
 }
@@ -35,16 +36,16 @@ impl Part {
     fn mark(self) -> u128 {
         match self {
             Part::Trunk => 0,
-            Part::Link => 1,
-            Part::Foot(place) => 2 + place as u128,
+            Part::Link(chain) => 1 + 2 * chain as u128,
+            Part::Foot(place) => 2 + 2 * place as u128,
         }
     }
 
     pub(super) fn of(collider: &Collider) -> Part {
         match collider.user_data {
             0 => Part::Trunk,
-            1 => Part::Link,
-            foot => Part::Foot(usize::try_from(foot - 2).unwrap_or_default()),
+            link if link % 2 == 1 => Part::Link(usize::try_from(link / 2).unwrap_or_default()),
+            foot => Part::Foot(usize::try_from(foot / 2 - 1).unwrap_or_default()),
         }
     }
 }
@@ -75,6 +76,7 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
         is_held: false,
         carried: None,
         motor_steps: config.motor_steps,
+        chains: config.chains.len(),
         waited: 0,
         torques: vec![0.0; shafts.len()],
         state: BodyState::unseen(Vec::new()),
@@ -178,14 +180,17 @@ fn insert_chain(
         });
         let end = Vector::from_array(link.end_m);
         if !is_fixed && end.length() > 0.0 {
-            // The round end of a link on a plate must not be what it stands on.
+            // The round end of a link on a plate must not be what it stands on: where the link is short, the plate is
+            // all there is of it.
             let is_on_plate =
                 matches!(chain.foot, Some(Foot::Plate { .. })) && number + 1 == chain.links.len();
-            let short = if is_on_plate { link.radius_m.min(end.length()) } else { 0.0 };
-            let bare = end * (1.0 - short / end.length());
-            let rod = ColliderBuilder::capsule_from_endpoints(Vector::ZERO, bare, link.radius_m);
-            let rod = of_robot(rod.user_data(Part::Link.mark()), config.ground.friction);
-            body.world.insert_collider(rod, Some(child));
+            let short = if is_on_plate { 2.0 * link.radius_m } else { 0.0 };
+            if short < end.length() {
+                let bare = end * (1.0 - short / end.length());
+                let rod = ColliderBuilder::capsule_from_endpoints(Vector::ZERO, bare, link.radius_m);
+                let rod = of_robot(rod.user_data(Part::Link(place).mark()), config.ground.friction);
+                body.world.insert_collider(rod, Some(child));
+            }
         }
         (parent, anchor) = (child, Pose::from_translation(end));
     }

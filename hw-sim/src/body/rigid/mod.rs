@@ -80,6 +80,8 @@ pub struct RigidBody {
     /// How many there were, and how many there are to a step of the body.
     waited: u32,
     motor_steps: u32,
+    /// How many chains there are.
+    chains: usize,
     /// The ground's normal.
     up: Vector,
     /// All of it, kg.
@@ -262,6 +264,8 @@ impl RigidBody {
             foot.force_n = 0.0;
         }
         (state.trunk_contact_n, state.links_contact_n) = (0.0, 0.0);
+        state.is_held = self.is_held;
+        state.chain_impulses_ns.resize(self.chains, 0.0);
         state.joint_impulses_nms.resize(self.hinges.len(), 0.0);
         let Some(dt_s) = dt_s else { return };
         for ground in &self.grounds {
@@ -274,7 +278,10 @@ impl RigidBody {
                         state.trunk_contact_n += force_n;
                         state.trunk_impulse_ns += force_n * dt_s;
                     }
-                    Part::Link => state.links_contact_n += force_n,
+                    Part::Link(chain) => {
+                        state.links_contact_n += force_n;
+                        state.chain_impulses_ns[chain] += force_n * dt_s;
+                    }
                     Part::Foot(place) => state.feet[place].force_n += force_n,
                 }
             }
@@ -361,6 +368,8 @@ impl BodyState {
             trunk_contact_n: 0.0,
             links_contact_n: 0.0,
             trunk_impulse_ns: 0.0,
+            chain_impulses_ns: Vec::new(),
+            is_held: false,
             joint_impulses_nms: Vec::new(),
             is_finite: true,
         }
