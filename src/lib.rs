@@ -6,7 +6,9 @@
 //! ```text
 //! reflex    state                 -> who is in charge; in a fall, a pose
 //! motion    order, state          -> foot or tip targets, or a pose
+//! balance   targets, state        -> feet moved against a fall
 //! ik        targets               -> joint angles, and what is left over
+//! standing  targets, state        -> what loaded joints give way, made up for in their goals
 //! safety    joint angles, state   -> a command: move, hold, limp
 //! counts    command               -> goals in servo counts
 //! bus       goals                 -> one slot a servo: a reply, or what became of it

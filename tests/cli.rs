@@ -295,15 +295,35 @@ fn a_run_completes_and_reports() {
 #[test]
 fn speed_beyond_the_limit_is_held_and_said() {
     let path = scratch("fast.json");
-    let (stdout, _, code) =
-        texts(&output(&["run", HORSE, "--speed", "9", "--for", "1", "--virtual", "--report", text(&path)]));
+    let (stdout, _, code) = texts(&output(&[
+        "run",
+        HORSE,
+        "--speed",
+        "9",
+        "--for",
+        "1",
+        "--virtual",
+        "--no-physics",
+        "--report",
+        text(&path),
+    ]));
     assert_eq!(code, Some(0), "{stdout}");
     assert!(stdout.contains("9 m/s is too fast for walk: held at 0.0"), "{stdout}");
     assert!(stdout.contains("_fore.carpus can turn no faster"), "{stdout}");
     let report = report(&path);
     assert!(at(&report, "/speed_m_s").as_f64().is_some_and(|speed| speed < 0.1), "{report}");
-    let backwards =
-        output(&["run", HORSE, "--speed", "-9", "--for", "1", "--virtual", "--report", text(&path)]);
+    let backwards = output(&[
+        "run",
+        HORSE,
+        "--speed",
+        "-9",
+        "--for",
+        "1",
+        "--virtual",
+        "--no-physics",
+        "--report",
+        text(&path),
+    ]);
     assert!(texts(&backwards).0.contains("-9 m/s is too fast"), "{backwards:?}");
     let report = self::report(&path);
     assert!(at(&report, "/speed_m_s").as_f64().is_some_and(|speed| -0.1 < speed && speed < 0.0), "{report}");

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "a test may panic")]
 
 use hippocamp::bus::{replies_in, replies_to_fast_read_in};
+use hippocamp::imu::{Frame, frames_in};
 use hippocamp::model::Protocol;
 use hippocamp::units::ServoId;
 use hw_sim::requests_in;
@@ -169,6 +170,7 @@ impl Swamp {
 }
 
 const DYNAMIXEL_MARKS: &[u8] = &[0xFF, 0xFF, 0xFF, 0xFD, 0x00, 0x55, 0x01, 0x04, 0x07, 0xFE];
+const IMU_MARKS: &[u8] = &[0x55, 0x55, 0x51, 0x52, 0x53, 0x00, 0xFF, 0x5F];
 const FEETECH_MARKS: &[u8] = &[0xFF, 0xFF, 0xFF, 0x01, 0x02, 0x04, 0x06, 0xFE];
 
 /// Runs every string, followed by a good packet, through `decode` and the search; counts the strings behind which the
@@ -274,4 +276,50 @@ fn mutated_replies_to_a_fast_read_hide_nothing_behind_them() {
         hidden += usize::from(found.last() != Some(&(7, 0, vec![0x12, 0x34, 0x56, 0x78])));
     }
     assert!(hidden <= 10 + strings() / RARE, "{hidden}");
+}
+
+/// The frame of the inertial measurement unit at the front (WitMotion WT901 datasheet v20-0702, 5.1): 55, kind, eight
+/// bytes, low byte of the sum.
+fn frame_at(bytes: &[u8]) -> Option<(usize, Packet)> {
+    let frame = bytes.get(..11)?;
+    let sum = frame[..10].iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte));
+    let is_good = frame[0] == 0x55 && (0x50..=0x5F).contains(&frame[1]) && frame[10] == sum;
+    is_good.then(|| (11, (frame[1], 0, of_interest(frame))))
+}
+
+/// What our decoder keeps of a frame.
+fn of_interest(frame: &[u8]) -> Vec<u8> {
+    match frame[1] {
+        0x51..=0x53 => frame[2..8].to_vec(),
+        0x5F => frame[2..10].to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn frames_of_an_imu_are_found_behind_anything() {
+    let frame = |kind: u8, data: &[u8]| {
+        let mut frame = [&[0x55, kind], data].concat();
+        frame.push(frame.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)));
+        frame
+    };
+    let packet = |swamp: &mut Swamp| {
+        let kind = [0x51, 0x52, 0x53, 0x54, 0x5F][swamp.below(5)];
+        let data: Vec<u8> = (0..8).map(|_| swamp.byte()).collect();
+        frame(kind, &data)
+    };
+    let numbers = |numbers: &[i16]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    let decode = |bytes: &[u8]| {
+        let packet = |frame| match frame {
+            Frame::Acceleration(values) => (0x51, 0, numbers(&values)),
+            Frame::Rate(values) => (0x52, 0, numbers(&values)),
+            Frame::Angle(values) => (0x53, 0, numbers(&values)),
+            Frame::Registers(values) => (0x5F, 0, numbers(&values)),
+            Frame::Other(kind) => (kind, 0, Vec::new()),
+        };
+        frames_in(bytes).into_iter().map(packet).collect::<Vec<Packet>>()
+    };
+    let good = frame(0x53, &[0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC, 0xDE, 0xF0]);
+    let hidden = compare(IMU_MARKS, &good, packet, decode, frame_at);
+    assert!(hidden <= 10 + strings() / OFTEN, "{hidden}");
 }

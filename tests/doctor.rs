@@ -19,7 +19,8 @@ fn examine(rig: &Rig) -> (Value, Option<i32>) {
 }
 
 /// What hangs on how busy the machine of the test is.
-const OF_THE_MACHINE: [&str; 4] = ["this machine: ", " replies", " an exchange takes ", " fast sync read"];
+const OF_THE_MACHINE: [&str; 5] =
+    ["imu: ", "this machine: ", " replies", " an exchange takes ", " fast sync read"];
 
 /// `verdict about: found -> cure`, a line each, without what hangs on the machine.
 fn lines(said: &Value) -> Vec<String> {
@@ -51,6 +52,8 @@ fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
         let (said, code) = examine(&rig);
         assert_eq!(code, Some(i32::from(said["faults"].as_u64().unwrap() > 0)), "{said:#}");
         assert!(said.to_string().contains("an exchange takes "), "{said:#}");
+        // How often, hangs on the machine.
+        assert!(said.to_string().contains("measures "), "{said:#}");
         let lines = lines(&said);
         assert!(lines.iter().all(|line| !line.starts_with("fault")), "{file}: {lines:#?}");
         assert_eq!(settings(&rig, &rig.robot, last), before, "{file}");
@@ -153,10 +156,10 @@ fn an_adapter_that_is_not_there_is_told_and_the_other_buses_are_looked_at() {
     );
     assert_eq!(all.iter().filter(|line| line.starts_with("ok servo ")).count(), 12, "{all:#?}");
 
-    // In words, for people.
+    // In words, for people. All four buses and the unit are gone.
     rig.server = None;
     let output = rig.start("doctor", &[]).wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("FAULT    bus left_hind: ") && text.contains("\n           -> plug "), "{text}");
-    assert!(text.contains("horse-dynamixel: 4 faults, "), "{text}");
+    assert!(text.contains("horse-dynamixel: 5 faults, "), "{text}");
 }

@@ -165,6 +165,18 @@ fn the_cycle_allocates_nothing_from_limp_to_limp() {
     }
 }
 
+/// Weight shared over the feet, sag made up for, feedback: all of it at work. Costs two seconds.
+#[test]
+fn the_cycle_of_a_horse_on_the_ground_allocates_nothing() {
+    let robot = in_physics("horse.toml");
+    let plan = plan(&robot, "walk-steady", 0.9);
+    let sit_rad = plan.sit_pose_rad.clone();
+    let order = |s: f64, _| if s < 9.0 { Order::Go } else { Order::Stop };
+    let (activities, permissions) = run_from(&robot, (plan.into(), &sit_rad), ("", true), order);
+    assert!(activities.contains(&Activity::Walking), "{activities:?}");
+    assert_eq!(permissions, [Permission::Move]);
+}
+
 /// Every stroke there is, in haste; an overload while it walks, which a restart mends as soon as the arms are parked, a
 /// servo that starts anew, and at last one that stays silent.
 const ARM_FAULTS: &str = "

@@ -4,6 +4,7 @@
 #![no_main]
 
 use hippocamp::bus::{replies_in, replies_to_fast_read_in};
+use hippocamp::imu::{Frame, frames_in};
 use hippocamp::model::Protocol;
 use hippocamp::units::ServoId;
 use libfuzzer_sys::fuzz_target;
@@ -12,6 +13,8 @@ use libfuzzer_sys::fuzz_target;
 const DYNAMIXEL: [u8; 14] = [0xFF, 0xFF, 0xFD, 0x00, 1, 7, 0, 0x55, 0, 6, 4, 0x26, 0x65, 0x5D];
 /// Of servo 1 at 1304 (Feetech wiki, protocol ft-scs).
 const FEETECH: [u8; 8] = [0xFF, 0xFF, 1, 4, 0, 0x18, 0x05, 0xDD];
+/// An inertial measurement unit at 45 degrees of roll (WT901 datasheet, 5.1.4).
+const IMU: [u8; 11] = [0x55, 0x53, 0x00, 0x20, 0, 0, 0, 0, 0, 0, 0xC8];
 
 fuzz_target!(|noise: &[u8]| {
     let twice = |good: &[u8]| [noise, good, good, good].concat();
@@ -21,4 +24,5 @@ fuzz_target!(|noise: &[u8]| {
     replies_to_fast_read_in(&[1, 2, 3].map(ServoId), 8, &dynamixel);
     let found = replies_in(Protocol::Feetech, 8, &twice(&FEETECH));
     assert_eq!(found.last(), Some(&(1, 0, vec![0x18, 0x05])));
+    assert_eq!(frames_in(&twice(&IMU)).last(), Some(&Frame::Angle([0x2000, 0, 0])));
 });

@@ -162,6 +162,35 @@ fn energy_of_a_swinging_arm_does_not_grow() {
     assert!(fastest < 0.01, "it has come to rest, but for {fastest} rad/s");
 }
 
+/// What a joint gives its link is what its motor gives, less what its rotor takes up.
+#[test]
+fn impulses_through_joints_are_the_motors_and_the_rotors() {
+    // Held straight out by just the torque of its weight.
+    let hold_nm = 0.1 * G * 0.1;
+    let mut shafts = vec![ShaftState { position_rad: FRAC_PI_2, ..shaft(0.027, 0.0) }];
+    let mut body = RigidBody::new(&arm(1), &shafts).unwrap();
+    (0..100).for_each(|_| body.step(DT, &mut shafts, &[hold_nm]));
+    let held = body.state().unwrap().joint_impulses_nms[0];
+    near(shafts[0].speed_rad_s, 0.0, 1e-3);
+    near(held, hold_nm * 0.1, 1e-5);
+    // Let go, only its rotor holds it back.
+    let mut shafts = vec![ShaftState { position_rad: FRAC_PI_2, ..shaft(0.027, 0.0) }];
+    let mut body = RigidBody::new(&arm(1), &shafts).unwrap();
+    run(&mut body, &mut shafts, 0.1);
+    assert!(shafts[0].speed_rad_s.abs() > 0.1);
+    near(body.state().unwrap().joint_impulses_nms[0], -0.027 * shafts[0].speed_rad_s, 1e-9);
+}
+
+#[test]
+fn the_grounds_impulse_on_a_trunk_at_rest_is_weight_times_time() {
+    let mut body = RigidBody::new(&alone(Ground::default()), &[]).unwrap();
+    run(&mut body, &mut [], 0.5);
+    let before = body.state().unwrap().trunk_impulse_ns;
+    run(&mut body, &mut [], 1.0);
+    let gain = body.state().unwrap().trunk_impulse_ns - before;
+    near(gain, 2.0 * G, 0.01 * 2.0 * G);
+}
+
 #[test]
 fn the_ground_carries_the_weight() {
     let mut body = RigidBody::new(&alone(Ground::default()), &[]).unwrap();

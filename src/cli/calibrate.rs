@@ -120,7 +120,7 @@ fn today() -> Result<Date> {
 }
 
 /// A person at a terminal, or a script in their place.
-struct AtTerminal {
+pub(super) struct AtTerminal {
     path: PathBuf,
     /// Something was kept; the file of before it lies beside it.
     is_kept: bool,
@@ -131,7 +131,7 @@ struct AtTerminal {
 }
 
 impl AtTerminal {
-    fn new(path: PathBuf, is_asked: bool) -> Result<AtTerminal> {
+    pub(super) fn new(path: PathBuf, is_asked: bool) -> Result<AtTerminal> {
         let lines = is_asked.then(typed::lines).transpose().context("standard input cannot be read")?;
         Ok(AtTerminal { path, is_kept: false, signals: Signals::catch()?, lines, has_enough: false })
     }

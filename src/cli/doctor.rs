@@ -40,7 +40,9 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     let mut files = Lines::new(&mut tell);
     look_at_files(&mut robot, &options.robot, unit.as_ref(), &mut files);
     let mut lines = files.into_all();
-    lines.extend(examine(&robot, &devices, stop, &mut tell));
+    // After the unit file, which may say at which rate it talks.
+    let imu = ports::imu_device(&robot, &ports);
+    lines.extend(examine(&robot, &devices, imu.as_ref(), stop, &mut tell));
     let count = |verdict| lines.iter().filter(|line| line.verdict == verdict).count();
     let (faults, warnings) = (count(Verdict::Fault), count(Verdict::Warning));
     if options.is_json {

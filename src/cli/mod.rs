@@ -8,6 +8,7 @@ mod confirm;
 mod doctor;
 mod drivers;
 mod guard;
+mod imu;
 mod interrupt;
 mod jog;
 mod load;
@@ -127,6 +128,9 @@ enum Command {
     #[command(after_help = "Examples:\n  hippocamp doctor config/horse.toml\n  \
                             hippocamp doctor config/horse.toml --port main=/dev/ttyACM0 --json")]
     Doctor(DoctorArguments),
+    /// Sets up the inertial measurement unit of a built robot, or shows what it says.
+    #[command(subcommand)]
+    Imu(ImuCommand),
     /// Measures where the joints of a built robot are and which way they turn, and keeps it in its unit file.
     ///
     /// All servos go limp. You bring the robot into the pose that is drawn, then turn each joint by hand from end to end;
@@ -262,6 +266,39 @@ struct DoctorArguments {
     /// Print all of it as JSON.
     #[arg(long = "json")]
     is_json: bool,
+}
+
+/// What to do with the inertial measurement unit.
+#[derive(Debug, Subcommand)]
+enum ImuCommand {
+    /// Finds the unit, sets it up, and finds how it is built in while you tilt the robot.
+    ///
+    /// Tries all its line rates; sets what it sends, how often and at which rate, as the robot file says, and has it keep
+    /// that; then asks you to hold the robot level, nose down, level and left side down. What is found goes into the unit
+    /// file. No servo is touched: hold the robot limp, or with its power off.
+    #[command(after_help = "Example: hippocamp imu setup config/horse.toml --port imu=/dev/ttyUSB1")]
+    Setup(ImuArguments),
+    /// Shows roll, pitch, yaw and turn rates of the body, and how old they are, five times a second.
+    Show {
+        #[command(flatten)]
+        options: ImuArguments,
+        /// How long, in s [default: until Ctrl-C].
+        #[arg(long = "for", value_name = "S")]
+        for_s: Option<f64>,
+    },
+}
+
+/// Options of `imu`.
+#[derive(Debug, clap::Args)]
+struct ImuArguments {
+    /// The robot file.
+    robot: PathBuf,
+    /// The unit file [default: the robot file's name with .unit.toml for .toml].
+    #[arg(long, value_name = "FILE")]
+    unit: Option<PathBuf>,
+    /// Serial device of the unit, as imu=PATH, in the place of the unit file's.
+    #[arg(long = "port", value_name = "imu=PATH")]
+    ports: Vec<ports::PortOption>,
 }
 
 /// Options of `calibrate`.
@@ -481,6 +518,7 @@ pub fn main() -> ExitCode {
         Command::Show(options) => run::run(options, run::Kind::Show),
         Command::Jog(options) => jog::jog(options),
         Command::Doctor(options) => doctor::doctor(options),
+        Command::Imu(command) => imu::imu(command),
         Command::Calibrate(options) => calibrate::calibrate(options),
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),

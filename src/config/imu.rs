@@ -75,7 +75,7 @@ fn read_settings(section: &Section<'_>, loop_rate_hz: Option<f64>) -> Option<Imu
     Some(ImuSettings {
         rate_hz: imu_rate_hz?.into(),
         baud: baud?,
-        rotation: rotation(rpy?.map(f64::to_radians)),
+        rotation: rotation(rpy?),
         rate_sign: 1.0,
         delay_s: delay_ms? / 1000.0,
         stale_s: stale_s?,

@@ -178,8 +178,8 @@ fn read_keys(motion: &Section<'_>, poses: &[NamedPose<'_>]) -> Option<Vec<KeyPos
         }
         let torque_share = key.number_or(
             "torque_share",
-            "the torque on the way there, a share of what is permitted",
-            Limits::AboveToMost(0.0, 1.0),
+            "the torque on the way there, a share of what is permitted; with 0 it is limp meanwhile",
+            Limits::FromTo(0.0, 1.0),
             1.0,
         );
         let angles_rad = poses.get(pose?).and_then(|(_, angles)| angles.clone());

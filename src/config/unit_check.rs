@@ -77,7 +77,7 @@ impl UnitImu {
     fn apply(&self, settings: &mut ImuSettings) {
         settings.baud = self.baud.unwrap_or(settings.baud);
         if let Some(rpy_deg) = self.rpy_deg {
-            settings.rotation = rotation(DVec3::from_array(rpy_deg).map(f64::to_radians));
+            settings.rotation = rotation(DVec3::from_array(rpy_deg));
         }
         if self.rates_reversed == Some(true) {
             settings.rate_sign = -1.0;

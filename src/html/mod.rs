@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::bus::ServoGoal;
 use crate::model::{Chain, Robot};
 use crate::recording::{Ending, Recording, Sample};
+use crate::signals::ImuReading;
 use crate::telemetry::Telemetry;
 
 /// Frames a second, about.
@@ -36,6 +37,9 @@ struct Data<'a> {
     /// Of each joint, in the order of the chains.
     measured: Vec<Vec<f64>>,
     goal: Vec<Vec<Option<f64>>>,
+    /// What the inertial measurement unit said of the trunk, where that was acted on: roll and pitch. None on a robot that
+    /// has none.
+    attitude: Option<[Vec<Option<f64>>; 2]>,
     /// Of each chain: `s` standing, `a` in the air, `-` neither; one letter a frame.
     contact: Vec<String>,
 }
@@ -101,6 +105,13 @@ fn data(recording: &Recording) -> Data<'_> {
             })
             .collect(),
         goal: (0..robot.joints.len()).map(|joint| goals(&frames, joint)).collect(),
+        attitude: robot.imu.as_ref().map(|_| {
+            let angles = |of: fn(&ImuReading) -> f64| {
+                let angle = |sample: &&Sample| sample.state.body.is_known.then(|| degrees(of(&sample.imu)));
+                frames.iter().map(angle).collect()
+            };
+            [angles(|imu| imu.roll_rad), angles(|imu| imu.pitch_rad)]
+        }),
         contact: (0..robot.chains.len()).map(|chain| contact(&frames, chain)).collect(),
     }
 }

@@ -6,6 +6,8 @@
 
 mod clock;
 mod codec;
+mod serial;
+mod setup;
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -17,6 +19,8 @@ pub use codec::{
     CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, frames_in, rate_code,
     read_command,
 };
+pub use serial::SerialImu;
+pub use setup::{FoundImu, ImuLine, ImuSetupError, set_up};
 
 /// Bytes taken from the line at once.
 const PIECE_BYTES: usize = 256;

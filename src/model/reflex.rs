@@ -119,7 +119,7 @@ pub struct KeyPose {
     pub at_s: f64,
     /// Angles of all joints, rad.
     pub angles_rad: Vec<f64>,
-    /// Torque on the way there, share of what is permitted, 0 < s <= 1.
+    /// Torque on the way there, share of what is permitted, 0 to 1; at 0 it is limp meanwhile.
     pub torque_share: f64,
 }
 

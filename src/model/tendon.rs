@@ -15,6 +15,8 @@ use super::GROUPS;
 
 /// Most iterations that find a section's bend from its winches.
 const NEWTON_STEPS: u32 = 8;
+/// No bend that is found from winches is larger than so many times its section's largest.
+const MOST_SHARE: f64 = 2.0;
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
 
@@ -25,6 +27,14 @@ pub struct SectionBend {
     pub lift: f64,
     /// To the left.
     pub sweep: f64,
+}
+
+impl SectionBend {
+    /// The same to the same side, and no larger than `most_rad`.
+    fn within(self, most_rad: f64) -> SectionBend {
+        let share = (most_rad / self.lift.hypot(self.sweep)).min(1.0);
+        SectionBend { lift: share * self.lift, sweep: share * self.sweep }
+    }
 }
 
 /// A row of joints that bend as one.
@@ -175,7 +185,7 @@ impl TendonDrive {
     }
 
     /// Writes the bends that these turns of the winches (rad) make: the root section's from its own, then the next
-    /// one's, whose cords it bends.
+    /// one's, whose cords it bends. Where no bend makes them, as where a limp winch may stand, one that is near.
     pub fn bends(&self, winches: &[f64], bends: &mut [SectionBend]) {
         for (section, pair) in winches.chunks(2).enumerate().take(self.sections.len()) {
             let Section { cord_radius_m, spool_radius_m, cord_turn_rad, .. } = self.sections[section];
@@ -185,8 +195,10 @@ impl TendonDrive {
             let ratio = spool_radius_m / cord_radius_m;
             let (sine, cosine) = cord_turn_rad.sin_cos();
             let (up, left) = (ratio * (pair[0] - own[0]), ratio * (pair[1] - own[1]));
+            let most_rad = MOST_SHARE * self.sections[section].bend_max_rad;
             bends[section] =
-                SectionBend { lift: up * cosine + left * sine, sweep: left * cosine - up * sine };
+                SectionBend { lift: up * cosine + left * sine, sweep: left * cosine - up * sine }
+                    .within(most_rad);
             for _ in 0..NEWTON_STEPS {
                 let SectionBend { lift, sweep } = bends[section];
                 let now = self.pair_rad(section, bends);
@@ -199,10 +211,16 @@ impl TendonDrive {
                     [slope(by_lift, 0), slope(by_sweep, 0), slope(by_lift, 1), slope(by_sweep, 1)];
                 let (miss_up, miss_left) = (pair[0] - now[0], pair[1] - now[1]);
                 let scale = 1.0 / (a * d - b * c);
-                bends[section] = SectionBend {
+                let next = SectionBend {
                     lift: lift + scale * (d * miss_up - b * miss_left),
                     sweep: sweep + scale * (a * miss_left - c * miss_up),
                 };
+                // Where the cords come no nearer, there is no way on.
+                let has_next = next.lift.is_finite() && next.sweep.is_finite();
+                bends[section] = if has_next { next.within(most_rad) } else { SectionBend { lift, sweep } };
+                if !has_next {
+                    break;
+                }
                 if miss_up.abs() + miss_left.abs() < 1e-12 {
                     break;
                 }
@@ -341,6 +359,28 @@ mod tests {
                 assert!((bend.sweep - back.sweep).abs() < 1e-9, "{bends:?} became {again:?}");
             }
         }
+    }
+
+    /// A limp winch may stand where no bend has its cords.
+    #[test]
+    fn winches_that_no_bend_turns_so_far_still_make_one() {
+        let drive = drive();
+        let mut bends = [SectionBend::default(); 3];
+        for step in 0..20_000 {
+            let winches: [f64; 6] =
+                std::array::from_fn(|winch| 12.0 * (f64::from(step) * (0.37 + 0.71 * winch as f64)).sin());
+            drive.bends(&winches, &mut bends);
+            for (bend, section) in bends.iter().zip(drive.sections()) {
+                let size_rad = bend.lift.hypot(bend.sweep);
+                assert!(
+                    size_rad <= MOST_SHARE * section.bend_max_rad * (1.0 + 1e-9),
+                    "{winches:?}: {bends:?}"
+                );
+            }
+        }
+        drive.bends(&[f64::NAN; 6], &mut bends);
+        drive.bends(&[0.1; 6], &mut bends);
+        assert!(bends.iter().all(|bend| bend.lift.is_finite()), "what was no number is forgotten");
     }
 
     #[test]

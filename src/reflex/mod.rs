@@ -259,6 +259,9 @@ impl<'r> Reflex<'r> {
                 let keys = keys_of(settings, direction);
                 targets.torque_share = self.write_keys(keys, since_s, targets);
                 self.stay_near(state, targets);
+                if targets.torque_share <= 0.0 {
+                    targets.aim = Aim::Limp;
+                }
             }
             Phase::GettingUp { since_s, way } => {
                 let from_share = if is_passive { 0.0 } else { settings.passive_torque_share };

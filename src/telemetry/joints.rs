@@ -9,6 +9,8 @@ use crate::model::Robot;
 struct Seen {
     /// Last goal register, counts; none while limp.
     goal: Option<i32>,
+    /// Where it was measured in the cycle before, rad.
+    position_rad: Option<f64>,
     /// True once the joint was measured inside its range.
     was_inside: bool,
 }
@@ -29,7 +31,7 @@ impl JointObserver {
     }
 
     pub(super) fn note_gap(&mut self) {
-        self.seen.iter_mut().for_each(|seen| seen.goal = None);
+        self.seen.iter_mut().for_each(|seen| (seen.goal, seen.position_rad) = (None, None));
     }
 
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
@@ -57,8 +59,9 @@ impl JointObserver {
                     .tracking_error_max_deg
                     .max((angle_rad - measured.position_rad).abs().to_degrees());
                 let outside_rad = (low - angle_rad).max(angle_rad - high);
-                let before_rad =
-                    seen.goal.map_or(measured.position_rad, |goal| servo.angle_of(f64::from(goal)));
+                // Torque comes on where the joint was in the cycle before.
+                let goal_rad = seen.goal.map(|goal| servo.angle_of(f64::from(goal)));
+                let before_rad = goal_rad.or(seen.position_rad).unwrap_or(measured.position_rad);
                 let outside_before_rad = (low - before_rad).max(before_rad - high);
                 // A joint that starts outside its range may be outside on its way in, and only then.
                 let is_on_the_way_in = outside_rad <= outside_before_rad;
@@ -77,7 +80,7 @@ impl JointObserver {
                     }
                 }
             }
-            seen.goal = goal;
+            (seen.goal, seen.position_rad) = (goal, Some(measured.position_rad));
         }
     }
 }

@@ -44,9 +44,11 @@ pub struct Observed {
     pub head_impact_n: f64,
     /// How far the trunk leant when the fall was certain, degrees; none if it never was.
     pub told_at_deg: Option<f64>,
-    /// Largest torque through any joint from when the fall was certain (from the push, if it never was), by its motor,
-    /// the inertia of its rotor and its stops; mean over 10 ms, N m.
+    /// Largest torque through the gears of any joint from when the fall was certain (from the push, if it never was): its
+    /// motor's, and what its rotor's inertia takes up; mean over 10 ms, N m.
     pub joint_load_nm: f64,
+    /// When that was.
+    pub joint_load_s: f64,
     /// What became of the fall, as the robot saw it.
     pub outcome: FallOutcome,
     /// Poses since the push.
@@ -155,6 +157,7 @@ pub fn observe(
         head_impact_n: 0.0,
         told_at_deg: None,
         joint_load_nm: 0.0,
+        joint_load_s: 0.0,
         outcome: FallOutcome::None,
         track: Vec::new(),
     };
@@ -203,7 +206,9 @@ pub fn observe(
             let (impact_n, head_n, load_nm) = now.since(before);
             observed.head_impact_n = observed.head_impact_n.max(head_n);
             observed.impact_n = observed.impact_n.max(impact_n);
-            observed.joint_load_nm = observed.joint_load_nm.max(load_nm);
+            if load_nm > observed.joint_load_nm {
+                (observed.joint_load_nm, observed.joint_load_s) = (load_nm, pushed_s);
+            }
             window = Some(now);
         }
         let Some(state) = world.body() else { continue };

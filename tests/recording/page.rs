@@ -38,6 +38,10 @@ fn the_page_has_fifty_frames_a_second_of_every_joint_and_leg() {
     assert_eq!(frames(&data["time"]) as u64, report.cycles.div_ceil(2));
     assert_eq!((frames(&data["measured"]), frames(&data["goal"]), frames(&data["contact"])), (16, 16, 4));
     assert_eq!(frames(&data["measured"][15]), frames(&data["time"]));
+    // Known from the first measurement on.
+    let [roll, pitch] = [0, 1].map(|of| data["attitude"][of].as_array().unwrap());
+    assert_eq!((roll.len(), pitch.len()), (frames(&data["time"]), frames(&data["time"])));
+    assert!(roll[0].is_null() && roll.last().unwrap().is_number() && pitch.last().unwrap().is_number());
     // Limp at first, then standing, and in the air at times.
     let contact = data["contact"][0].as_str().unwrap();
     assert!(contact.starts_with('-') && contact.contains('s') && contact.contains('a'));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use hippocamp::config::{self, Unit, UnitBus, UnitJoint, write_unit};
+use hippocamp::config::{self, Unit, UnitBus, UnitImu, UnitJoint, write_unit};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::platform::{monotonic, sleep_until};
 use hippocamp::simulation;
@@ -52,7 +52,13 @@ impl Rig {
         let buses = buses
             .map(|(bus, path)| UnitBus { name: bus.name.clone(), device: path.display().to_string() })
             .collect();
-        let unit = calibrated(&robot, file, buses);
+        let imu_of = |path: &Path| UnitImu {
+            device: path.display().to_string(),
+            baud: None,
+            rpy_deg: None,
+            rates_reversed: None,
+        };
+        let unit = Unit { imu: server.imu_path().map(imu_of), ..calibrated(&robot, file, buses) };
         let unit_file = folder.path().join("built.unit.toml");
         write_unit(&unit_file, &unit).unwrap();
         Rig { robot, robot_file, unit_file, server: Some(server), folder }

@@ -490,10 +490,10 @@ const REFLEX: &[Bad] = &[
     bad("lying = \"upright\"", "@lying = \"up\"", "reflex.get_up[0].lying", "\"up\"", &["what is down"]),
     bad(
         "torque_share = 0.7",
-        "torque_share = @0",
+        "torque_share = @7",
         "reflex.fall[0].key[0].torque_share",
-        "0",
-        &["above 0 and at most 1"],
+        "7",
+        &["from 0 to 1"],
     ),
     bad(
         "[reflex]\n",

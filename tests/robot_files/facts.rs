@@ -122,6 +122,16 @@ fn horse_dynamixel_is_the_same_body_on_a_bus_a_leg() {
 }
 
 #[test]
+fn the_horses_imu_lies_with_its_y_axis_forward() {
+    for name in ["horse.toml", "horse-dynamixel.toml"] {
+        let imu = shipped(name).imu.unwrap();
+        // Its x axis is then to the right.
+        assert!((imu.rotation * DVec3::Y - DVec3::X).length() < 1e-12, "{name}");
+        assert!((imu.rotation * DVec3::X + DVec3::Y).length() < 1e-12, "{name}");
+    }
+}
+
+#[test]
 fn thoroughbred_exists_on_paper_only() {
     let robot = shipped("thoroughbred.toml");
     let larger = |lengths: [f64; 4]| lengths.map(|length| length * 1.18);

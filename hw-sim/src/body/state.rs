@@ -29,8 +29,8 @@ pub struct BodyState {
     pub chain_impulses_ns: Vec<f64>,
     /// True while somebody's hands hold the trunk.
     pub is_held: bool,
-    /// Angular impulse that each joint gave its link through motor, rotor and stops, since the start, in the order of the
-    /// configuration, N m s. Friction of the gears is left aside.
+    /// Angular impulse that went through each joint's gears, of motor and rotor, since the start, in the order of the
+    /// configuration, N m s. Their friction is left aside; mechanical stops are not behind them.
     pub joint_impulses_nms: Vec<f64>,
     /// False once a number got lost; the body stands still from then on.
     pub is_finite: bool,

@@ -126,6 +126,15 @@ impl Imu {
         self.sense.observe(at_ns, body);
     }
 
+    /// Hands turn the trunk to this roll, pitch and yaw, rad, where there is no body.
+    pub(crate) fn tilt(&mut self, to_rad: [f64; 3]) {
+        self.sense.tilt(to_rad);
+    }
+
+    pub(crate) fn is_tilting(&self) -> bool {
+        self.sense.is_tilting()
+    }
+
     /// When something next happens here by itself.
     pub(crate) fn next_ns(&self) -> u64 {
         self.outbox.front().map_or(self.next_output_ns, |&(at, _)| at.min(self.next_output_ns))

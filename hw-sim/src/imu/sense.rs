@@ -11,6 +11,8 @@ use crate::convert::nanoseconds;
 
 /// Time in which the slow part of an angle's error becomes another, s. Our choice; the maker states none.
 const DRIFT_S: f64 = 20.0;
+/// How fast hands turn a trunk, rad/s.
+const HANDS_RAD_S: f64 = 0.8;
 /// Gravity, m/s^2, where there is no body: as the rigid body has it.
 const GRAVITY: f64 = 9.81;
 
@@ -34,8 +36,46 @@ pub(super) struct Measurement {
     pub(super) angles_rad: Vector,
 }
 
+/// A trunk in somebody's hands: roll, pitch and yaw, rad.
+#[derive(Debug, Default)]
+struct Hands {
+    now_rad: Vector,
+    to_rad: Vector,
+    at_ns: u64,
+}
+
+impl Hands {
+    fn is_turning(&self) -> bool {
+        self.now_rad.iter().zip(self.to_rad).any(|(now, to)| (to - now).abs() > 1e-9)
+    }
+
+    /// Each angle goes its way at the same speed.
+    fn step(&mut self, at_ns: u64) -> Truth {
+        let dt_s = std::time::Duration::from_nanos(at_ns.saturating_sub(self.at_ns)).as_secs_f64();
+        self.at_ns = at_ns;
+        let before = quaternion(self.now_rad);
+        let step = HANDS_RAD_S * dt_s;
+        self.now_rad = std::array::from_fn(|axis| {
+            self.now_rad[axis] + (self.to_rad[axis] - self.now_rad[axis]).clamp(-step, step)
+        });
+        let rotation = quaternion(self.now_rad);
+        let [bx, by, bz, bw] = before;
+        // The small turn from before to now, in the trunk's axes.
+        let [x, y, z, w] = product([-bx, -by, -bz, bw], rotation);
+        let rate = |part: f64| if dt_s > 0.0 { 2.0 * part * w.signum() / dt_s } else { 0.0 };
+        let [rx, ry, rz, rw] = rotation;
+        Truth {
+            at_ns,
+            rotation,
+            rate_rad_s: [rate(x), rate(y), rate(z)],
+            force_m_s2: turned([-rx, -ry, -rz, rw], [0.0, 0.0, GRAVITY]),
+        }
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Sense {
+    hands: Hands,
     config: ImuConfig,
     delay_ns: u64,
     /// Oldest first; as many as the delay needs.
@@ -55,6 +95,7 @@ impl Sense {
         let mut drift = noise(&mut rng, config.angle_drift_rad);
         drift[2] = 0.0;
         Sense {
+            hands: Hands::default(),
             delay_ns: nanoseconds(config.delay_s),
             config: config.clone(),
             past: VecDeque::new(),
@@ -66,15 +107,20 @@ impl Sense {
         }
     }
 
-    /// A step of the motors has ended. Without a body the trunk lies level and still.
+    /// From now on hands turn the trunk to this roll, pitch and yaw, rad, where there is no body.
+    pub(super) fn tilt(&mut self, to_rad: Vector) {
+        self.hands.to_rad = to_rad;
+    }
+
+    /// Whether they are still turning it.
+    pub(super) fn is_tilting(&self) -> bool {
+        self.hands.is_turning()
+    }
+
+    /// A step of the motors has ended. Without a body the trunk is where hands hold it: level at first.
     pub(super) fn observe(&mut self, at_ns: u64, body: Option<&BodyState>) {
-        let level = Truth {
-            at_ns,
-            rotation: [0.0, 0.0, 0.0, 1.0],
-            rate_rad_s: [0.0; 3],
-            force_m_s2: [0.0, 0.0, GRAVITY],
-        };
-        let truth = body.map_or(level, |body| Truth {
+        let held = self.hands.step(at_ns);
+        let truth = body.map_or(held, |body| Truth {
             at_ns,
             rotation: body.rotation,
             rate_rad_s: body.rate_rad_s,
@@ -142,6 +188,16 @@ fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
         aw * bz + ax * by - ay * bx + az * bw,
         aw * bw - ax * bx - ay * by - az * bz,
     ]
+}
+
+/// The turn by these roll, pitch and yaw.
+fn quaternion([roll, pitch, yaw]: Vector) -> [f64; 4] {
+    let about = |axis: usize, angle: f64| {
+        let mut turn = [0.0, 0.0, 0.0, (0.5 * angle).cos()];
+        turn[axis] = (0.5 * angle).sin();
+        turn
+    };
+    product(product(about(2, yaw), about(1, pitch)), about(0, roll))
 }
 
 fn turned(turn: [f64; 4], [x, y, z]: Vector) -> Vector {

@@ -49,6 +49,21 @@ impl World {
         }
     }
 
+    /// Has hands turn the trunk of a world without a body, which only the unit feels, to this roll, pitch and yaw, rad.
+    /// Does nothing if there is no unit, or a number is none.
+    pub fn tilt_by_hand(&mut self, roll_pitch_yaw_rad: [f64; 3]) {
+        if let Some(imu) =
+            self.imu.as_mut().filter(|_| roll_pitch_yaw_rad.iter().all(|angle| angle.is_finite()))
+        {
+            imu.tilt(roll_pitch_yaw_rad);
+        }
+    }
+
+    /// Whether hands are still turning it.
+    pub fn is_tilting(&self) -> bool {
+        self.imu.as_ref().is_some_and(|imu| imu.is_tilting())
+    }
+
     /// The unit's power goes and comes: it forgets what was not saved. Does nothing if there is none.
     pub fn restart_imu(&mut self) {
         if let Some(imu) = &mut self.imu {

@@ -135,3 +135,30 @@ fn a_bus_that_does_not_exist_is_gone() {
     assert_eq!(ports.send(3, b"x"), Err(PortError::Gone { bus: 3 }));
     assert_eq!(ports.receive(3, &mut [0; 8]), Err(PortError::Gone { bus: 3 }));
 }
+
+#[test]
+fn the_imus_line_is_read_without_waiting_and_ends_no_wait() {
+    let (_quiet, bus) = line("legs", 1_000_000);
+    let (mut far, imu) = line("imu", 115_200);
+    let mut ports = SerialPorts::open_with_imu(&[bus], Some(&imu)).unwrap();
+    assert_eq!(ports.receive_imu(&mut [0; 8]), Ok(0));
+    far.write_all(b"here").unwrap();
+    // They are not looked at, so that a wait for servos lasts as if they were not there.
+    let deadline = ports.now() + Duration::from_millis(2);
+    ports.wait_for_input(deadline);
+    assert!(ports.now() >= deadline);
+    let (mut received, mut piece) = (Vec::new(), [0; 8]);
+    let deadline = much_later(&mut ports);
+    while received.len() < 4 && ports.now() < deadline {
+        let count = ports.receive_imu(&mut piece).unwrap();
+        received.extend_from_slice(&piece[..count]);
+    }
+    assert_eq!(received, b"here");
+    assert_eq!(ports.receive(0, &mut piece), Ok(0), "it is no bus");
+    drop(far);
+    assert_eq!(ports.receive_imu(&mut piece), Err(PortError::ImuGone));
+    assert_eq!(ports.receive(0, &mut piece), Ok(0), "the bus is there");
+    // Without one there is nothing to read, and nothing is wrong.
+    let (_far, bus) = line("arms", 1_000_000);
+    assert_eq!(SerialPorts::open(&[bus]).unwrap().receive_imu(&mut piece), Ok(0));
+}

@@ -235,7 +235,7 @@ fn fill_up(
 }
 
 /// Where the inertial measurement unit is, if that is known: the user's device before the unit file's.
-fn imu_port(unit: Option<&UnitFile>, ports: &[PortOption]) -> Option<PortOption> {
+pub(super) fn imu_port(unit: Option<&UnitFile>, ports: &[PortOption]) -> Option<PortOption> {
     let from_unit = || {
         let entry = unit?.unit.imu.as_ref()?;
         Some(PortOption { bus: IMU_LINE.to_owned(), path: PathBuf::from(&entry.device) })

@@ -15,6 +15,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 const HELP: &str = "  plug SERVO...              connect: it starts from its EEPROM, without torque
   unplug SERVO...            disconnect
   turn SERVO DEG [SERVO DEG...]  turn joints by hand to these angles, in degrees; motors with torque do not yield
+  tilt ROLL PITCH YAW        turn the trunk by hand to these angles, in degrees: only its inertial measurement unit
+                             feels it, and only without physics (--no-physics)
   list                       every servo: its joint, id, angle and torque
   quit                       end
 SERVO is a joint (left_hind.hip), BUS:ID with the id of the robot file, or all; a bus in its place is its adapter.";
@@ -59,6 +61,7 @@ impl Console<'_> {
             ["plug", of @ ..] if !of.is_empty() => self.plug(of, true)?,
             ["unplug", of @ ..] if !of.is_empty() => self.plug(of, false)?,
             ["turn", pairs @ ..] if !pairs.is_empty() && pairs.len() % 2 == 0 => return self.turn(pairs),
+            ["tilt", roll, pitch, yaw] => return self.tilt([roll, pitch, yaw]),
             _ => return Err(format!("{line}: expected one of these:\n{HELP}")),
         }
         Ok(ControlFlow::Continue(()))
@@ -115,6 +118,29 @@ impl Console<'_> {
             }
             self.show(joint);
         }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Turns the trunk, and returns when it is there.
+    fn tilt(&self, words: [&str; 3]) -> Result<ControlFlow<()>, String> {
+        let mut angles_rad = [0.0; 3];
+        for (angle_rad, word) in angles_rad.iter_mut().zip(words) {
+            let angle_deg = word.parse().ok().filter(|angle: &f64| angle.is_finite());
+            let expected = || format!("tilt {word}: expected three angles in degrees, such as tilt 0 30 0");
+            *angle_rad = angle_deg.ok_or_else(expected)?.to_radians();
+        }
+        if self.server.with_world(|world| world.body().is_some() || !world.has_imu()) {
+            return Err(
+                "tilt: expected a robot with an inertial measurement unit, and --no-physics".to_owned()
+            );
+        }
+        self.server.with_world(|world| world.tilt_by_hand(angles_rad));
+        while self.server.with_world(|world| world.is_tilting()) {
+            if self.stop.recv_timeout(LOOK_EVERY).is_ok() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        say!("trunk: at roll {}, pitch {}, yaw {} degrees", words[0], words[1], words[2]);
         Ok(ControlFlow::Continue(()))
     }
 

@@ -58,7 +58,7 @@ struct Hinge {
     /// Shaft's angle and friction as the engine has them, rad and N m.
     known_rad: f64,
     friction_nm: f64,
-    /// Torque of motor and stops in this step, N m, as the hinge turns.
+    /// Torque of the motor in this step, N m, as the hinge turns.
     torque_nm: f64,
 }
 
@@ -175,13 +175,13 @@ impl RigidBody {
             let (low, high) = hinge.stops_rad;
             let beyond = (angle - high).max(0.0) + (angle - low).min(0.0);
             let mut torque = hinge.sign * (share * self.torques[hinge.shaft] + shaft.load_nm);
+            hinge.torque_nm = torque;
             torque -= self.joints.viscosity_nm_s * speed;
             if beyond.abs() > 0.0 {
                 // It pushes back but never holds fast.
                 let stop = -self.joints.stop.0 * beyond - self.joints.stop.1 * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
-            hinge.torque_nm = torque;
             turn(bodies, hinge, torque);
         }
         for ball in &self.balls {

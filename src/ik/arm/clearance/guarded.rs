@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::held::Held;
 use crate::model::segments;
-use crate::model::{ArmSettings, Chain, GROUPS, Joint, Robot};
+use crate::model::{ArmSettings, Chain, GROUPS, Joint, Robot, TendonDrive};
 
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
@@ -61,8 +61,10 @@ pub(super) struct Near {
 
 impl Places {
     fn new(chain: &Chain, joints: &[Joint]) -> Places {
-        let mut places =
-            Places { ends: Vec::with_capacity(joints.len() + 1), balls: [(DVec3::ZERO, 0.0); GROUPS] };
+        // Places of hinges that lie in one place are written, too.
+        let links = chain.tendons.as_ref().map_or(0, TendonDrive::links);
+        let ends = Vec::with_capacity(joints.len().max(links) + 1);
+        let mut places = Places { ends, balls: [(DVec3::ZERO, 0.0); GROUPS] };
         chain.write_places_in_body(joints, joints.iter().map(|_| 0.0), &mut places.ends);
         places.ends.dedup();
         places
@@ -107,7 +109,6 @@ impl Guarded {
         let chain = robot.chains[arm.chain].clone();
         let joints = robot.joints_of(&chain).to_vec();
         let rate = |joint: &Joint| RETURN_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
-        let places = Places::new(&chain, &joints);
         let none = vec![0.0; joints.len()];
         Guarded {
             radius_m: arm.radius_m,
@@ -117,10 +118,11 @@ impl Guarded {
             wanted_rad: none.clone(),
             out_rad: none.clone(),
             now_rad: none.clone(),
-            before: places.clone(),
-            now: places.clone(),
+            // A clone would be without its capacity.
+            before: Places::new(&chain, &joints),
+            now: Places::new(&chain, &joints),
             moved_m: [0.0; GROUPS],
-            probe: places.ends,
+            probe: Places::new(&chain, &joints).ends,
             lever_m: none,
             chain,
             joints,

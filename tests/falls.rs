@@ -1,0 +1,85 @@
+//! Horses that are pushed over, in physics, by the whole program: whether the fall is told in time, which way it goes,
+//! what it does to the robot, and what the robot does then.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::{Scenario, in_physics};
+use hippocamp::model::ReflexMode;
+use hippocamp::motion::GaitChoice;
+use hippocamp::reflex::FallOutcome;
+use hippocamp::telemetry::Outcome;
+use hippocamp::trial::{Scene, Summary, Trials};
+
+/// Seeds of the poses' and thresholds' making are 11 to 13 and 101; this is none of them.
+const HELD_OUT: u64 = 2;
+
+/// As many as fit in half a minute of two cores; docs/falls.md has the whole table.
+#[test]
+fn falls_are_told_in_time_and_fallen_softer() {
+    let trials = Trials::new(&in_physics("horse.toml")).unwrap();
+    let tried = trials.try_all(48, HELD_OUT, |_| {}).unwrap();
+    let summary = Summary::of(&tried);
+    let told = format!("{summary}");
+    assert!(summary.fell.count >= 10, "{told}");
+    assert!(summary.predicted.value() >= 0.95, "{told}");
+    assert!(summary.false_alarms.count <= 1, "{told}");
+    assert!(summary.lead_s.unwrap().value >= 0.2, "{told}");
+    assert!(summary.direction.value() >= 0.9, "{told}");
+    assert!(summary.less_than_passive.impact_n.unwrap().value > 0.0, "{told}");
+    assert!(summary.less_than_off.impact_n.unwrap().value > 0.0, "{told}");
+    assert!(summary.less_than_passive.joint_load_nm.unwrap().value > 0.0, "{told}");
+}
+
+#[test]
+fn the_same_trial_is_the_same_again() {
+    let trials = Trials::new(&in_physics("horse.toml")).unwrap();
+    let hardest = (0..48).map(|number| trials.scene(HELD_OUT, number));
+    let scene = hardest.max_by(|a, b| a.impulse_ns.total_cmp(&b.impulse_ns)).unwrap();
+    let [one, other] = [0, 1].map(|_| trials.observe(&scene, ReflexMode::Reflex, true).unwrap());
+    assert_eq!(one, other);
+    assert!(one.predicted_s.is_some(), "{scene:?}");
+}
+
+/// A standing horse pushed over towards each of eight sides: on a diagonal either neighbour is right.
+#[test]
+fn a_push_from_any_of_eight_sides_is_told_by_its_direction() {
+    for file in ["horse.toml", "horse-dynamixel.toml"] {
+        let trials = Trials::new(&in_physics(file)).unwrap();
+        for side in 0..8 {
+            let scene = Scene {
+                number: side,
+                gait: GaitChoice::Stand,
+                speed_share: 0.0,
+                friction: 0.8,
+                push_at_s: 0.5,
+                towards_rad: TAU / 8.0 * f64::from(u32::try_from(side).unwrap()),
+                impulse_ns: 1.15 * trials.mass_kg(),
+            };
+            let fall = trials.observe(&scene, ReflexMode::Off, false).unwrap();
+            let direction = fall.direction.unwrap_or_else(|| panic!("{file}, side {side}: no fall was told"));
+            assert!(scene.is_towards(direction), "{file}, side {side}: {direction:?}");
+        }
+    }
+}
+
+fn push(direction_deg: f64, impulse_n_s: f64) -> String {
+    format!(
+        "[[fault]]\nkind = 'push'\nat_s = 6.0\nimpulse_n_s = {impulse_n_s}\ndirection_deg = {direction_deg}\n"
+    )
+}
+
+#[test]
+fn pushed_over_sideways_it_ends_limp_and_says_so() {
+    let robot = in_physics("horse.toml");
+    let faults = push(90.0, 2.4);
+    let scenario = Scenario { faults: &faults, ..Scenario::from_sitting(&robot, "walk-steady", 60.0) };
+    let report = scenario.run();
+    assert_eq!(report.outcome, Outcome::Fallen, "{}", report.reason);
+    assert!(report.reason.starts_with("fell to the left and stays limp"), "{}", report.reason);
+    assert!(report.is_end_heard && report.duration_s < 12.0, "{} s", report.duration_s);
+    let falls = report.falls.unwrap();
+    assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 0, FallOutcome::LiesLimp));
+}
