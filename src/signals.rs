@@ -66,6 +66,9 @@ pub struct ArmTarget {
     pub direction_in_body: DVec3,
     /// Ends of all links, root first, body frame, m.
     pub places_in_body: Vec<DVec3>,
+    /// A line, by a point on it (m) and its direction, body frame, that the arm's suckers are to face, where its joints can
+    /// twist: they are on the lower side, -z of each link.
+    pub faced_in_body: Option<[DVec3; 2]>,
     /// Counts changes of what the arm does. When it is not what it was in the cycle before, the joints go over to the
     /// new targets from where they are and as fast as they are; what is new must begin at rest.
     pub change: u32,
@@ -368,6 +371,7 @@ impl ArmTarget {
             ends_in_body: [DVec3::ZERO; GROUPS],
             direction_in_body: DVec3::X,
             places_in_body: vec![DVec3::ZERO; links],
+            faced_in_body: None,
             change: 0,
         }
     }

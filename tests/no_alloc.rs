@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, permit_alloc};
+use common::arm::{self, strokes};
 use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
@@ -147,6 +148,31 @@ fn run_from(
         assert!(deadline.as_secs_f64() < 60.0, "this run does not end");
     }
     (activities, permissions)
+}
+
+#[test]
+fn arms_allocate_nothing_in_any_stroke() {
+    for name in ["tentacle.toml", "octopus.toml"] {
+        let robot = shipped(name);
+        let plan = arm::plan(&robot, StrokeCommand::default());
+        let mut controller = Controller::new(&robot, plan, Method::CcdThenFinish, f64::MAX);
+        let mut orders: Vec<Order> =
+            strokes(&robot).into_iter().map(|stroke| Order::Perform(StrokeCommand::of(stroke))).collect();
+        orders.push(Order::Stop);
+        let mut cycle = |order: Order| {
+            controller.decide(robot.period_s(), order);
+            controller.learn_from_goals();
+        };
+        cycle(Order::Go);
+        assert_no_alloc(|| {
+            for order in &orders {
+                // An arm wakes in less, and unwinds, is parked and lets go in less.
+                let cycles = if order.is_stop() { 3000 } else { 700 };
+                (0..cycles).for_each(|_| cycle(*order));
+            }
+        });
+        assert_eq!(controller.record(&[]).activity, Activity::Done, "{name}");
+    }
 }
 
 #[test]

@@ -10,9 +10,9 @@ mod common;
 
 use common::arm::Arm;
 use common::{config_file, shipped};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use hippocamp::config;
-use hippocamp::model::{Robot, TipPath};
+use hippocamp::model::{Motion, Pole, Robot, TipPath};
 use hippocamp::motion::{Stroke, StrokeCommand};
 
 /// Where the goals bring the tip of the only arm.
@@ -145,4 +145,40 @@ fn twists_have_a_part_in_where_a_tip_points() {
         assert!(twist > 0.005, "no joint twists: {twist} rad at most");
         assert!(with_three < with_two, "{with_three} rad^2, {with_two} with two hinges");
     }
+}
+
+#[test]
+fn twists_turn_the_suckers_to_a_pole_beside_them() {
+    let mut robot = with_twists();
+    let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arm") };
+    tentacle.grip_share = 0.0;
+    // The suckers of the arm that stands face forward; the pole is to its left.
+    let pole = Pole { point_in_body: DVec3::new(0.0, 0.13, 0.12), axis: DVec3::X, radius_m: 0.085 };
+    let mut arm = Arm::awake(&robot);
+    let command = StrokeCommand::of(Stroke::Wind(pole));
+    let before = |robot: &Robot, goals: &[f64]| off_suckers_rad(robot, goals, pole);
+    let begin_rad = before(&robot, &arm.goals[0]);
+    arm.perform(command, 16.0);
+    assert_eq!(arm.interventions, 0, "goals held back by safety");
+    let offs_rad = before(&robot, &arm.goals[0]);
+    println!("suckers off the pole by {begin_rad:?} rad, wound by {offs_rad:?} rad");
+    assert!(begin_rad[8] > 1.4 && offs_rad[4..].iter().all(|off| *off < 0.1), "{offs_rad:?}");
+}
+
+/// The angle that the lower side of each link is off from facing the pole, rad, by forward kinematics of its own.
+fn off_suckers_rad(robot: &Robot, goals: &[f64], pole: Pole) -> Vec<f64> {
+    let chain = &robot.chains[0];
+    let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);
+    let mut offs_rad = Vec::new();
+    for (joint, angle) in robot.joints.iter().zip(goals) {
+        rotation *= DQuat::from_axis_angle(joint.axis, *angle);
+        if joint.link_m.length() > 0.0 {
+            let to_point = pole.point_in_body - place;
+            let way = to_point - pole.axis * to_point.dot(pole.axis);
+            let across = way - rotation * DVec3::X * way.dot(rotation * DVec3::X);
+            offs_rad.push((rotation * DVec3::NEG_Z).angle_between(across));
+        }
+        place += rotation * joint.link_m;
+    }
+    offs_rad
 }

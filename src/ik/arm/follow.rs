@@ -1,20 +1,30 @@
 //! Poses that follow given places: each link is pointed at the end it is to have, from the root on.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DMat3, DVec3};
 
 use super::super::pose::Angle;
 use super::pose::Pose;
 use crate::model::Axis;
 
+/// What is this near to straight up is turned to one way, rad.
+const BEHIND_RAD: f64 = 0.1;
+
 impl Pose {
-    /// Points each link at its place in turn, as far as the ranges let it; what one misses the next makes good.
-    pub(super) fn follow(&mut self, places: &[DVec3]) {
+    /// Points each link at its place in turn, as far as the ranges let it; what one misses the next makes good. Joints that
+    /// can twist turn their lower side towards the line `faced`, if there is one (a point on it, its direction).
+    pub(super) fn follow(&mut self, places: &[DVec3], faced: Option<[DVec3; 2]>) {
         let mut from = self.root();
         for (ball, place) in places.iter().enumerate() {
             let way = *place - from.0;
             // A link that points back can be brought there two ways round.
             let [straight, flipped] = [false, true].map(|is_flipped| self.point(ball, from, way, is_flipped));
             self.point(ball, from, way, flipped < straight - 1e-9);
+            if let Some([point, direction]) = faced {
+                let off = point - from.0;
+                self.face(ball, from, off - direction * off.dot(direction) / direction.length_squared());
+            }
             from = self.hold_ball(ball, from);
         }
         self.tip = from.0;
@@ -34,5 +44,21 @@ impl Pose {
             (place, rotation) = hinge.put(place, rotation);
         }
         rotation.x_axis.angle_between(way)
+    }
+
+    /// Turns the twist of joint `ball`, if it has one, so that the lower side of its link faces `way`.
+    fn face(&mut self, ball: usize, from: (DVec3, DMat3), way: DVec3) {
+        let hinges = &mut self.hinges[self.balls[ball].first..self.balls[ball].end];
+        let (mut place, mut rotation) = from;
+        for hinge in hinges {
+            if hinge.axis == Axis::X {
+                let seen = rotation.transpose() * way;
+                let angle = seen.y.atan2(-seen.z);
+                // Straight up is as far one way as the other: rounding must not choose.
+                let angle = if angle < BEHIND_RAD - PI { angle + TAU } else { angle };
+                hinge.angle = Angle::of(hinge.held(hinge.sense * angle));
+            }
+            (place, rotation) = hinge.put(place, rotation);
+        }
     }
 }

@@ -108,7 +108,7 @@ impl ArmSolver {
         }
         let solution = match target.aim {
             ArmAim::Places => {
-                self.pose.follow(&target.places_in_body);
+                self.pose.follow(&target.places_in_body, target.faced_in_body);
                 self.places_left(&target.places_in_body)
             }
             ArmAim::Ends | ArmAim::Tip | ArmAim::TipAlong => {
@@ -158,7 +158,7 @@ impl ArmSolver {
                 Some(sides) => {
                     tried[sides] = true;
                     self.pose.lay_arcs(ends, sides, &mut self.places);
-                    self.pose.follow(&self.places);
+                    self.pose.follow(&self.places, None);
                 }
                 None => self.pose.set(angles),
             }

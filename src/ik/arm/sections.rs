@@ -299,6 +299,7 @@ mod tests {
             ends_in_body: [places[3], places[7], places[11]],
             direction_in_body: direction,
             places_in_body: places,
+            faced_in_body: None,
             change: 0,
         }
     }

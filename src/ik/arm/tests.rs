@@ -58,6 +58,7 @@ impl Rig {
             ends_in_body: [places[3], places[7], places[11]],
             direction_in_body: rotation * DVec3::X,
             places_in_body: places,
+            faced_in_body: None,
             change: 0,
         }
     }

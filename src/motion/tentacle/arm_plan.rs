@@ -152,6 +152,7 @@ impl ArmPlan {
     pub(super) fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
         let Some(winding) = self.winding(pole, squeeze_m) else { return };
         target.aim = ArmAim::Places;
+        target.faced_in_body = Some([pole.point_in_body, pole.axis]);
         winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);
     }
 }

@@ -298,6 +298,7 @@ impl Performer {
             let target = &mut targets.arms[arm.chain];
             target.change = self.change;
             target.aim = ArmAim::Ends;
+            target.faced_in_body = None;
             target.ends_in_body = arm.parked_in_body;
             let tip = &mut targets.tips_in_body[arm.chain];
             match self.stage {
