@@ -134,11 +134,11 @@ fn the_page_draws_the_feet_where_the_robot_has_them() {
     let shown = open(&chromium, &folder, &format!("file://{}#t={time_s}", page.display()));
     assert_eq!(attribute(&shown, "data-error"), None);
     let tips: Vec<[f64; 3]> = serde_json::from_str(attribute(&shown, "data-tips").unwrap()).unwrap();
-    let trunk = sample.trunk_in_world(&recording.robot).0;
+    let (trunk, turn) = sample.trunk_in_world(&recording.robot);
     for (limb, tip) in sample.limbs_in_body(&recording.robot).iter().zip(tips) {
         let drawn_m = glam::DVec3::from_array(tip) * 1e-3;
         // Angles are rounded to a hundredth of a degree in the page: a tenth of a millimetre on this robot.
-        assert!(drawn_m.distance(*limb.last().unwrap() + trunk) < 2e-4, "{drawn_m}");
+        assert!(drawn_m.distance(turn * *limb.last().unwrap() + trunk) < 2e-4, "{drawn_m}");
     }
 }
 
