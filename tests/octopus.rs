@@ -13,7 +13,9 @@ use std::f64::consts::TAU;
 use common::arm::{Arm, chance, strokes};
 use common::shipped;
 use glam::DVec3;
-use hippocamp::model::TipPath;
+use hippocamp::model::{Motion, Pole, TipPath};
+use hippocamp::motion::tentacle::winder;
+use hippocamp::motion::tentacle::winding::WindingError;
 use hippocamp::motion::{Stroke, StrokeCommand};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -87,4 +89,45 @@ fn random_scripts_keep_arms_apart() {
         arm.perform(command, 0.5 + 4.0 * chance(&mut source));
     }
     println!("{} m clear", arm.clearance_m);
+}
+
+/// A section of four links of 30 mm that bends by a right angle lies on no circle below 30 / (2 sin 11.25 deg) = 76.9 mm;
+/// tapered links are a little shorter.
+#[test]
+fn sections_wind_round_thick_poles_and_refuse_thin_ones() {
+    let mut robot = shipped("octopus.toml");
+    let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arms") };
+    // As it was wound, before it grips.
+    tentacle.grip_share = 0.0;
+    let (settings, chain) = (tentacle.clone(), robot.chains[0].clone());
+    let skin_m = settings.arms[0].radius_m;
+    let ahead = chain.root_rotation * DVec3::X;
+    let beside = |radius_m: f64| Pole {
+        point_in_body: chain.root_m + ahead * 0.05 + DVec3::Z.cross(ahead) * (radius_m + skin_m + 0.01),
+        axis: DVec3::Z,
+        radius_m,
+    };
+    for radius_m in [0.03, 0.045, 0.058] {
+        let error = winder::check(&robot, &settings, beside(radius_m)).unwrap_err();
+        let WindingError::TooThin { least_m, .. } = error else { panic!("{radius_m} m: {error}") };
+        assert!((0.975 * 0.0769..0.0769).contains(&least_m), "{error}");
+    }
+    let pole = beside(0.15);
+    winder::check(&robot, &settings, pole).unwrap();
+    let mut arm = Arm::awake(&robot);
+    arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::Wind(pole)) }, 14.0);
+    let places = robot.places_in_body(&chain, arm.goals[0][chain.joints.clone()].iter().copied());
+    let off_m =
+        |place: DVec3| (place - pole.point_in_body).cross(pole.axis).length() - pole.radius_m - skin_m;
+    let along = |places: &[DVec3]| -> Vec<f64> {
+        let chord = |pair: &[DVec3]| [0.0, 0.25, 0.5, 0.75].map(|share| off_m(pair[0].lerp(pair[1], share)));
+        places.windows(2).flat_map(chord).collect()
+    };
+    let outer = along(&places[4..]);
+    let near = outer.iter().filter(|off| **off <= 0.1 * pole.radius_m).count() as f64 / outer.len() as f64;
+    let deepest_m = along(&places).into_iter().fold(f64::INFINITY, f64::min);
+    println!("{near} of the outer sections on the pole, {deepest_m} m deep");
+    assert!(near >= 0.7, "{near}");
+    // Sections do not meet a tangent exactly where links would.
+    assert!(deepest_m > -5e-4, "{deepest_m}");
 }

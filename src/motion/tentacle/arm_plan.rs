@@ -8,7 +8,7 @@ use super::progress::RAMP_SHARE;
 use super::pseudo_targets::Turn;
 use super::stroke::{Part, Strokes};
 use super::variation::Variation;
-use super::winding::Winding;
+use super::winding::{Winding, least_radius_m};
 use crate::model::tendon::SectionBend;
 use crate::model::{ArmGeometry, ArmSettings, GROUPS, Joint, Pole, Robot, TendonDrive};
 use crate::signals::{ArmAim, ArmTarget};
@@ -131,7 +131,14 @@ impl ArmPlan {
         ends
     }
 
-    pub(super) fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
+    /// Share of the arm that would lie on `pole`; none where it cannot wind round it.
+    pub(super) fn contact_share(&self, pole: Pole) -> Option<f64> {
+        let winding =
+            self.winding(pole, 0.0)?.not_tighter_than(least_radius_m(self.tendons.as_ref())).ok()?;
+        Some(winding.contact_share())
+    }
+
+    fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
         let ahead = self.root_rotation * DVec3::X;
         Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
     }

@@ -284,7 +284,7 @@ impl Performer {
 
     /// The arm that comes to lie on the pole most; none if none does.
     fn winder(&self, pole: Pole) -> Option<usize> {
-        let share = |arm: &ArmPlan| arm.winding(pole, 0.0).map(|winding| winding.contact_share());
+        let share = |arm: &ArmPlan| arm.contact_share(pole);
         let arms = self.arms.iter().enumerate().filter_map(|(index, arm)| Some((index, share(arm)?)));
         arms.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
     }

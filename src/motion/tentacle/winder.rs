@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::winding::{Winding, WindingError};
+use super::winding::{Winding, WindingError, least_radius_m};
 use crate::model::{ArmGeometry, Pole, Robot, TentacleMotion};
 
 /// Checks that an arm of `robot` can wind round `pole`.
@@ -16,7 +16,10 @@ pub fn check(robot: &Robot, settings: &TentacleMotion, pole: Pole) -> Result<(),
         let Ok(geometry) = ArmGeometry::of(chain, robot.joints_of(chain)) else { continue };
         let links_m = geometry.joints.iter().map(|joint| joint.link_m);
         let ahead = chain.root_rotation * DVec3::X;
-        match Winding::new(chain.root_m, ahead, links_m, arm.radius_m, pole, 0.0) {
+        let least_m = least_radius_m(chain.tendons.as_ref());
+        match Winding::new(chain.root_m, ahead, links_m, arm.radius_m, pole, 0.0)
+            .and_then(|winding| winding.not_tighter_than(least_m))
+        {
             Ok(_) => return Ok(()),
             Err(error) => {
                 let off_m = chain.root_m.distance(pole.point_in_body);

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::model::Pole;
+use crate::model::{Pole, TendonDrive};
 
 /// How far outside the grown pole the chords of the links pass, as a share of the arm's radius: rounding never puts one
 /// inside.
@@ -42,9 +42,28 @@ pub enum WindingError {
         /// Length from the root to where it would touch, m.
         touches_m: f64,
     },
+    /// The arm does not bend so tightly.
+    #[error(
+        "the arm would have to bend to a radius of {radius_m:.3} m, and bends to no less than {least_m:.3} m"
+    )]
+    TooThin {
+        /// Radius of the arm's way round the pole, m.
+        radius_m: f64,
+        /// Least radius its sections bend to, m.
+        least_m: f64,
+    },
     /// The pole is no cylinder.
     #[error("a pole has a radius above 0 and an axis with a direction")]
     NoPole,
+}
+
+/// The least radius, m, on which the sections of an arm bent by `tendons` lie; 0 of an arm with a servo in every joint,
+/// which is asked joint by joint.
+pub(super) fn least_radius_m(tendons: Option<&TendonDrive>) -> f64 {
+    let sections = tendons.into_iter().flat_map(TendonDrive::sections);
+    sections
+        .map(|section| 0.5 * section.link_m / (0.5 * section.bend_max_rad / section.joints as f64).sin())
+        .fold(0.0, f64::max)
 }
 
 /// An arm's way round a pole.
@@ -121,6 +140,14 @@ impl Winding {
             slope,
             length_m,
         })
+    }
+
+    /// The same, unless it is tighter than `least_m`.
+    pub(super) fn not_tighter_than(self, least_m: f64) -> Result<Winding, WindingError> {
+        if self.radius_m < least_m {
+            return Err(WindingError::TooThin { radius_m: self.radius_m, least_m });
+        }
+        Ok(self)
     }
 
     /// Length of arm that can be wound, m.
