@@ -6,7 +6,7 @@
 //! ```
 //! Disarmed, the robot slows down and stands.
 
-use super::{Instruction, Repertoire};
+use super::{Ending, Instruction, Repertoire};
 use crate::motion::{Command, GaitChoice, Order, Posture};
 
 /// Share of a stick's way round its middle that counts as centred.
@@ -64,7 +64,7 @@ pub struct Gamepad {
     is_armed: bool,
     /// When it last said anything, s.
     heard_s: f64,
-    ending: Option<Instruction>,
+    ending: Ending,
 }
 
 impl Gamepad {
@@ -79,7 +79,7 @@ impl Gamepad {
             turn: 0.0,
             is_armed: false,
             heard_s: 0.0,
-            ending: None,
+            ending: Ending::default(),
         }
     }
 
@@ -124,7 +124,7 @@ impl Gamepad {
         } else {
             Command::default()
         };
-        (self.ending.unwrap_or(Order::Drive(command).into()), note)
+        (self.ending.or(Order::Drive(command)), note)
     }
 
     fn is_centred(&self) -> bool {
@@ -146,9 +146,9 @@ impl Gamepad {
                 return Some("stopped: let go of the sticks and press Start to go on");
             }
             Button::End => {
-                self.ending.get_or_insert(Order::Stop.into());
+                self.ending.stop();
             }
-            Button::EmergencyStop => self.ending = Some(Order::StopAtOnce.into()),
+            Button::EmergencyStop => self.ending.stop_at_once(),
             Button::NextGait => self.gait = self.repertoire.next(self.gait),
             Button::PreviousGait => self.gait = self.repertoire.previous(self.gait),
         }

@@ -1,6 +1,6 @@
 //! Driving from the keyboard: each key changes what is asked for by a step.
 
-use super::{Instruction, Key, Repertoire};
+use super::{Ending, Instruction, Key, Repertoire};
 use crate::motion::{GaitChoice, Order, Posture};
 
 /// Steps of speed and turn from nothing to the most.
@@ -20,13 +20,21 @@ pub struct Keys {
     turn: i8,
     rise: i8,
     pitch: i8,
-    ending: Option<Instruction>,
+    ending: Ending,
 }
 
 impl Keys {
     /// For a robot that can do what `repertoire` says.
     pub fn new(repertoire: Repertoire) -> Keys {
-        Keys { repertoire, gait: GaitChoice::Stand, speed: 0, turn: 0, rise: 0, pitch: 0, ending: None }
+        Keys {
+            repertoire,
+            gait: GaitChoice::Stand,
+            speed: 0,
+            turn: 0,
+            rise: 0,
+            pitch: 0,
+            ending: Ending::default(),
+        }
     }
 
     /// What the keys are, for people: a line each.
@@ -48,13 +56,10 @@ impl Keys {
 
     /// Does what `key` asks for; what the person who pressed it should know, if anything.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
+        if self.ending.takes(key) {
+            return None;
+        }
         match key {
-            Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
-            // Ctrl-D, the end of the input.
-            Key::Character('q' | '\x04') => self.end(Order::Stop.into()),
-            Key::Gone => {
-                self.end(Instruction { order: Order::Stop, reason: "the keyboard's terminal is gone" });
-            }
             Key::Up | Key::Character('w') => self.walk_off(1, 0),
             Key::Down | Key::Character('s') => self.walk_off(-1, 0),
             Key::Left | Key::Character('a') => self.walk_off(0, 1),
@@ -68,7 +73,7 @@ impl Keys {
             Key::Character('f') => self.rise = step(self.rise, -1, POSTURE_STEPS),
             Key::Character('b') => self.pitch = step(self.pitch, 1, POSTURE_STEPS),
             Key::Character('t') => self.pitch = step(self.pitch, -1, POSTURE_STEPS),
-            Key::Character(_) => {}
+            Key::Character(_) | Key::Escape | Key::Gone => {}
         }
         None
     }
@@ -82,12 +87,7 @@ impl Keys {
             ..Posture::default()
         };
         let command = self.repertoire.command(self.gait, share(self.speed), share(self.turn), posture);
-        self.ending.unwrap_or(Order::Drive(command).into())
-    }
-
-    /// An end that was asked for stays; only an emergency stop can take its place.
-    fn end(&mut self, ending: Instruction) {
-        self.ending.get_or_insert(ending);
+        self.ending.or(Order::Drive(command))
     }
 
     /// Changes speed and turn; a robot that stands takes the gait that suits them.

@@ -4,6 +4,7 @@
 //! [`Instruction`]. No terminal, device or file is touched here, nothing waits, and
 //! once made no operator allocates.
 
+mod ending;
 mod gamepad;
 mod key_codes;
 mod keys;
@@ -15,6 +16,7 @@ mod stroke_keys;
 use crate::model::Gait;
 use crate::motion::horse::{HorsePlan, Pace};
 use crate::motion::{Command, GaitChoice, Order, Posture};
+use ending::Ending;
 pub use gamepad::{Axis, Button, Gamepad, PadEvent};
 pub use key_codes::{Decoder, Key};
 pub use keys::Keys;

@@ -1,6 +1,6 @@
 //! Driving a figure from the keyboard: each key asks for a pose.
 
-use super::{Instruction, Key};
+use super::{Ending, Instruction, Key};
 use crate::model::FigureMotion;
 use crate::motion::Order;
 
@@ -10,13 +10,17 @@ pub struct PoseKeys {
     /// Names of the poses, the stand first.
     names: Vec<String>,
     pose: usize,
-    ending: Option<Instruction>,
+    ending: Ending,
 }
 
 impl PoseKeys {
     /// For a figure with these settings.
     pub fn new(figure: &FigureMotion) -> PoseKeys {
-        PoseKeys { names: figure.poses.iter().map(|pose| pose.name.clone()).collect(), pose: 0, ending: None }
+        PoseKeys {
+            names: figure.poses.iter().map(|pose| pose.name.clone()).collect(),
+            pose: 0,
+            ending: Ending::default(),
+        }
     }
 
     /// What the keys are, for people: a line each.
@@ -34,13 +38,10 @@ impl PoseKeys {
 
     /// Does what `key` asks for; what the person who pressed it should know, if anything.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
+        if self.ending.takes(key) {
+            return None;
+        }
         match key {
-            Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
-            // Ctrl-D, the end of the input.
-            Key::Character('q' | '\x04') => self.end(Order::Stop.into()),
-            Key::Gone => {
-                self.end(Instruction { order: Order::Stop, reason: "the keyboard's terminal is gone" });
-            }
             Key::Character(' ') => self.pose = 0,
             Key::Character('n') | Key::Right => self.pose = (self.pose + 1).min(self.names.len() - 1),
             Key::Character('p') | Key::Left => self.pose = self.pose.saturating_sub(1),
@@ -51,19 +52,14 @@ impl PoseKeys {
                 }
                 self.pose = pose;
             }
-            Key::Up | Key::Down => {}
+            Key::Up | Key::Down | Key::Escape | Key::Gone => {}
         }
         None
     }
 
     /// What has been asked for.
     pub fn instruction(&self) -> Instruction {
-        self.ending.unwrap_or(Order::Take(self.pose).into())
-    }
-
-    /// An end that was asked for stays; only an emergency stop can take its place.
-    fn end(&mut self, ending: Instruction) {
-        self.ending.get_or_insert(ending);
+        self.ending.or(Order::Take(self.pose))
     }
 }
 

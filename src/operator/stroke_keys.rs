@@ -1,6 +1,6 @@
 //! Driving arms from the keyboard: each key asks for a stroke, or changes its tempo or turn by a step.
 
-use super::{Instruction, Key};
+use super::{Ending, Instruction, Key};
 use crate::model::TentacleMotion;
 use crate::motion::{Order, Stroke, StrokeCommand};
 
@@ -22,7 +22,7 @@ pub struct StrokeKeys {
     stroke: Stroke,
     tempo: i8,
     turn: i8,
-    ending: Option<Instruction>,
+    ending: Ending,
 }
 
 impl StrokeKeys {
@@ -33,7 +33,7 @@ impl StrokeKeys {
             stroke: Stroke::Rest,
             tempo: TEMPO_STEPS,
             turn: 0,
-            ending: None,
+            ending: Ending::default(),
         }
     }
 
@@ -55,13 +55,10 @@ impl StrokeKeys {
 
     /// Does what `key` asks for; what the person who pressed it should know, if anything.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
+        if self.ending.takes(key) {
+            return None;
+        }
         match key {
-            Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
-            // Ctrl-D, the end of the input.
-            Key::Character('q' | '\x04') => self.end(Order::Stop.into()),
-            Key::Gone => {
-                self.end(Instruction { order: Order::Stop, reason: "the keyboard's terminal is gone" });
-            }
             Key::Up | Key::Character('w') => self.tempo = (self.tempo + 1).min(TEMPO_STEPS_MAX),
             Key::Down | Key::Character('s') => self.tempo = (self.tempo - 1).max(0),
             Key::Left | Key::Character('a') => self.turn = (self.turn + 1).min(TURN_STEPS_MAX),
@@ -77,7 +74,7 @@ impl StrokeKeys {
                     }
                 }
             }
-            Key::Character(_) => {}
+            Key::Character(_) | Key::Escape | Key::Gone => {}
         }
         None
     }
@@ -89,12 +86,7 @@ impl StrokeKeys {
             tempo: f64::from(self.tempo) / f64::from(TEMPO_STEPS),
             turn_rad: f64::from(self.turn) * TURN_RAD,
         };
-        self.ending.unwrap_or(Order::Perform(command).into())
-    }
-
-    /// An end that was asked for stays; only an emergency stop can take its place.
-    fn end(&mut self, ending: Instruction) {
-        self.ending.get_or_insert(ending);
+        self.ending.or(Order::Perform(command))
     }
 }
 
