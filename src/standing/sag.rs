@@ -86,9 +86,11 @@ impl Sag {
         self.work_out(joints, state);
         self.share = (self.share + dt_s / FADE_S).min(1.0);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
-        for ((sag, lead), wanted) in joints.sag_rad.iter_mut().zip(&mut self.lead_rad).zip(&self.wanted_rad) {
-            *lead += pace * (self.share * wanted - *lead);
-            *sag += pace * (*lead - *sag);
+        for (index, sag) in joints.sag_rad.iter_mut().enumerate() {
+            let lead = &mut self.lead_rad[index];
+            *lead += pace * (self.share * self.wanted_rad[index] - *lead);
+            // What was asked a moment ago may be too much for where the joint is to be now.
+            *sag = within(&self.joints[index], joints.angles_rad[index], *sag + pace * (*lead - *sag));
         }
     }
 

@@ -31,17 +31,27 @@ fn the_page_needs_nothing_from_elsewhere() {
 
 #[test]
 fn the_page_has_fifty_frames_a_second_of_every_joint_and_leg() {
-    let (report, bytes) = record("");
+    let (report, bytes) = record("[[fault]]\nkind = 'imu-silent'\nat_s = 4\nfor_s = 1\n");
     let page = html::page(&Recording::parse(&bytes, "test").unwrap());
     let data = data(&page);
     let frames = |value: &serde_json::Value| value.as_array().unwrap().len();
     assert_eq!(frames(&data["time"]) as u64, report.cycles.div_ceil(2));
     assert_eq!((frames(&data["measured"]), frames(&data["goal"]), frames(&data["contact"])), (16, 16, 4));
     assert_eq!(frames(&data["measured"][15]), frames(&data["time"]));
-    // Known from the first measurement on.
-    let [roll, pitch] = [0, 1].map(|of| data["attitude"][of].as_array().unwrap());
-    assert_eq!((roll.len(), pitch.len()), (frames(&data["time"]), frames(&data["time"])));
-    assert!(roll[0].is_null() && roll.last().unwrap().is_number() && pitch.last().unwrap().is_number());
+    // Known while the unit is heard.
+    let times: Vec<f64> =
+        data["time"].as_array().unwrap().iter().map(|time| time.as_f64().unwrap()).collect();
+    for of in [0, 1] {
+        let angles = data["attitude"][of].as_array().unwrap();
+        assert_eq!(angles.len(), times.len());
+        let known = |from_s: f64, to_s: f64| {
+            let within = times.iter().zip(angles).filter(|(time, _)| (from_s..to_s).contains(*time));
+            within.map(|(_, angle)| angle.is_number()).collect::<Vec<_>>()
+        };
+        assert!(known(1.0, 3.9).iter().chain(&known(5.3, 9.0)).all(|is_known| *is_known));
+        let lost = known(4.5, 5.0);
+        assert!(!lost.is_empty() && lost.iter().all(|is_known| !is_known));
+    }
     // Limp at first, then standing, and in the air at times.
     let contact = data["contact"][0].as_str().unwrap();
     assert!(contact.starts_with('-') && contact.contains('s') && contact.contains('a'));
