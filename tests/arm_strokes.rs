@@ -183,6 +183,10 @@ fn poses_of(rig: &Rig, bending: Bending, stroke: KeyStroke) -> (Vec<Vec<f64>>, f
 #[test]
 fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
     let rig = Rig::new();
+    println!(
+        "[bends]\n| stroke | sum of squared bends against the least found | largest bend | ends off by at most |"
+    );
+    println!("|---|---|---|---|");
     for (name, stroke) in strokes(0.0, Between::Smooth) {
         let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
         assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name}: {miss_m} m");
@@ -213,9 +217,8 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
             at_floor += u32::from(bends > 1.2 * least);
             largest_deg = largest_deg.max(largest_bend_deg(ours));
         }
-        println!(
-            "{name}: at most {worst:.3} times the least, {largest_deg:.0} degrees, {miss_m:.4} m left; {at_floor} poses near straight"
-        );
+        let miss_share = 100.0 * miss_m / rig.arm.length_m();
+        println!("| {name} | {worst:.2} | {largest_deg:.0} deg | {miss_share:.2} % of the arm |");
         assert!(at_floor <= 2, "{name}: {at_floor} of {POSES} poses are near the straight arm");
     }
 }
@@ -224,6 +227,10 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
 fn joints_follow_strokes_within_the_speed_of_small_servos() {
     // XL330-M288: 10.8 rad/s without load, of which half.
     let rig = Rig::new();
+    println!(
+        "[speeds]\n| stroke, key angles | fastest joint | strongest acceleration | ends off by at most |"
+    );
+    println!("|---|---|---|---|");
     for between in [Between::Smooth, Between::Linear] {
         for (name, stroke) in strokes(0.05, between) {
             let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
@@ -236,9 +243,11 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
             let accelerations: Vec<Vec<f64>> =
                 speeds.windows(2).map(|pair| speed(&pair[0], &pair[1])).collect();
             println!(
-                "{name} {between:?}: {:.2} rad/s, {:.1} rad/s^2, {miss_m:.4} m",
+                "| {name}, {} | {:.1} rad/s | {:.0} rad/s^2 | {:.2} % of the arm |",
+                if between == Between::Smooth { "smooth" } else { "linear" },
                 largest(&speeds),
-                largest(&accelerations)
+                largest(&accelerations),
+                100.0 * miss_m / rig.arm.length_m()
             );
             assert!(largest(&speeds) < 0.5 * 10.8, "{name} {between:?}");
             assert!(largest(&accelerations) < 60.0, "{name} {between:?}");
@@ -286,10 +295,12 @@ fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
 #[test]
 fn the_thesis_rule_brings_groups_to_their_pseudo_targets() {
     let rig = Rig::new();
+    println!("[descent]\n| stroke | largest bend | ends off by at most |\n|---|---|---|");
     for (name, stroke) in strokes(0.0, Between::Linear) {
         let (poses, miss_m) = poses_of(&rig, Bending::Ccd, stroke);
         let largest_deg = poses.iter().map(|pose| largest_bend_deg(pose)).fold(0.0, f64::max);
-        println!("{name} by descent: {largest_deg:.0} degrees, {miss_m:.4} m left");
+        let miss_share = 100.0 * miss_m / rig.arm.length_m();
+        println!("| {name} | {largest_deg:.0} deg | {miss_share:.2} % of the arm |");
         assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name}: {miss_m} m");
     }
 }

@@ -213,9 +213,6 @@ fn walks(name: &str, gait: &str) -> Line {
 
 #[test]
 fn steady_walk_and_trot_stay_level_and_keep_their_speed() {
-    println!(
-        "| robot | gait | asked, m/s | speed / asked | roll, deg | pitch, deg | height off, mm | falls |"
-    );
     for name in ROBOTS {
         for gait in ["walk-steady", "trot"] {
             let line = walks(name, gait);
@@ -255,6 +252,7 @@ fn from_walk_to_trot_and_back_it_does_not_fall() {
 
 #[test]
 fn it_stands_as_high_as_it_is_told() {
+    println!("[sag]\n| robot | with | without |\n|---|---|---|");
     for name in ROBOTS {
         let corrected = robot(name);
         let mut sagging = corrected.clone();
@@ -263,9 +261,7 @@ fn it_stands_as_high_as_it_is_told() {
         let plan = capability(&corrected).plan(&horse_of(&corrected), Command::default());
         let stand = |robot: &Robot| run(robot, &plan, 1, 3.0, 0.0, &|_| Command::default()).last_off_m * 1e3;
         let (with_mm, without_mm) = (stand(&corrected), stand(&sagging));
-        println!(
-            "{name}: {with_mm:.2} mm off its height with the correction of sag, {without_mm:.2} mm without"
-        );
+        println!("| {} | {with_mm:.1} mm | {without_mm:.1} mm |", corrected.name);
         assert!(with_mm.abs() < 2.0 && with_mm.abs() < without_mm.abs(), "{name}");
     }
 }

@@ -404,13 +404,14 @@ fn shared_weight_takes_less_torque_than_weight_split_equally_at_the_foot_centres
     let capability = FigureCapability::of(&robot, figure).unwrap();
     let plan = capability.plan(0);
     let mut standing = Standing::new(&robot, &Sole::all_of(&robot), 0.8);
+    println!("[torques]\n| pose | shared | split equally |\n|---|---|---|");
     for (place, pose) in figure.poses.iter().enumerate() {
         let trunk =
             TrunkMotion { roll_rad: pose.roll_rad, pitch_rad: pose.pitch_rad, ..TrunkMotion::default() };
         standing.solve(&plan.pose_rad[place], &trunk, &vec![1.0; robot.chains.len()]);
         let shared: f64 = standing.torques_nm().iter().map(|torque| torque * torque).sum();
         let split: f64 = capability.split_nm[place].iter().map(|torque| torque * torque).sum();
-        println!("{}: shared {shared:.4}, split equally {split:.4} N^2 m^2", pose.name);
+        println!("| {} | {shared:.4} | {split:.4} |", pose.name);
         assert!(standing.miss_share() < 2e-3, "{}: {} in the air", pose.name, standing.miss_share());
         // Straight over the middle of both feet there is nothing to gain; beside it there is.
         let is_middle = capability.centers_m[place].y.abs() < 0.01;

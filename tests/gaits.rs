@@ -92,28 +92,38 @@ fn follow(horse: &mut OnFeet<'_>, command: Command) {
 fn all_pairs(robot: &Robot, plan: &HorsePlan, share: f64) {
     let name = |gait: usize| plan.settings.gaits[gait].name.as_str();
     let gaits = plan.settings.gaits.len();
-    println!(
-        "{} at {share} of the top speeds: strides of the change, s with its ramps, E used, mm left, s stood",
-        robot.name
-    );
+    // For docs/gaits.md.
+    println!("[{} at {share}]", robot.name);
+    println!("| from, to | {} |", (0..gaits).map(name).collect::<Vec<_>>().join(" | "));
+    println!("|---{}|", "|---".repeat(gaits));
+    let mut all = Changes { shortest_stance_s: f64::INFINITY, ..Changes::default() };
     for from in 0..gaits {
-        for to in (0..gaits).filter(|to| *to != from) {
+        let mut row = format!("| {} |", name(from));
+        for to in 0..gaits {
+            if to == from {
+                row += "  |";
+                continue;
+            }
             let found = changes(robot, plan, from, to, share);
-            println!(
-                "| {} | {} | {:.1} | {:.2} | {:.4} | {:.5} | {:.3} | {} |",
-                name(from),
-                name(to),
-                found.strides,
-                found.duration_s,
-                found.furthest_m,
-                found.residual_m * 1e3,
-                found.shortest_stance_s,
-                found.interventions
-            );
+            row += &format!(" {} / {:.1} |", found.strides, found.duration_s);
+            all.furthest_m = all.furthest_m.max(found.furthest_m);
+            all.residual_m = all.residual_m.max(found.residual_m);
+            all.shortest_stance_s = all.shortest_stance_s.min(found.shortest_stance_s);
+            all.interventions += found.interventions;
             assert!(found.strides <= 4.0);
             assert!(found.shortest_stance_s >= SHORTEST_STANCE * plan.settings.swing_time_s);
         }
+        println!("{row}");
     }
+    println!();
+    println!(
+        "{} at {share}: feet {:.4} m from neutral, {:.2} um left, stances of {:.0} ms at least, {} goals changed",
+        robot.name,
+        all.furthest_m,
+        1e6 * all.residual_m,
+        1e3 * all.shortest_stance_s,
+        all.interventions
+    );
 }
 
 #[test]

@@ -131,3 +131,70 @@ fn the_thesis_check_values_of_period_and_stride() {
     assert!((gallop.period_s(horse.swing_time_s) - 0.4).abs() < 1e-12);
     assert!((gallop.stride_m(15.0, horse.swing_time_s) - 6.0).abs() < 1e-12);
 }
+
+/// Worst distances of hind and fore feet from their targets, m, at the top speed of each of the thesis' gaits, 60 cycles a
+/// second, over four strides after one to settle.
+fn worst_misses_m(robot: &Robot, horse: &HorseMotion, method: Method) -> [[f64; 4]; 2] {
+    let capability = HorseCapability::of(robot, horse).unwrap();
+    let plan = capability.plan(horse, Command::default());
+    let mut worst_m = [[0.0_f64; 4]; 2];
+    for (column, name) in ["walk", "trot", "canter", "gallop"].into_iter().enumerate() {
+        let gait = horse.gaits.iter().position(|gait| gait.name == name).unwrap();
+        let top = Rates { speed_m_s: capability.top_speeds[gait].by_reach_m_s, yaw_rate_rad_s: 0.0 };
+        let mut walk = Walk::cruising(&plan, gait, top);
+        let mut limbs = Limbs::new(robot, method);
+        let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
+        targets.aim = Aim::Tips;
+        targets.posture_pull = posture_pull(1.0 / 60.0);
+        joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
+        let period_s = horse.gaits[gait].period_s(horse.swing_time_s);
+        for step in 0..u32::MAX {
+            let s = f64::from(step) / 60.0;
+            if s > 5.0 * period_s {
+                break;
+            }
+            walk.advance(s);
+            walk.write_level(&plan, s, &mut targets);
+            limbs.solve(&targets, &mut joints);
+            for (leg, &chain) in horse.legs.iter().enumerate().filter(|_| s > period_s) {
+                let chain = &robot.chains[chain];
+                let foot = robot.tip_in_body(chain, joints.angles_rad[chain.joints.clone()].iter().copied());
+                let miss_m = foot.distance(targets.tips_in_body[horse.legs[leg]]);
+                worst_m[leg % 2][column] = worst_m[leg % 2][column].max(miss_m);
+            }
+        }
+    }
+    worst_m
+}
+
+/// Sweeps alone, as the thesis has them, leave feet behind; the table of docs/ik.md.
+#[test]
+fn the_finish_leaves_nothing_of_what_sweeps_alone_leave() {
+    let (robot, horse) = thoroughbred();
+    let mut without = robot.clone();
+    without.joints.iter_mut().for_each(|joint| joint.stiffness = 1.0);
+    println!(
+        "[sweeps]\n| method | hind: walk | trot | canter | gallop | fore: walk | trot | canter | gallop |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let row = |name: &str, robot: &Robot, method: Method| {
+        let worst_m = worst_misses_m(robot, &horse, method);
+        let cells = worst_m.as_flattened().iter().map(|miss_m| match 1e3 * miss_m {
+            ..0.001 => "< 0.001".to_owned(),
+            miss_mm @ 0.001..0.1 => format!("{miss_mm:.3}"),
+            miss_mm @ 0.1..10.0 => format!("{miss_mm:.1}"),
+            miss_mm => format!("{miss_mm:.0}"),
+        });
+        println!("| {name} | {} |", cells.collect::<Vec<_>>().join(" | "));
+        worst_m
+    };
+    for sweeps in [10, 100] {
+        let method = Method::Ccd { sweeps };
+        let plain = row(&format!("CCD, {sweeps} sweeps, no stiffness"), &without, method);
+        let stiff = row(&format!("CCD, {sweeps} sweeps"), &robot, method);
+        let least_m = if sweeps == 10 { 5e-3 } else { 0.0 };
+        assert!(plain.as_flattened().iter().chain(stiff.as_flattened()).all(|miss_m| *miss_m > least_m));
+    }
+    let ours = row("as above", &robot, Method::CcdThenFinish);
+    assert!(ours.as_flattened().iter().all(|miss_m| *miss_m < 1e-6), "{ours:?}");
+}

@@ -1,8 +1,7 @@
 //! `hippocamp try`: how a robot falls, over many pushes.
 
-use std::fs;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -17,9 +16,6 @@ use crate::trial::{
 
 /// Columns of the progress bar.
 const BAR: u64 = 40;
-/// Between these lines of a file the tables stand.
-const BEGIN: &str = "<!-- made by: hippocamp try -->\n";
-const END: &str = "<!-- end -->\n";
 
 /// Options of `try`.
 #[derive(Debug, clap::Args)]
@@ -35,9 +31,6 @@ pub(super) struct TryArguments {
     /// Print every trial and the figures as JSON.
     #[arg(long = "json")]
     is_json: bool,
-    /// Write the tables into this file, between the lines that mark their place.
-    #[arg(long, value_name = "FILE")]
-    into: Option<PathBuf>,
     /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
@@ -56,7 +49,6 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
     let trials = Trials::new(robot).map_err(bad_input)?;
-    let page = options.into.as_deref().map(|path| read_page(path).map(|page| (path, page))).transpose()?;
     options.picture.as_deref().map_or(Ok(()), refuse_inputs)?;
     let tried =
         trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
@@ -67,9 +59,6 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
         say!("{}", serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
     } else {
         say!("{tables}");
-    }
-    if let Some((path, [head, foot])) = &page {
-        write_whole(path, &format!("{head}{BEGIN}\n{tables}\n{END}{foot}"))?;
     }
     if let Some(path) = &options.picture {
         write_whole(path, &picture(&trials, &tried)?)?;
@@ -112,20 +101,6 @@ fn headline(options: &TryArguments, trials: &Trials) -> String {
         newton_seconds(IMPULSE_NS_KG.0),
         newton_seconds(IMPULSE_NS_KG.1),
     )
-}
-
-/// What stands before and after the tables of a page.
-fn read_page(path: &Path) -> Result<[String; 2]> {
-    let text = fs::read_to_string(path).with_context(|| format!("{} could not be read", path.display()))?;
-    let parts = text.split_once(BEGIN).and_then(|(head, rest)| Some((head, rest.split_once(END)?.1)));
-    let (head, foot) = parts.ok_or_else(|| {
-        let (begin, end) = (BEGIN.trim_end(), END.trim_end());
-        BadInput(format!(
-            "{}: expected the lines '{begin}' and '{end}', between which tables go",
-            path.display()
-        ))
-    })?;
-    Ok([head.to_owned(), foot.to_owned()])
 }
 
 /// A bar on a terminal; elsewhere nothing but the end.
