@@ -65,16 +65,16 @@ fn a_push_from_any_of_eight_sides_is_told_by_its_direction() {
     }
 }
 
-fn push(direction_deg: f64, impulse_n_s: f64) -> String {
+fn push(direction_deg: f64, impulse_n_s: f64, at_s: f64) -> String {
     format!(
-        "[[fault]]\nkind = 'push'\nat_s = 6.0\nimpulse_n_s = {impulse_n_s}\ndirection_deg = {direction_deg}\n"
+        "[[fault]]\nkind = 'push'\nat_s = {at_s}\nimpulse_n_s = {impulse_n_s}\ndirection_deg = {direction_deg}\n"
     )
 }
 
 #[test]
 fn pushed_over_sideways_it_ends_limp_and_says_so() {
     let robot = in_physics("horse.toml");
-    let faults = push(90.0, 2.4);
+    let faults = push(90.0, 2.4, 6.0);
     let scenario = Scenario { faults: &faults, ..Scenario::from_sitting(&robot, "walk-steady", 60.0) };
     let report = scenario.run();
     assert_eq!(report.outcome, Outcome::Fallen, "{}", report.reason);
@@ -82,4 +82,19 @@ fn pushed_over_sideways_it_ends_limp_and_says_so() {
     assert!(report.is_end_heard && report.duration_s < 12.0, "{} s", report.duration_s);
     let falls = report.falls.unwrap();
     assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 0, FallOutcome::LiesLimp));
+}
+
+/// Down on its underside it rises by its ordinary start phases, and goes on as it was told.
+#[test]
+fn pushed_over_backwards_onto_its_underside_it_gets_up_and_walks_on() {
+    let robot = in_physics("horse.toml");
+    for (direction_deg, impulse_n_s) in [(180.0, 2.4), (180.0, 2.6), (195.0, 2.6)] {
+        let faults = push(direction_deg, impulse_n_s, 12.0);
+        let scenario = Scenario { faults: &faults, ..Scenario::new(&robot, "walk-steady", 25.0) };
+        let report = scenario.run();
+        let falls = report.falls.unwrap();
+        assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 1, FallOutcome::GotUp), "{falls:?}");
+        assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+        assert!(report.duration_s > 40.0, "{} s", report.duration_s);
+    }
 }

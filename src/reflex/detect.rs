@@ -40,7 +40,11 @@ pub(super) fn direction(body: &BodyEstimate) -> FallDirection {
     }
 }
 
-/// What of the trunk is down: the side of its frame that the vertical is nearest to; none where that is not known.
+/// A trunk that leans by more than this lies on a side, or is propped up on one: 30 degrees.
+const UPRIGHT_COSINE: f64 = 0.866;
+
+/// What of the trunk is down: the side of its frame that the vertical is nearest to, or that it leans to where it leans
+/// by more than 30 degrees; none where that is not known.
 pub(super) fn lying(body: &BodyEstimate) -> Option<Lying> {
     if !is_known(body) {
         return None;
@@ -50,13 +54,8 @@ pub(super) fn lying(body: &BodyEstimate) -> Option<Lying> {
     let up = [-sp, sr * cp, cr * cp];
     let [x, y, z] = up.map(f64::abs);
     Some(match up {
-        [_, _, up_z] if z >= x && z >= y => {
-            if up_z > 0.0 {
-                Lying::Upright
-            } else {
-                Lying::Over
-            }
-        }
+        [_, _, up_z] if up_z >= UPRIGHT_COSINE => Lying::Upright,
+        [_, _, up_z] if up_z < 0.0 && z >= x && z >= y => Lying::Over,
         [up_x, ..] if x >= y => {
             if up_x < 0.0 {
                 Lying::Front

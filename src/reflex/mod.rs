@@ -95,6 +95,8 @@ pub struct Reflex<'r> {
     start_pose_rad: Vec<f64>,
     torque_ramp_s: f64,
     ahead_rad: f64,
+    /// How often it has tried to get up.
+    tries: u32,
     report: ReflexReport,
 }
 
@@ -109,6 +111,7 @@ impl<'r> Reflex<'r> {
             start_pose_rad: vec![0.0; robot.joints.len()],
             torque_ramp_s: robot.safety.torque_ramp_s,
             ahead_rad: AHEAD_SHARE * robot.safety.tracking_error_rad,
+            tries: 0,
             report: ReflexReport::default(),
         }
     }
@@ -176,7 +179,8 @@ impl<'r> Reflex<'r> {
                 let way = way_up(settings, lying).filter(|_| !must_end);
                 take_pose(&mut self.start_pose_rad, state);
                 match way {
-                    Some(way) if self.report.got_up < settings.get_ups_max => {
+                    Some(way) if self.tries < settings.get_ups_max => {
+                        self.tries += 1;
                         Phase::GettingUp { since_s: 0.0, way }
                     }
                     _ => Phase::LettingGo { since_s: 0.0 },
@@ -192,7 +196,11 @@ impl<'r> Reflex<'r> {
                 let since_s = since_s + dt_s;
                 let keys = settings.get_ups.get(way).map_or(&[][..], |way| &way.keys);
                 let end_s = self.torque_ramp_s + keys.last().map_or(0.0, |key| key.at_s);
-                if since_s >= end_s {
+                if since_s >= end_s && detect::lying(&state.body).is_some_and(|lying| lying != Lying::Upright)
+                {
+                    // It rolled over on the way.
+                    Phase::Settling { since_s: 0.0, still_s: 0.0 }
+                } else if since_s >= end_s {
                     self.report.got_up += 1;
                     self.report.outcome = FallOutcome::GotUp;
                     Phase::Steady

@@ -267,6 +267,8 @@ fn every_side_it_may_lie_on_is_told() {
         detect::lying(&BodyEstimate { is_known: true, roll_rad, pitch_rad, ..BodyEstimate::default() })
     };
     assert_eq!(at(0.3, -0.4), Some(Lying::Upright));
+    assert_eq!(at(0.3, -0.6), Some(Lying::Back), "propped up on its rump");
+    assert_eq!(at(-0.6, 0.1), Some(Lying::Left));
     assert_eq!(at(FRAC_PI_2, 0.2), Some(Lying::Right));
     assert_eq!(at(-1.2, 0.0), Some(Lying::Left));
     assert_eq!(at(0.4, 1.4), Some(Lying::Front), "nose down");
