@@ -188,6 +188,19 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
 }
 
 #[test]
+fn who_rolls_over_on_the_way_up_has_not_got_up() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = fall_to(&robot, (0.1, 0.1));
+    assert_eq!(scene.reflex.kind(), "getting up");
+    assert_eq!(
+        scene.see((3.0, 0.0), [0.0; 3], 9.0),
+        ["getting up", "settling", "lying", "letting go", "limp"]
+    );
+    let report = scene.reflex.report().unwrap();
+    assert_eq!((report.got_up, report.lying, report.outcome), (0, Some(Lying::Over), FallOutcome::LiesLimp));
+}
+
+#[test]
 fn told_to_stop_it_does_not_get_up() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.0, 0.0));
@@ -195,7 +208,7 @@ fn told_to_stop_it_does_not_get_up() {
     assert_eq!(scene.reflex.kind(), "getting up");
     scene.order = Order::Stop;
     assert_eq!(scene.go_on(1.5), ["letting go", "limp"]);
-    let mut scene = fall_to(&robot, (0.0, 0.7));
+    let mut scene = fall_to(&robot, (0.0, 0.3));
     scene.state.permission = Permission::Stop;
     assert_eq!(scene.go_on(3.0), ["getting up", "letting go", "limp"][1..]);
 }
