@@ -132,15 +132,15 @@ fn run_from(
     let mut deadline = cycle.buses_mut().ports_mut().now();
     let (mut activities, mut permissions) = (Vec::new(), Vec::new());
     cycle.step(Order::Go);
-    while cycle.generator().activity() != Activity::Done {
+    while cycle.activity() != Activity::Done {
         deadline = deadline + period;
         assert_no_alloc(|| {
             cycle.buses_mut().ports_mut().wait_until(deadline);
-            let order = order(deadline.as_secs_f64(), cycle.generator().activity());
+            let order = order(deadline.as_secs_f64(), cycle.activity());
             cycle.step(order);
         });
-        if activities.last() != Some(&cycle.generator().activity()) {
-            activities.push(cycle.generator().activity());
+        if activities.last() != Some(&cycle.activity()) {
+            activities.push(cycle.activity());
         }
         if permissions.last() != Some(&cycle.state().permission) {
             permissions.push(cycle.state().permission);
@@ -201,6 +201,35 @@ fn the_cycle_of_a_horse_on_the_ground_allocates_nothing() {
     let (activities, permissions) = run_from(&robot, (plan.into(), &sit_rad), ("", true), order);
     assert!(activities.contains(&Activity::Walking), "{activities:?}");
     assert_eq!(permissions, [Permission::Move]);
+}
+
+/// Pushed over: the key poses of its direction, joints that give way, at rest, limp.
+#[test]
+fn no_fall_allocates() {
+    let push = |at_s: f64, impulse_n_s: f64, direction_deg: f64| {
+        format!(
+            "[[fault]]\nkind = 'push'\nat_s = {at_s}\nimpulse_n_s = {impulse_n_s}\ndirection_deg = {direction_deg}\n"
+        )
+    };
+    let horse = in_physics("horse.toml");
+    let walk = plan(&horse, "walk-steady", 0.9);
+    let figure = in_physics("figure.toml");
+    let motion = figure.motion.figure().unwrap_or_else(|| panic!("no figure"));
+    let stand = FigureCapability::of(&figure, motion).unwrap_or_else(|error| panic!("{error}")).plan(0);
+    let [sits, sits_figure] = [walk.sit_pose_rad.clone(), stand.pose_rad[0].clone()];
+    for (robot, motion, faults, order) in [
+        (&horse, (walk.into(), &sits[..]), push(6.0, 2.4, 90.0), Order::Go),
+        (&figure, (stand.into(), &sits_figure[..]), push(16.0, 1.7, 0.0), Order::Take(0)),
+    ] {
+        let (activities, permissions) = run_from(robot, motion, (&faults, true), |_, _| order);
+        let name = &robot.name;
+        assert!(
+            activities.ends_with(&[Activity::Falling, Activity::Lying, Activity::Done]),
+            "{name}: {activities:?}"
+        );
+        // Joints that the ground pushes past their range are off their goals: a hold, and no more.
+        assert!(!permissions.contains(&Permission::Stop), "{name}: {permissions:?}");
+    }
 }
 
 /// Every stroke there is, in haste; an overload while it walks, which a restart mends as soon as the arms are parked, a

@@ -153,14 +153,15 @@ fn posture(robot: &Robot, random: &mut Pcg64Mcg, middle: &[f64], share: f64) -> 
     (angles, trunk)
 }
 
-/// Compares postures within `share` of the ranges round `middle` with the reference. Of those that can be held, at least
-/// `can_stand` must be among them.
-fn compare(robot: &Robot, middle: &[f64], share: f64, can_stand: u32) {
+/// Compares as many postures within `share` of the ranges round `middle` as can stand with the reference.
+fn compare(robot: &Robot, middle: &[f64], share: f64) {
     let soles = Sole::all_of(robot);
     let mut standing = Standing::new(robot, &soles, FRICTION);
     let mut random = Pcg64Mcg::seed_from_u64(7);
-    let (mut worst, mut compared) = (0.0_f64, 0);
-    for _ in 0..POSTURES {
+    let (mut worst, mut compared, mut drawn) = (0.0_f64, 0, 0);
+    while compared < POSTURES {
+        drawn += 1;
+        assert!(drawn < 4 * POSTURES, "{compared} of {drawn} can stand");
         let (angles, trunk) = posture(robot, &mut random, middle, share);
         let to_level = DQuat::from_rotation_y(trunk.pitch_rad) * DQuat::from_rotation_x(trunk.roll_rad);
         let gravity = to_level.inverse() * (-DVec3::Z * G - trunk.acceleration_m_s2);
@@ -168,8 +169,9 @@ fn compare(robot: &Robot, middle: &[f64], share: f64, can_stand: u32) {
         let reference = Reference { robot, soles: soles.clone(), gravity, up };
         standing.solve(&angles, &trunk, &vec![1.0; robot.chains.len()]);
         let Some(least) = reference.least(&angles) else {
+            // Some are short of it by a millionth of the weight.
             assert!(
-                standing.miss_share() > 1e-4,
+                standing.miss_share() > 1e-7,
                 "no forces hold this trunk, yet nothing is amiss: {angles:?}"
             );
             continue;
@@ -180,22 +182,21 @@ fn compare(robot: &Robot, middle: &[f64], share: f64, can_stand: u32) {
         assert!((found / least - 1.0).abs() < 0.01, "{found} beside {least} N^2 m^2: {angles:?} {trunk:?}");
         compared += 1;
     }
-    let name = &robot.name;
     println!(
-        "{name}: {compared} of {POSTURES} postures can stand; at worst {:.3} % off the reference",
+        "{}: {compared} of {drawn} postures can stand; at worst {:.3} % off the reference",
+        robot.name,
         100.0 * worst
     );
-    assert!(compared >= can_stand, "{compared}");
 }
 
 #[test]
 fn joint_torque_is_within_a_percent_of_the_least_there_is() {
     let horse = in_physics("horse.toml");
     let middle: Vec<f64> = horse.joints.iter().map(Joint::middle_rad).collect();
-    compare(&horse, &middle, 1.0, POSTURES / 2);
-    // A figure whose weight is not over its feet falls, whatever it holds: near its straight stand.
+    compare(&horse, &middle, 1.0);
+    // A figure whose weight is not over its feet falls, whatever it holds: half of these do.
     let figure = in_physics("figure.toml");
-    compare(&figure, &vec![0.0; figure.joints.len()], 0.05, POSTURES / 4);
+    compare(&figure, &vec![0.0; figure.joints.len()], 0.5);
 }
 
 #[test]

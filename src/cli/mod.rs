@@ -379,6 +379,10 @@ struct SimArguments {
     /// New servos out of the box: all with id 1 and every register as shipped, horns put on anyhow, none plugged in.
     #[arg(long, conflicts_with = "unit")]
     factory_new: bool,
+    /// With --factory-new, horns are put on within this many degrees of where the robot file has them, as a person who
+    /// follows docs/wiring.md does; without, anywhere.
+    #[arg(long, value_name = "DEG", requires = "factory_new", value_parser = clap::value_parser!(u16).range(0..=180))]
+    horns_within_deg: Option<u16>,
     /// Joints whose servo is mounted the other way round than the robot file says.
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     reversed: Vec<String>,

@@ -26,7 +26,7 @@ const GRAVITY_M_S2: f64 = 9.806_65;
 /// Edges of a friction pyramid.
 const EDGES: usize = 4;
 /// How much a missing share of the weight on the trunk costs against joint torque.
-const BALANCE_WEIGHT: f64 = 1e6;
+const BALANCE_WEIGHT: f64 = 1e7;
 /// What contact force costs by itself, so that forces that press feet against each other for nothing are none. Small
 /// beside joint torque.
 const FORCE_COST: f64 = 3e-6;

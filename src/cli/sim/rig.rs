@@ -53,7 +53,13 @@ impl Rig {
         if options.factory_new {
             let mut chance = Pcg64Mcg::seed_from_u64(options.seed);
             for servo in rig.robot.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
-                servo.zero_count = f64::from(chance.next_u32()) / 2f64.powi(32) * COUNTS_PER_TURN;
+                let share = f64::from(chance.next_u32()) / 2f64.powi(32);
+                servo.zero_count = match options.horns_within_deg {
+                    Some(degrees) => {
+                        servo.zero_count + (2.0 * share - 1.0) * f64::from(degrees) / 360.0 * COUNTS_PER_TURN
+                    }
+                    None => share * COUNTS_PER_TURN,
+                };
             }
         }
         for name in &options.reversed {
@@ -61,6 +67,10 @@ impl Rig {
                 Ok(Target::Joint(joint)) => {
                     if let Some(servo) = &mut rig.robot.joints[joint].servo {
                         servo.reversed = !servo.reversed;
+                        if options.horns_within_deg.is_some() {
+                            // The middle of the range stays where it was put.
+                            servo.zero_count = COUNTS_PER_TURN - servo.zero_count;
+                        }
                     }
                 }
                 Ok(Target::Bus(_)) => {
