@@ -1,7 +1,7 @@
 //! `hippocamp try`: how a robot falls, over many pushes.
 
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -34,6 +34,9 @@ pub(super) struct TryArguments {
     /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Draw how it kept its feet against the hardest push that did not throw it, to this file (SVG).
+    #[arg(long, value_name = "FILE")]
+    kept: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -49,7 +52,9 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
     let trials = Trials::new(robot).map_err(bad_input)?;
-    options.picture.as_deref().map_or(Ok(()), refuse_inputs)?;
+    for path in [&options.picture, &options.kept].into_iter().flatten() {
+        refuse_inputs(path)?;
+    }
     let tried =
         trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
     let summary = Summary::of(&tried);
@@ -60,9 +65,19 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     } else {
         say!("{tables}");
     }
+    let ways = [("passive: limp", ReflexMode::Passive), ("reflex", ReflexMode::Reflex)];
     if let Some(path) = &options.picture {
-        write_whole(path, &picture(&trials, &tried)?)?;
-        say!("picture written to {}", path.display());
+        let falls = tried.iter().filter(|tried| tried.off.fallen_s.is_some() && tried.reflex.is_some());
+        write_picture(path, &trials, hardest("--picture", "a fall", falls)?, &ways)?;
+    }
+    if let Some(path) = &options.kept {
+        let kept = tried.iter().filter(|tried| tried.off.fallen_s.is_none());
+        write_picture(
+            path,
+            &trials,
+            hardest("--kept", "withstood", kept)?,
+            &[("kept its feet", ReflexMode::Off)],
+        )?;
     }
     Ok(COMPLETED)
 }
@@ -116,24 +131,26 @@ fn show(done: u64, of: u64) {
     let _ = err.flush();
 }
 
-/// The hardest push that made it fall, met in both ways.
-fn picture(trials: &Trials, tried: &[Tried]) -> Result<String> {
-    let falls = tried.iter().filter(|tried| tried.off.fallen_s.is_some() && tried.reflex.is_some());
-    let hardest = falls.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
-    let Some(Tried { scene, .. }) = hardest else {
-        return Err(BadInput(
-            "--picture: none of these trials was a fall; more of them may have one".to_owned(),
-        )
-        .into());
-    };
-    draw(trials, scene)
+/// The trial with the hardest push of these.
+fn hardest<'t>(option: &str, what: &str, trials: impl Iterator<Item = &'t Tried>) -> Result<&'t Scene> {
+    let hardest = trials.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
+    let none = || BadInput(format!("{option}: none of these trials was {what}; more of them may have one"));
+    Ok(&hardest.ok_or_else(none)?.scene)
 }
 
-fn draw(trials: &Trials, scene: &Scene) -> Result<String> {
-    let of = |name, mode| -> Result<FallRow> {
+/// Draws `scene`, met in each of these ways, one below the other.
+fn write_picture(
+    path: &Path,
+    trials: &Trials,
+    scene: &Scene,
+    ways: &[(&'static str, ReflexMode)],
+) -> Result<()> {
+    let rows = ways.iter().map(|&(name, mode)| -> Result<FallRow> {
         let observed = trials.observe(scene, mode, true)?;
         Ok(FallRow { name, impact_n: observed.impact_n, track: observed.track })
-    };
-    let rows = [of("passive: limp", ReflexMode::Passive)?, of("reflex", ReflexMode::Reflex)?];
-    Ok(plot::fall(trials.robot(), scene, &rows)?)
+    });
+    let rows: Vec<FallRow> = rows.collect::<Result<_>>()?;
+    write_whole(path, &plot::fall(trials.robot(), scene, &rows)?)?;
+    say!("picture written to {}", path.display());
+    Ok(())
 }

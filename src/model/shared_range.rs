@@ -1,5 +1,6 @@
 //! Hinges in one place that share the range of a ball joint: what their angles make of it, and angles that keep it.
 
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use glam::{DQuat, DVec3};
@@ -59,6 +60,8 @@ impl Axis {
 #[derive(Debug, Clone)]
 pub struct SharedRange {
     hinges: [(Axis, f64); HINGES_MAX],
+    /// Ranges of their own, rad.
+    ranges_rad: [(f64, f64); HINGES_MAX],
     count: usize,
     range: BallJoint,
 }
@@ -67,10 +70,11 @@ impl SharedRange {
     /// The `range` of these hinges, of which there are at most three.
     pub fn new(hinges: &[Joint], range: BallJoint) -> SharedRange {
         let mut all = [(Axis::X, 1.0); HINGES_MAX];
-        for (axis, joint) in all.iter_mut().zip(hinges) {
-            *axis = Axis::of(joint);
+        let mut ranges_rad = [(0.0, 0.0); HINGES_MAX];
+        for ((axis, range_rad), joint) in all.iter_mut().zip(&mut ranges_rad).zip(hinges) {
+            (*axis, *range_rad) = (Axis::of(joint), joint.range_rad);
         }
-        SharedRange { hinges: all, count: hinges.len().min(HINGES_MAX), range }
+        SharedRange { hinges: all, ranges_rad, count: hinges.len().min(HINGES_MAX), range }
     }
 
     /// All shared ranges of `robot`, with the joints that share them.
@@ -159,13 +163,31 @@ impl SharedRange {
         }
     }
 
-    /// Writes the angles (rad) at which the hinges make `turn`.
+    /// Writes the angles (rad) at which the hinges make `turn`: of the two ways there are, the one in the hinges' own
+    /// ranges, or less outside; of those alike, the one nearer to what they were.
     fn write(&self, turn: SwingTwist, angles: &mut [f64]) {
+        let ways = [false, true].map(|is_over| self.angles_of(turn, is_over));
+        let most = |parts: &mut dyn Iterator<Item = f64>| parts.fold(0.0_f64, f64::max);
+        let off = |way: &[f64; HINGES_MAX]| {
+            let outside = way.iter().zip(&self.ranges_rad).map(|(to, (low, high))| (low - to).max(to - high));
+            let turned = way.iter().zip(&*angles).map(|(to, from)| (to - from + PI).rem_euclid(TAU) - PI);
+            (most(&mut outside.take(self.count)), most(&mut turned.map(f64::abs)))
+        };
+        let [straight, over] = [off(&ways[0]), off(&ways[1])];
+        let is_over = over.0 < straight.0 || over.0 <= straight.0 && over.1 < straight.1;
+        let nearer = usize::from(is_over);
+        angles.copy_from_slice(&ways[nearer][..angles.len()]);
+    }
+
+    /// The angles (rad) at which the hinges make `turn`; where it `is_over`, the first of two that swing is turned half
+    /// round, and the second goes over the top.
+    fn angles_of(&self, turn: SwingTwist, is_over: bool) -> [f64; HINGES_MAX] {
+        let mut angles = [0.0; HINGES_MAX];
         let mut left = turn.turn();
         let last = self.axes().iter().rposition(|(axis, _)| *axis != Axis::X);
-        for (index, ((axis, sense), angle)) in self.axes().iter().zip(angles).enumerate() {
+        for (index, ((axis, sense), angle)) in self.axes().iter().zip(&mut angles).enumerate() {
             let way = left * DVec3::X;
-            let sign = if way.x < 0.0 && Some(index) != last { -1.0 } else { 1.0 };
+            let sign = if is_over && Some(index) != last { -1.0 } else { 1.0 };
             let aim = match axis {
                 // Once the link points where it is to, what is left is twist.
                 Axis::X => SwingTwist::of(left).twist_rad,
@@ -174,6 +196,7 @@ impl SharedRange {
             *angle = sense * aim;
             left = axis.turn(-aim) * left;
         }
+        angles
     }
 
     /// How much of the way from `before` to `after` (rad) may be gone, 0 to 1, all hinges alike. Who is outside may go
@@ -215,6 +238,39 @@ mod tests {
             center_m: DVec3::ZERO,
             ball: None,
             servo: None,
+        }
+    }
+
+    /// A hip's pitch goes past a right angle. The same turn can be made the other way round, half a turn off in pitch and
+    /// yaw and over the top in roll, where no hip can be.
+    #[test]
+    fn hinges_stay_on_their_side_where_they_are_brought_in() {
+        let corner = |lift: f64, sweep: f64| Corner {
+            // About -y and z.
+            swing: DVec2::new(-lift, sweep).normalize() * (0.5 * lift.hypot(sweep)).sin(),
+            twist_rad: (-0.7, 0.7),
+        };
+        let corners = vec![corner(-0.4, -0.4), corner(-0.4, 0.4), corner(2.2, 0.4), corner(2.2, -0.4)];
+        let range = BallJoint::new(corners).unwrap();
+        let mut hinges: Vec<Joint> = [DVec3::NEG_Y, DVec3::Z, DVec3::X].into_iter().map(hinge).collect();
+        hinges[0].range_rad = (-0.5, 2.2);
+        let shared = SharedRange::new(&hinges, range);
+        // Nearer to the way over the top, which no hip can go.
+        let mut angles = [184.0_f64, -46.0, 86.0].map(f64::to_radians);
+        shared.bring_in(&mut angles);
+        assert!(
+            (-0.5..2.2).contains(&angles[0]) && angles[1].abs() < 1.5 && angles[2].abs() < 1.5,
+            "{angles:?}"
+        );
+        for pitch in [0.3, 1.5, 1.7, 1.9, 2.1] {
+            for (roll, yaw) in [(0.6, 0.2), (-0.7, -0.5), (0.1, 1.0)] {
+                let asked = [pitch, roll, yaw];
+                let mut angles = asked;
+                shared.bring_in(&mut angles);
+                assert!(shared.holds(&angles), "{angles:?}");
+                let moved = asked.iter().zip(angles).map(|(from, to)| (from - to).abs());
+                assert!(moved.fold(0.0, f64::max) < 1.0, "{asked:?} to {angles:?}");
+            }
         }
     }
 

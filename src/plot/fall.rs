@@ -16,6 +16,8 @@ const NAME: f64 = 26.0;
 const BELOW: f64 = 34.0;
 /// Room beside a figure, pixels.
 const SIDE: f64 = 6.0;
+/// Highest a figure is drawn, pixels.
+const TALLEST: f64 = 160.0;
 
 /// One way of falling.
 #[derive(Debug)]
@@ -43,7 +45,8 @@ pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, Pl
         points().fold((DVec3::ZERO, DVec3::ZERO), |(low, high), point| (low.min(*point), high.max(*point)));
     #[allow(clippy::cast_precision_loss, reason = "a handful")]
     let width = f64::from(WIDTH) / COLUMNS as f64;
-    let pixels_a_metre = (width - 2.0 * SIDE) / (high.x - low.x).max(1e-3);
+    let fits = |pixels: f64, metres: f64| pixels / metres.max(1e-3);
+    let pixels_a_metre = fits(width - 2.0 * SIDE, high.x - low.x).min(fits(TALLEST, high.z - low.z));
     let row_height = NAME + (high.z - low.z) * pixels_a_metre + BELOW;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred pixels")]
     let height =

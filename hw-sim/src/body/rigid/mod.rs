@@ -27,8 +27,8 @@ const CARRY: (f64, f64) = (2500.0, 70.0);
 const LET_GO_SHARE: f64 = 0.1;
 
 /// Motors that have kept all joints slower than this, rad/s, for this long, s, are done with getting ready: longer than
-/// torque takes to come on.
-const STILL: (f64, f64) = (0.05, 1.5);
+/// torque takes to come on, and than a controller waits for a joint that does not follow.
+const STILL: (f64, f64) = (0.05, 2.5);
 /// How fast a robot is set down then, m/s.
 const SET_DOWN_M_S: f64 = 0.05;
 
