@@ -1,7 +1,8 @@
 //! A joint that does not turn though its goal does.
 //!
 //! Its distance from the goal alone does not tell: a walk brings the goal back past a jammed joint twice a
-//! stride. Nor does its standing still: a loaded joint stands a few degrees off a goal that stands too.
+//! stride. Nor does its standing still: a loaded joint stands a few degrees off a goal that stands too. Nor both
+//! the goal's turning and that: a joint that was pushed ahead of its goal waits for it.
 
 use super::Fault;
 use crate::model::SafetySettings;
@@ -35,7 +36,8 @@ impl Stall {
             return None;
         }
         let goal_turn_rad = (goal_rad - goal_then_rad).abs();
-        if goal_turn_rad > GOAL_TURN_SHARE * settings.tracking_error_rad {
+        let off_rad = (goal_rad - position_rad).abs();
+        if goal_turn_rad > GOAL_TURN_SHARE * settings.tracking_error_rad && off_rad > STILL_RAD {
             self.lasted_s += dt_s;
         }
         (self.lasted_s > settings.fault_delay_s).then_some(Fault::Stalled { goal_turn_rad })

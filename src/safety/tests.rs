@@ -189,6 +189,22 @@ fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
 }
 
 #[test]
+fn a_joint_that_was_pushed_ahead_of_its_goal_is_not_jammed_where_that_meets_it() {
+    let robot = robot();
+    let settings = &robot.safety;
+    // As a foot does that stands on the ground before torque has come on in full.
+    let ahead_rad = 0.5 * settings.tracking_error_rad;
+    let mut stall = super::stall::Stall::default();
+    for goal_rad in (0..1000).map(|cycle| ahead_rad * (f64::from(cycle) / 300.0).min(1.1)) {
+        assert_eq!(stall.judge(DT_S, ahead_rad, goal_rad, settings), None, "goal at {goal_rad}");
+    }
+    // Where the goal goes on without it, it is.
+    let mut goals = (0..1000).map(|cycle| ahead_rad * (1.1 + f64::from(cycle) / 300.0));
+    let fault = goals.find_map(|goal_rad| stall.judge(DT_S, ahead_rad, goal_rad, settings));
+    assert!(matches!(fault, Some(Fault::Stalled { .. })), "{fault:?}");
+}
+
+#[test]
 fn a_servo_that_is_never_heard_ends_the_start() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
