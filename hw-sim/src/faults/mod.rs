@@ -6,6 +6,7 @@ mod script;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod timeline;
 
 use crate::config::BusConfig;
 use crate::convert::nanoseconds;
@@ -15,40 +16,15 @@ pub(crate) use pushes::Pushes;
 pub use script::{
     FaultError, FaultKind, FaultScript, GroundChange, Mistake, ScriptedFault, ScriptedPush, Target,
 };
+use timeline::{Fault, Timeline};
 
 /// A servo that is reset is without supply for this long, ns: a step of the motors sees it.
 const RESET_NS: u64 = 1_000_000;
 
-/// One fault on one bus.
-#[derive(Debug, Clone, Copy)]
-struct Fault {
-    kind: FaultKind,
-    from_ns: u64,
-    /// Exclusive.
-    until_ns: u64,
-    /// `None` means every servo of the bus.
-    id: Option<u8>,
-}
-
-impl Fault {
-    fn is_on(&self, now_ns: u64) -> bool {
-        (self.from_ns..self.until_ns).contains(&now_ns)
-    }
-
-    /// The plug of one servo, and not that of the adapter, is out.
-    fn is_one_plug(&self) -> bool {
-        self.kind == FaultKind::Unplugged && self.id.is_some()
-    }
-
-    fn applies(&self, now_ns: u64, id: u8) -> bool {
-        self.is_on(now_ns) && self.id.is_none_or(|own| own == id)
-    }
-}
-
 /// The faults of one bus.
 #[derive(Debug, Default)]
 pub(crate) struct BusFaults {
-    faults: Vec<Fault>,
+    faults: Timeline,
     /// Moments the adapter is pulled out, latest first.
     unplugs_ns: Vec<u64>,
     /// Ids the servos were built with, in their order.
@@ -56,21 +32,22 @@ pub(crate) struct BusFaults {
 }
 
 impl BusFaults {
-    fn any(&self, now_ns: u64, kind: FaultKind) -> bool {
-        self.faults.iter().any(|fault| fault.kind == kind && fault.is_on(now_ns))
+    /// Those of a servo that are on.
+    fn on(&self, now_ns: u64, id: u8) -> impl Iterator<Item = &Fault> {
+        self.faults.on(now_ns).filter(move |fault| fault.is_of(id))
     }
 
     fn any_on(&self, now_ns: u64, id: u8, kind: FaultKind) -> bool {
-        self.faults.iter().any(|fault| fault.kind == kind && fault.applies(now_ns, id))
+        self.on(now_ns, id).any(|fault| fault.kind == kind)
     }
 
     pub(crate) fn is_silent(&self, now_ns: u64, id: u8) -> bool {
         self.any_on(now_ns, id, FaultKind::Silent)
     }
 
-    /// The id the servo takes for its own, if not the one it has.
+    /// The id the servo takes for its own, if not the one it has; of several that it took last.
     pub(crate) fn wrong_id(&self, now_ns: u64, id: u8) -> Option<u8> {
-        self.faults.iter().filter(|fault| fault.applies(now_ns, id)).find_map(|fault| match fault.kind {
+        self.on(now_ns, id).find_map(|fault| match fault.kind {
             FaultKind::WrongId { as_id } => Some(as_id),
             _ => None,
         })
@@ -78,12 +55,12 @@ impl BusFaults {
 
     /// How much later than it should a reply comes, ns.
     pub(crate) fn late_ns(&self, now_ns: u64, id: u8) -> u64 {
-        let on = self.faults.iter().filter(|fault| fault.applies(now_ns, id));
-        on.map(|fault| match fault.kind {
-            FaultKind::Slow { delay_ms } => nanoseconds(delay_ms / 1000.0),
-            _ => 0,
-        })
-        .sum()
+        self.on(now_ns, id)
+            .map(|fault| match fault.kind {
+                FaultKind::Slow { delay_ms } => nanoseconds(delay_ms / 1000.0),
+                _ => 0,
+            })
+            .sum()
     }
 
     pub(crate) fn garbles(&self, now_ns: u64, id: u8) -> bool {
@@ -96,10 +73,7 @@ impl BusFaults {
 
     /// Whether the servo has no supply: its own plug is out, or it is reset.
     pub(crate) fn takes_power(&self, now_ns: u64, id: u8) -> bool {
-        self.faults.iter().any(|fault| {
-            let is_own = fault.kind == FaultKind::Reset || fault.is_one_plug();
-            is_own && fault.applies(now_ns, id)
-        })
+        self.on(now_ns, id).any(|fault| fault.kind == FaultKind::Reset || fault.is_one_plug())
     }
 
     pub(crate) fn overloads(&self, now_ns: u64, id: u8) -> bool {
@@ -119,30 +93,26 @@ impl BusFaults {
     }
 
     pub(crate) fn echoes(&self, now_ns: u64) -> bool {
-        self.any(now_ns, FaultKind::Echo)
+        self.faults.on(now_ns).any(|fault| fault.kind == FaultKind::Echo)
     }
 
     pub(crate) fn is_unplugged(&self, now_ns: u64) -> bool {
-        self.faults
-            .iter()
-            .any(|fault| fault.kind == FaultKind::Unplugged && fault.id.is_none() && fault.is_on(now_ns))
+        self.faults.on(now_ns).any(Fault::is_adapters_plug)
     }
 
     /// Supply forced by a fault, V; the lowest if there are several.
     pub(crate) fn volts(&self, now_ns: u64) -> Option<f64> {
-        let forced =
-            self.faults.iter().filter(|fault| fault.is_on(now_ns)).filter_map(|fault| match fault.kind {
-                FaultKind::LowVoltage { volts } => Some(volts),
-                FaultKind::BrownOut => Some(0.0),
-                _ => None,
-            });
+        let forced = self.faults.on(now_ns).filter_map(|fault| match fault.kind {
+            FaultKind::LowVoltage { volts } => Some(volts),
+            FaultKind::BrownOut => Some(0.0),
+            _ => None,
+        });
         forced.min_by(f64::total_cmp)
     }
 
     /// Temperature forced by a fault, °C; the highest if there are several.
     pub(crate) fn celsius(&self, now_ns: u64, id: u8) -> Option<f64> {
-        let on = self.faults.iter().filter(|fault| fault.applies(now_ns, id));
-        let forced = on.filter_map(|fault| match fault.kind {
+        let forced = self.on(now_ns, id).filter_map(|fault| match fault.kind {
             FaultKind::Hot { celsius } => Some(celsius),
             _ => None,
         });
@@ -152,15 +122,14 @@ impl BusFaults {
     /// Has the adapter pulled out at `now_ns`, for `for_ns`.
     pub(crate) fn unplug(&mut self, now_ns: u64, for_ns: u64) {
         let until_ns = now_ns.saturating_add(for_ns);
-        self.faults.push(Fault { kind: FaultKind::Unplugged, from_ns: now_ns, until_ns, id: None });
+        self.faults.add(Fault { kind: FaultKind::Unplugged, from_ns: now_ns, until_ns, id: None });
         // Those to come are later: this is the next.
         self.unplugs_ns.push(now_ns);
     }
 
     /// Has the adapter back at `now_ns`.
     pub(crate) fn plug_in(&mut self, now_ns: u64) {
-        self.faults
-            .retain(|fault| fault.kind != FaultKind::Unplugged || fault.id.is_some() || !fault.is_on(now_ns));
+        self.faults.retain(|fault| !(fault.is_adapters_plug() && fault.is_on(now_ns)));
     }
 
     /// When the adapter is next pulled out.
@@ -177,12 +146,12 @@ impl BusFaults {
 /// The faults of the inertial measurement unit.
 #[derive(Debug, Default)]
 pub(crate) struct ImuFaults {
-    faults: Vec<Fault>,
+    faults: Timeline,
 }
 
 impl ImuFaults {
     pub(crate) fn is_on(&self, now_ns: u64, kind: FaultKind) -> bool {
-        self.faults.iter().any(|fault| fault.kind == kind && fault.is_on(now_ns))
+        self.faults.on(now_ns).any(|fault| fault.kind == kind)
     }
 }
 
@@ -246,7 +215,7 @@ impl FaultScript {
                 continue;
             }
             if fault.kind.is_of_imu() {
-                imu.faults.push(Fault { kind: fault.kind, from_ns, until_ns, id: None });
+                imu.faults.add(Fault { kind: fault.kind, from_ns, until_ns, id: None });
                 continue;
             }
             if let FaultKind::Push(_) = fault.kind {
@@ -254,7 +223,7 @@ impl FaultScript {
             }
             for place in places {
                 let faults = &mut assigned[place];
-                faults.faults.push(Fault { kind: fault.kind, from_ns, until_ns, id: fault.target.id });
+                faults.faults.add(Fault { kind: fault.kind, from_ns, until_ns, id: fault.target.id });
                 if fault.kind == FaultKind::Unplugged && fault.target.id.is_none() {
                     faults.unplugs_ns.push(from_ns);
                 }
