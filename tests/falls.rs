@@ -82,6 +82,7 @@ fn pushed_over_sideways_it_ends_limp_and_says_so() {
     assert!(report.is_end_heard && report.duration_s < 12.0, "{} s", report.duration_s);
     let falls = report.falls.unwrap();
     assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 0, FallOutcome::LiesLimp));
+    assert_eq!(report.joints.rate_violations, 0);
 }
 
 /// Down on its underside it rises by its ordinary start phases, and goes on as it was told.
@@ -96,5 +97,6 @@ fn pushed_over_backwards_onto_its_underside_it_gets_up_and_walks_on() {
         assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 1, FallOutcome::GotUp), "{falls:?}");
         assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
         assert!(report.duration_s > 40.0, "{} s", report.duration_s);
+        assert_eq!(report.joints.rate_violations, 0);
     }
 }

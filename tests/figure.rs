@@ -16,6 +16,7 @@ use hippocamp::ik::Method;
 use hippocamp::model::ball_joint::SwingTwist;
 use hippocamp::model::{Foot, Robot, hinges_in_place};
 use hippocamp::motion::{Activity, Order};
+use hippocamp::reflex::FallOutcome;
 use hippocamp::run::{RunPlan, run};
 use hippocamp::simulation;
 use hippocamp::standing::{Sole, Standing, TrunkMotion};
@@ -406,6 +407,65 @@ fn a_minute_of_nudges_does_not_move_it_off_its_feet() {
     println!("[nudges]\n| runs of a minute | fell | roll at most | pitch at most |\n|---|---|---|---|");
     println!("| {seeds} | 0 | {roll_deg:.1} deg | {pitch_deg:.1} deg |");
     assert!(roll_deg < 5.0 && pitch_deg < 5.0, "{roll_deg} and {pitch_deg} degrees");
+}
+
+/// Set down by then, it goes through them all; a trunk that is to bow is none that falls.
+#[test]
+fn on_its_feet_it_takes_every_pose() {
+    let robot = in_physics("figure.toml");
+    let mut stood_s: Option<f64> = None;
+    let mut taken = vec![false; poses(&robot)];
+    let (report, _) = run_with(&robot, "", |status| {
+        let is_standing = status.activity == Activity::Standing;
+        if is_standing {
+            stood_s.get_or_insert(status.time_s);
+        }
+        let Some(stood_s) = stood_s else { return Order::Take(0) };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
+        let pose = (0.25 * (status.time_s - stood_s)) as usize;
+        let Some(taken) = taken.get_mut(pose) else { return Order::Stop };
+        *taken |= is_standing;
+        Order::Take(pose)
+    });
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert!(taken.iter().all(|taken| *taken), "{taken:?}");
+    let body = report.body.unwrap();
+    assert!(!body.fell && body.height_error_max_m.unwrap() < 0.01, "{body:?}");
+    assert!((body.pitch_max_deg - 25.0).abs() < 3.0 && body.roll_max_deg < 3.0, "{body:?}");
+}
+
+/// From the operator's motion to the reflex's and, of who keeps its feet, back: no goal leaps from one cycle to the next.
+#[test]
+fn the_reflex_takes_over_and_gives_back_without_a_leap() {
+    let robot = in_physics("figure.toml");
+    let pushed = |direction_deg: f64, impulse_n_s: f64| {
+        let faults = format!(
+            "[[fault]]\nkind = 'push'\nat_s = 21.2\nimpulse_n_s = {impulse_n_s}\nfor_s = 0.1\n\
+             direction_deg = {direction_deg}\n"
+        );
+        // It is pushed on its way into a bow.
+        let order = |s: f64| match s {
+            ..20.9 => Order::Take(0),
+            ..29.0 => Order::Take(4),
+            _ => Order::Stop,
+        };
+        let (report, _) = run_with(&robot, &faults, |status| order(status.time_s));
+        assert_eq!(
+            (report.joints.range_violations, report.joints.rate_violations),
+            (0, 0),
+            "{impulse_n_s} N s to {direction_deg} degrees: {}",
+            report.reason
+        );
+        report
+    };
+    for side in 0..8 {
+        let report = pushed(45.0 * f64::from(side), 0.8 * 2.1);
+        assert_eq!(report.outcome, Outcome::Fallen, "side {side}: {}", report.reason);
+        assert_eq!(report.falls.unwrap().outcome, FallOutcome::LiesLimp, "side {side}");
+        let report = pushed(45.0 * f64::from(side), 0.08 * 2.1);
+        assert_eq!(report.outcome, Outcome::Completed, "side {side}: {}", report.reason);
+        assert_eq!(report.falls.unwrap().falls, 0, "side {side}");
+    }
 }
 
 #[test]

@@ -12,6 +12,8 @@ const LEG_KEYS: [&str; 2] = ["left", "right"];
 
 /// A few degrees, as soft as tissue: people's joints resist over about so much before they stop.
 const SOFT_STOP_DEG: f64 = 5.0;
+/// Long enough for hands, s.
+const SET_DOWN_S: f64 = 5.0;
 /// Steepest trunk either way, degrees.
 const TILT_MAX_DEG: f64 = 60.0;
 /// Longest way to a pose, s.
@@ -53,6 +55,8 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
     }
     let meaning = "how far before the end of its range a joint begins to be slowed down, in degrees";
     let soft_stop = section.number_or("soft_stop_deg", meaning, Limits::FromTo(0.0, 30.0), SOFT_STOP_DEG);
+    let meaning = "how long it stands still once it has risen, to be set down and let go, in s";
+    let set_down = section.number_or("set_down_s", meaning, Limits::FromTo(0.0, LONGEST_S), SET_DOWN_S);
     let joints = named_joints(chains, legs);
     let mut names = Unique::default();
     let mut stand_pose: Option<FigurePose> = None;
@@ -72,6 +76,7 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
         stand_height_m: stand? / 1000.0,
         sit_height_m: sit? / 1000.0,
         soft_stop_rad: soft_stop?.to_radians(),
+        set_down_s: set_down?,
         poses: poses.into_iter().collect::<Option<_>>()?,
     })
 }

@@ -14,6 +14,8 @@ pub struct FigureMotion {
     /// How far before the end of its range a joint begins to be slowed down, rad; of a ball joint, the turn of its
     /// swing.
     pub soft_stop_rad: f64,
+    /// How long it stands still once it has risen, s: it has done so in somebody's hands, and is to be set down and let go.
+    pub set_down_s: f64,
     /// The poses it knows by name; the first is [`FigurePose::STAND`].
     pub poses: Vec<FigurePose>,
 }

@@ -35,6 +35,11 @@ pub trait OnFeet {
     /// What it is doing.
     fn activity(&self) -> Activity;
 
+    /// How long it stands still once it has risen, s, before it counts as on its feet: whoever holds it sets it down.
+    fn set_down_s(&self) -> f64 {
+        0.0
+    }
+
     /// Joint angles of the sitting robot, rad.
     fn sit_pose_rad(&self) -> &[f64];
 
@@ -161,9 +166,10 @@ impl<D: OnFeet> LeggedGenerator<D> {
                     None => Phase::Gather { from: now, duration: self.gather_duration_s() },
                 }
             }
+            Phase::Rise { from } if wants_stop && now >= from + RISE_S => self.stop_from_stand(state),
             Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => self.fold(state),
             Phase::Gather { from, duration } if now >= from + duration => Phase::Rise { from: now },
-            Phase::Rise { from } if now >= from + RISE_S => {
+            Phase::Rise { from } if now >= from + RISE_S + self.drive.set_down_s() => {
                 Phase::OnFeet { from: now, is_ending: false, standing_since: None }
             }
             Phase::OnFeet { standing_since: Some(since), .. } if now >= since + STAND_S => {

@@ -53,9 +53,9 @@ pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, Pl
         (HEAD + row_height * f64::from(u32::try_from(rows.len()).unwrap_or(1))).clamp(1.0, 1e4) as u32;
     picture(height, |area| {
         let title = format!(
-            "A push of {:.2} N s, {:.0} degrees to the left of ahead, seen across it: it goes to the right",
+            "A push of {:.2} N s, {}, seen across it: the push goes to the right",
             scene.impulse_ns,
-            scene.towards_rad.to_degrees()
+            side(scene.towards_rad)
         );
         write(area, &title, (8.0, 16.0), &letters(HEADING, INK, HPos::Left))?;
         write_key(area, 8.0, 38.0, &[(TRUNK, "trunk"), (NEAR, "right limbs"), (FAR, "left limbs")])?;
@@ -116,4 +116,28 @@ fn figure(robot: &Robot, scene: &Scene, first: &Snapshot, pose: &Snapshot) -> Fi
     });
     let label = format!("{:.2} s{}", pose.time_s, if pose.is_down { ", down" } else { "" });
     Figure { label, trunk, limbs: limbs.collect() }
+}
+
+/// Where a push goes, in words; `towards_rad` from ahead to the left.
+fn side(towards_rad: f64) -> String {
+    let left_deg = (towards_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
+    match left_deg.round() {
+        0.0 => "straight ahead".to_owned(),
+        -180.0 => "straight back".to_owned(),
+        left if left > 0.0 => format!("{left:.0} degrees to the left of ahead"),
+        right => format!("{:.0} degrees to the right of ahead", -right),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::side;
+
+    #[test]
+    fn a_side_is_told_from_ahead_on_by_the_shorter_way() {
+        let told = [0.0_f64, 27.0, 180.0, 315.0, 359.9].map(|deg| side(deg.to_radians()));
+        let to = |way: &str| format!("{way} of ahead");
+        let (left, right) = (to("27 degrees to the left"), to("45 degrees to the right"));
+        assert_eq!(told, ["straight ahead", &left, "straight back", &right, "straight ahead"]);
+    }
 }

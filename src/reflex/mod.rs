@@ -134,7 +134,7 @@ impl<'r> Reflex<'r> {
         };
         let was_getting_up = matches!(self.phase, Phase::GettingUp { .. });
         let must_end = order.is_stop() || state.permission == Permission::Stop;
-        self.phase = self.next(dt_s, must_end, state, settings);
+        self.phase = self.next(dt_s, must_end, state, settings, targets);
         if self.is_in_charge() {
             self.write(state, settings, targets);
             Charge::Reflex
@@ -150,10 +150,17 @@ impl<'r> Reflex<'r> {
         !matches!(self.phase, Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. })
     }
 
-    fn next(&mut self, dt_s: f64, must_end: bool, state: &State, settings: &ReflexSettings) -> Phase {
+    fn next(
+        &mut self,
+        dt_s: f64,
+        must_end: bool,
+        state: &State,
+        settings: &ReflexSettings,
+        targets: &Targets,
+    ) -> Phase {
         match self.phase {
             Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. } => {
-                self.watch(dt_s, state, settings)
+                self.watch(dt_s, state, settings, targets)
             }
             Phase::Falling { since_s, direction } => {
                 let since_s = since_s + dt_s;
@@ -218,11 +225,11 @@ impl<'r> Reflex<'r> {
     }
 
     /// While the robot is on its feet: whether it falls, and how near it is to that.
-    fn watch(&mut self, dt_s: f64, state: &State, settings: &ReflexSettings) -> Phase {
+    fn watch(&mut self, dt_s: f64, state: &State, settings: &ReflexSettings, targets: &Targets) -> Phase {
         if !self.is_armed {
             return Phase::Steady;
         }
-        let share = detect::share(&settings.detector, &state.body);
+        let share = detect::share(&settings.detector, &state.body, targets);
         if share >= 1.0 {
             let direction = detect::direction(&state.body);
             if !self.is_noted {

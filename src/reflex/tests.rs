@@ -331,6 +331,17 @@ fn a_robot_that_never_comes_to_rest_is_let_go_all_the_same() {
 }
 
 #[test]
+fn a_trunk_that_is_to_lean_does_not_fall() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = Scene::new(&robot);
+    scene.targets.aim = crate::signals::Aim::Soles;
+    scene.targets.trunk_turn = glam::DQuat::from_rotation_y(0.6);
+    assert_eq!(scene.see((0.0, 0.6), [0.0; 3], 1.0), ["steady"]);
+    // As far from that as it may be from level.
+    assert!(scene.see((0.0, 0.05), [0.0; 3], 0.1).contains(&"falling"));
+}
+
+#[test]
 fn the_rate_alone_is_the_papers_rule() {
     let mut robot = horse(ReflexMode::Reflex);
     robot.reflex.as_mut().unwrap().detector = Detector::Rate(3.0);

@@ -184,6 +184,10 @@ impl OnFeet for Poise {
         if self.is_still() { Activity::Standing } else { Activity::Performing }
     }
 
+    fn set_down_s(&self) -> f64 {
+        self.plan.settings.set_down_s
+    }
+
     fn sit_pose_rad(&self) -> &[f64] {
         &self.plan.sit_pose_rad
     }
