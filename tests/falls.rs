@@ -83,6 +83,7 @@ fn pushed_over_sideways_it_ends_limp_and_says_so() {
     let falls = report.falls.unwrap();
     assert_eq!((falls.falls, falls.got_up, falls.outcome), (1, 0, FallOutcome::LiesLimp));
     assert_eq!(report.joints.rate_violations, 0);
+    assert!(report.body.unwrap().fell);
 }
 
 /// Down on its underside it rises by its ordinary start phases, and goes on as it was told.

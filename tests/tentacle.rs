@@ -489,3 +489,40 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
     assert!(cooled > 0 && hottest_c <= robot.safety.temperature_c, "{cooled} times hot, {hottest_c} C");
     assert!(performed > 600 * 20, "it moved for {performed} of the last 36000 cycles");
 }
+
+/// Somebody takes the arm by a joint, turns it away with more than the arm is to resist, and lets it be.
+#[test]
+fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
+    let robot = shipped("tentacle.toml");
+    let of = servo(&robot.joints[2]);
+    let place = robot.joints[..2].iter().filter(|joint| servo(joint).bus == of.bus).count();
+    let pull_nm = 0.8 * of.model.stall_torque_nm;
+    let ports = SharedPorts::new(simulation::world(&robot, 1, &FaultScript::default()).unwrap());
+    let hand = ports.clone();
+    let rests_at = Cell::new(0.0);
+    let mut seen: Vec<(f64, f64)> = Vec::new();
+    let report = run(&robot, run_plan(&robot, Stroke::Rest, 1e9), ports, |status: &Status| {
+        let counts = hand.borrow().world().shaft(of.bus, of.id.0).unwrap().position_counts;
+        let angle = counts * of.count_rad();
+        if status.time_s < 20.0 {
+            rests_at.set(angle);
+        }
+        // As far as a hand would.
+        let is_pulled = (20.0..21.0).contains(&status.time_s) && angle < rests_at.get() + 0.9;
+        hand.load(of.bus, place, if is_pulled { pull_nm } else { 0.0 });
+        seen.push((status.time_s, angle));
+        if status.time_s < 30.0 { Order::Go } else { Order::Stop }
+    });
+    let report = report.unwrap();
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
+    let at = |s: f64| seen.iter().find(|(time_s, _)| *time_s >= s).unwrap().1;
+    let before = rests_at.get();
+    // Held by its servo at first, then let go with what viscosity leaves.
+    assert!((at(20.2) - before).abs() < 0.5, "{} rad at once", at(20.2) - before);
+    assert!((at(21.0) - before).abs() > 0.3, "it gave way by {} rad", at(21.0) - before);
+    assert!((at(29.0) - before).abs() < 0.02, "{} rad off after it returned", at(29.0) - before);
+    let steepest = seen.windows(2).filter(|pair| pair[0].0 > 21.5 && pair[1].0 < 29.0);
+    let steepest = steepest.map(|pair| (pair[1].1 - pair[0].1).abs() / robot.period_s()).fold(0.0, f64::max);
+    assert!(steepest < 2.0, "it snaps back at {steepest} rad/s");
+}

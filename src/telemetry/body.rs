@@ -63,11 +63,14 @@ impl BodyObserver {
         let Some(seen) = seen else { return };
         self.is_known = true;
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
-        if !self.has_stood || !matches!(record.targets.aim, Aim::Tips | Aim::Soles) {
+        // Who falls is no more on its feet, and has not fallen before it is down.
+        let is_falling = matches!(record.activity, Activity::Falling | Activity::Lying);
+        let is_on_feet = matches!(record.targets.aim, Aim::Tips | Aim::Soles);
+        let report = &mut self.report;
+        report.fell |= self.has_stood && (is_on_feet || is_falling) && seen.is_fallen;
+        if !self.has_stood || !is_on_feet {
             return;
         }
-        let report = &mut self.report;
-        report.fell |= seen.is_fallen;
         report.distance_m += seen.forward_m;
         if record.activity == Activity::Walking {
             self.walked_m += seen.forward_m;

@@ -320,6 +320,11 @@ impl SharedPorts {
     pub(crate) fn borrow(&self) -> Ref<'_, SimPorts> {
         self.0.borrow()
     }
+
+    /// A torque (N m) on the shaft of the servo at a place on a bus, until told another.
+    pub(crate) fn load(&self, bus: usize, place: usize, torque_nm: f64) {
+        self.0.borrow_mut().world_mut().load(bus, place, torque_nm);
+    }
 }
 
 impl Ports for SharedPorts {
