@@ -10,7 +10,7 @@ use std::time::Duration;
 use divan::{Bencher, black_box};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
-use hippocamp::capability::HorseCapability;
+use hippocamp::capability::{FigureCapability, HorseCapability};
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
 use hippocamp::cycle::Cycle;
@@ -424,5 +424,34 @@ fn standing(bencher: Bencher, case: &str) {
             standing.solve(angles, &TrunkMotion::default(), &[0.0; 4]);
         }
         standing.solve(black_box(angles), &TrunkMotion::default(), loads);
+    });
+}
+
+/// The weight of a figure shared over the corners of its soles, from one cycle to the next on its way from standing to
+/// leaning and back; and with no answer to start from.
+#[divan::bench(args = ["lean", "anew"])]
+fn standing_figure(bencher: Bencher, case: &str) {
+    const CYCLES: u32 = 300;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/figure.toml");
+    let robot = config::load(&path).unwrap().robot;
+    let figure = robot.motion.figure().unwrap();
+    let plan = FigureCapability::of(&robot, figure).unwrap().plan(0);
+    let lean = figure.poses.iter().position(|pose| pose.name == "lean-left").unwrap();
+    let (from, to) = (&plan.pose_rad[0], &plan.pose_rad[lean]);
+    let mut standing = Standing::new(&robot, &Sole::all_of(&robot), 0.8);
+    let loads = vec![1.0; robot.chains.len()];
+    let none = vec![0.0; robot.chains.len()];
+    let mut angles = from.clone();
+    let mut cycle = 0;
+    bencher.bench_local(|| {
+        cycle = (cycle + 1) % CYCLES;
+        let share = 0.5 - 0.5 * (std::f64::consts::TAU * f64::from(cycle) / f64::from(CYCLES)).cos();
+        for ((angle, from), to) in angles.iter_mut().zip(from).zip(to) {
+            *angle = from + share * (to - from);
+        }
+        if case == "anew" {
+            standing.solve(&angles, &TrunkMotion::default(), &none);
+        }
+        standing.solve(black_box(&angles), &TrunkMotion::default(), &loads);
     });
 }
