@@ -434,6 +434,19 @@ fn on_its_feet_it_takes_every_pose() {
     assert!((body.pitch_max_deg - 25.0).abs() < 3.0 && body.roll_max_deg < 3.0, "{body:?}");
 }
 
+/// From any of them it goes straight to its sitting pose if it must, and that is no fall either.
+#[test]
+fn stopped_at_once_in_any_pose_it_sits_down() {
+    let robot = in_physics("figure.toml");
+    for pose in 0..poses(&robot) {
+        let (report, _) = run_with(&robot, "", |status| {
+            if status.time_s < 24.0 { Order::Take(pose) } else { Order::StopAtOnce }
+        });
+        assert_eq!(report.outcome, Outcome::Completed, "pose {pose}: {}", report.reason);
+        assert_eq!(report.falls.map_or(0, |falls| falls.falls), 0, "pose {pose}: {}", report.reason);
+    }
+}
+
 /// From the operator's motion to the reflex's and, of who keeps its feet, back: no goal leaps from one cycle to the next.
 #[test]
 fn the_reflex_takes_over_and_gives_back_without_a_leap() {

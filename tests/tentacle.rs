@@ -392,7 +392,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
         let place = format!("bus = '{}'\nid = {}\n", robot.buses[servo.bus].name, servo.id.0);
         let (kind, for_s) = match chance(&mut source) {
             ..0.3 => ("overload", 0.05),
-            // A reply that comes in a quarter of an hour is lost.
+            // A reply that comes half a minute late is lost, and one more that nobody waits for then.
             0.3..0.6 => ("slow", 0.08 * chance(&mut source) + 0.005),
             0.6..0.8 => ("bit-flip", 0.08),
             _ => ("garbled", 0.08),
@@ -400,7 +400,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
         trips += u64::from(kind == "overload");
         faults += &format!("[[fault]]\nkind = '{kind}'\nat_s = {at_s}\nfor_s = {for_s}\n{place}");
         if kind == "slow" {
-            faults += "delay_ms = 900000\n";
+            faults += "delay_ms = 30000\n";
         }
         at_s += 12.0 * chance(&mut source) + 0.1;
     }

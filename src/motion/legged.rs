@@ -1,5 +1,7 @@
 //! A robot on legs from limp to limp: up, on its feet, down.
 
+use glam::{DQuat, EulerRot};
+
 use super::curves::smooth_step;
 use super::ends::Ends;
 use super::{Activity, Order, pose_change, posture_pull};
@@ -85,6 +87,8 @@ pub struct LeggedGenerator<D> {
     now_s: f64,
     /// Pose a change of pose began at, rad.
     start_pose_rad: Vec<f64>,
+    /// How the trunk was to lean when it began, and where level is from there: world frame.
+    start_turns: (DQuat, DQuat),
     move_for_s: f64,
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
@@ -101,6 +105,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         LeggedGenerator {
             drive,
             start_pose_rad: vec![0.0; robot.joints.len()],
+            start_turns: (DQuat::IDENTITY, DQuat::IDENTITY),
             phase: Phase::Ends(Ends::Limp),
             now_s: 0.0,
             move_for_s,
@@ -119,6 +124,10 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
+        if !matches!(self.phase, Phase::Fold { .. }) {
+            let (yaw_rad, ..) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+            self.start_turns = (targets.trunk_turn, DQuat::from_rotation_z(yaw_rad));
+        }
         self.change_phase(state, order);
         self.slow_down_unheard(dt_s, state);
         if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
@@ -220,8 +229,15 @@ impl<D: OnFeet> LeggedGenerator<D> {
                 targets.feet.clear();
             }
             Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
-            Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
+            Phase::Gather { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);
+            }
+            Phase::Fold { from, duration } => {
+                let share = smooth_step((now - from) / duration);
+                self.write_pose(share, targets);
+                // A trunk that leant is level once its joints are as in sitting.
+                let (leaning, level) = self.start_turns;
+                targets.trunk_turn = leaning.slerp(level, share);
             }
             Phase::Rise { from } => {
                 self.drive.write(sit_m + (stand_m - sit_m) * smooth_step((now - from) / RISE_S), targets);

@@ -23,7 +23,7 @@ pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets)
     match *detector {
         Detector::Lean { roll_rad, pitch_rad, ahead_s } => {
             let (planned_roll_rad, planned_pitch_rad) = match targets.aim {
-                Aim::Tips | Aim::Soles => {
+                Aim::Tips | Aim::Soles | Aim::Pose => {
                     let (_, pitch_rad, roll_rad) = targets.trunk_turn.to_euler(EulerRot::ZYX);
                     (roll_rad, pitch_rad)
                 }
