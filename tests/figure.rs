@@ -439,9 +439,14 @@ fn on_its_feet_it_takes_every_pose() {
 fn stopped_at_once_in_any_pose_it_sits_down() {
     let robot = in_physics("figure.toml");
     for pose in 0..poses(&robot) {
-        let (report, _) = run_with(&robot, "", |status| {
-            if status.time_s < 24.0 { Order::Take(pose) } else { Order::StopAtOnce }
-        });
+        let (report, _) =
+            run_with(
+                &robot,
+                "",
+                |status| {
+                    if status.time_s < 24.0 { Order::Take(pose) } else { Order::StopAtOnce }
+                },
+            );
         assert_eq!(report.outcome, Outcome::Completed, "pose {pose}: {}", report.reason);
         assert_eq!(report.falls.map_or(0, |falls| falls.falls), 0, "pose {pose}: {}", report.reason);
     }

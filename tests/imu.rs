@@ -5,13 +5,14 @@ mod common;
 
 use std::time::Duration;
 
-use common::{plan, shipped};
+use common::{in_physics, plan, shipped};
 use hippocamp::bus::{Buses, Ports, SimPorts};
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order};
 use hippocamp::simulation;
+use hippocamp::telemetry::CycleRecord;
 use hw_sim::FaultScript;
 
 /// One cycle, as it is looked at here.
@@ -26,6 +27,21 @@ struct Seen {
 
 /// A horse that rises from sitting and walks at nine tenths of its top speed, `seconds` long, under `faults`.
 fn drive(robot: &Robot, seconds: f64, faults: &str) -> Vec<Seen> {
+    let mut seen = Vec::new();
+    drive_and_look(robot, seconds, faults, |time_s, record| {
+        seen.push(Seen {
+            time_s,
+            is_known: record.state.body.is_known,
+            age_s: record.imu.age_s,
+            speed_m_s: record.speed_m_s,
+            is_walking: record.activity == Activity::Walking,
+        });
+    });
+    seen
+}
+
+/// The same, each cycle looked at with the time it began.
+fn drive_and_look(robot: &Robot, seconds: f64, faults: &str, mut look: impl FnMut(f64, &CycleRecord<'_>)) {
     let plan = plan(robot, "walk", 0.9);
     let faults = FaultScript::from_toml(faults).unwrap();
     let world = simulation::world_from_pose(robot, &plan.sit_pose_rad, 1, &faults).unwrap();
@@ -33,21 +49,12 @@ fn drive(robot: &Robot, seconds: f64, faults: &str) -> Vec<Seen> {
     buses.prepare(robot).unwrap();
     let mut deadline = buses.ports_mut().now();
     let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, 1e9, buses);
-    let mut seen = Vec::new();
     while deadline.as_secs_f64() < seconds {
         cycle.buses_mut().ports_mut().wait_until(deadline);
         cycle.step(Order::Go);
-        let (record, body) = (cycle.record(), &cycle.state().body);
-        seen.push(Seen {
-            time_s: deadline.as_secs_f64(),
-            is_known: body.is_known,
-            age_s: record.imu.age_s,
-            speed_m_s: record.speed_m_s,
-            is_walking: record.activity == Activity::Walking,
-        });
+        look(deadline.as_secs_f64(), &cycle.record());
         deadline = deadline + Duration::from_secs_f64(robot.period_s());
     }
-    seen
 }
 
 /// The cycles from `from_s` until `to_s`.
@@ -68,6 +75,26 @@ fn every_cycle_knows_how_the_trunk_lies_and_how_old_that_is() {
             assert!((least_s - 1e-4..most_s + 1e-3).contains(&cycle.age_s), "{name}: {cycle:?}");
         }
     }
+}
+
+/// A walk on the ground that is held by safety for a moment: the feet stay where they were to be, feedback added once.
+#[test]
+fn feedback_does_not_add_up_while_the_walk_is_held() {
+    let robot = in_physics("horse.toml");
+    // Long enough to hold, too short to stop.
+    let faults = "[[fault]]\nkind = 'unplugged'\nat_s = 9.0\nfor_s = 0.4\nbus = 'main'\n";
+    let mut held = 0;
+    let mut before = None;
+    drive_and_look(&robot, 12.0, faults, |_, record| {
+        let tips = record.targets.tips_in_body.clone();
+        let has_feet = !record.targets.feet.is_empty();
+        if let Some(before) = before.take().filter(|_| record.is_held && has_feet) {
+            held += 1;
+            assert_eq!(tips, before, "cycle {held} of the hold");
+        }
+        before = Some(tips);
+    });
+    assert!(held > 10, "it was held for {held} cycles");
 }
 
 #[test]

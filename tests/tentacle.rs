@@ -1,6 +1,7 @@
 //! The arm of config/tentacle.toml: every stroke, every change of stroke, shows, servos that trip.
 #![allow(
     clippy::unwrap_used,
+    clippy::print_stdout,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "a test may panic; counts and times are small"
@@ -416,9 +417,13 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
     assert!(last_minute.get() > 3000, "it moved for {} of the last 6000 cycles", last_minute.get());
-    assert!(trips >= 5 && report.outages.len() as u64 >= trips / 2, "{trips} trips: {:?}", report.outages);
+    // The report keeps so many of them.
+    let told = (trips / 2).min(256);
+    assert!(trips >= 5 && report.outages.len() as u64 >= told, "{trips} trips: {:?}", report.outages);
     assert!(report.servo_restarts >= trips / 2, "{} restarts after {trips} trips", report.servo_restarts);
     assert!(report.buses.iter().all(|bus| bus.missing > 20 && bus.corrupt > 10), "{:?}", report.buses);
+    let lost: u64 = report.buses.iter().map(|bus| bus.missing + bus.corrupt).sum();
+    println!("{minutes} minutes: {trips} trips, {} restarts, {lost} replies lost", report.servo_restarts);
 }
 
 /// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on

@@ -92,6 +92,7 @@ impl Limiter {
     pub(super) fn shorten(&mut self, share: f64, dt_s: f64) -> f64 {
         let before = self.goal_before_rad(dt_s);
         let goal = before + share * (self.goal_rad - before);
+        self.goal_rad = before;
         self.accept(goal, dt_s);
         goal
     }
@@ -142,4 +143,31 @@ impl Limiter {
 /// An angle that is not finite differs from every goal.
 fn differs(goal_rad: f64, wanted_rad: f64) -> bool {
     !wanted_rad.is_finite() || (goal_rad - wanted_rad).abs() > ROUNDING_RAD
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::*;
+
+    /// A border that lets less and less of each step through slows a joint down, and does not throw it back.
+    #[test]
+    fn a_step_that_is_shortened_leaves_the_speed_it_had() {
+        let text = include_str!("../../config/figure.toml");
+        let robot = crate::config::parse(text, "figure.toml").unwrap().robot;
+        let mut limiter = Limiter::new(&robot.joints[0], &robot.safety);
+        let dt_s = robot.period_s();
+        limiter.start_from(0.0);
+        let mut before = limiter.goal_rad();
+        for cycle in 0..200 {
+            limiter.next(1.0, dt_s);
+            let share = if cycle < 20 { 1.0 } else { 0.3 };
+            let goal = limiter.shorten(share, dt_s);
+            assert!(goal >= before, "cycle {cycle}: back from {before} to {goal}");
+            assert!((limiter.speed_rad_s - (goal - before) / dt_s).abs() < 1e-9, "cycle {cycle}");
+            assert!((limiter.goal_before_rad(dt_s) - before).abs() < 1e-12, "cycle {cycle}");
+            before = goal;
+        }
+    }
 }
