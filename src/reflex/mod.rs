@@ -13,7 +13,7 @@
 //!   |                                                           | at rest
 //!   |   up                  knows a way up                      v
 //!   +--------- GettingUp <----------------------------------- Lying
-//!                  | told to stop                               | else
+//!                  | told to stop (rolled over: Settling)       | else
 //!                  +------------------> LettingGo <-------------+
 //!                                           v
 //!                                          Limp (stays, and says so)
