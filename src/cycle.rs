@@ -93,11 +93,13 @@ impl<'r> Controller<'r> {
         if charge != Charge::Reflex {
             self.generator.step(dt_s, &self.state, order, &mut self.targets);
         }
-        // A generator that is held leaves its targets as they are, feedback and all.
-        if !self.is_held {
+        if self.is_held && charge != Charge::Reflex {
+            // A generator that is held leaves its targets as they are, feedback and all.
+            self.limbs.hold(&self.targets, &mut self.joints);
+        } else {
             self.balance.step(dt_s, self.generator.speed_m_s(), &self.state, &mut self.targets);
+            self.limbs.solve(&self.targets, &mut self.joints);
         }
-        self.limbs.solve(&self.targets, &mut self.joints);
         if let Some(sag) = &mut self.sag {
             sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
         }

@@ -531,3 +531,30 @@ fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
     let steepest = steepest.map(|pair| (pair[1].1 - pair[0].1).abs() / robot.period_s()).fold(0.0, f64::max);
     assert!(steepest < 2.0, "it snaps back at {steepest} rad/s");
 }
+
+/// Its servos fall silent on the way from one motion to another: what was wanted of the joints then is wanted until they
+/// are heard again, and the way goes on from there.
+#[test]
+fn a_change_of_motion_waits_while_safety_holds() {
+    let robot = shipped("tentacle.toml");
+    let dt_s = robot.period_s();
+    let mut arm = Arm::awake(&robot);
+    arm.perform(StrokeCommand::of(Stroke::Swim), 3.0);
+    let walk = StrokeCommand::of(Stroke::Walk);
+    arm.perform(walk, 0.1);
+    let silent = vec![Slot::Missing; robot.joints.len()];
+    let (mut held, mut wanted) = (0, Vec::new());
+    let mut silent_s = 0.0;
+    while held < 20 {
+        arm.controller.decide(dt_s, Order::Perform(walk));
+        let record = arm.controller.record(&silent);
+        if record.is_held {
+            assert!(held == 0 || record.joints.angles_rad == wanted, "cycle {held} of the hold");
+            held += 1;
+        }
+        wanted.clone_from(&record.joints.angles_rad);
+        arm.controller.learn(dt_s, &silent, &ImuReading::default());
+        silent_s += dt_s;
+        assert!(silent_s < 1.0, "it was held for {held} cycles");
+    }
+}

@@ -16,6 +16,8 @@ pub struct Limbs {
     limbs: Vec<Limb>,
     /// Of arms.
     clearance: Option<Clearance>,
+    /// The angles that came out last, rad.
+    out_rad: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -59,7 +61,15 @@ impl Limbs {
                 (SoleSolver::new(chain, joints), SoftStops::new(joints, figure.soft_stop_rad))
             }),
         };
-        Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance }
+        let out_rad = vec![0.0; robot.joints.len()];
+        Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance, out_rad }
+    }
+
+    /// Writes what came out last once more: of targets that stand still no joint goes on, not even to where a change of
+    /// motion was to bring it.
+    pub fn hold(&self, targets: &Targets, joints: &mut JointTargets) {
+        joints.torque_shares.fill(targets.torque_share);
+        joints.angles_rad.copy_from_slice(&self.out_rad);
     }
 
     /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
@@ -111,6 +121,7 @@ impl Limbs {
                 _ => clearance.pass(),
             }
         }
+        self.out_rad.copy_from_slice(&joints.angles_rad);
     }
 
     fn solve_soles(&mut self, targets: &Targets, joints: &mut JointTargets) {

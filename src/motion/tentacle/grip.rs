@@ -29,6 +29,16 @@ impl Grip {
         self.squeeze_m
     }
 
+    /// Goes out, for `dt_s`, to where it only lies on the pole.
+    pub(super) fn loosen(&mut self, dt_s: f64) {
+        self.squeeze_m = (self.squeeze_m - RATE_M_S * dt_s).max(0.0);
+    }
+
+    pub(super) fn is_loose(&self) -> bool {
+        self.squeeze_m <= 0.0
+    }
+
+    /// Begins anew, of an arm that is not on its pole.
     pub(super) fn let_go(&mut self) {
         self.squeeze_m = 0.0;
     }

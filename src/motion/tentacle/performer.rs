@@ -86,6 +86,8 @@ pub struct Performer {
     phase: f64,
     rate_rad_s: f64,
     turn_rad: f64,
+    /// What that goes after, rad.
+    turn_led_rad: f64,
     /// The point that is reached for, body frame, m, and the direction.
     point: Follower,
     direction: Follower,
@@ -114,6 +116,7 @@ impl Performer {
             phase: 0.0,
             rate_rad_s: 0.0,
             turn_rad: 0.0,
+            turn_led_rad: 0.0,
             point: Follower::default(),
             direction: Follower::default(),
             tour: Tour::new(&[]),
@@ -138,7 +141,10 @@ impl Performer {
         self.advance_phase(dt_s);
         self.follow(dt_s);
         self.travel(dt_s);
-        self.turn_rad += (self.asked.turn_rad - self.turn_rad) * (1.0 - (-dt_s / TURN_TIME_S).exp());
+        // Two lags, one after the other: a turn that is asked for anew begins at rest.
+        let share = 1.0 - (-2.0 * dt_s / TURN_TIME_S).exp();
+        self.turn_led_rad += (self.asked.turn_rad - self.turn_led_rad) * share;
+        self.turn_rad += (self.turn_led_rad - self.turn_rad) * share;
         self.wind(dt_s, state);
     }
 
@@ -257,8 +263,14 @@ impl Performer {
         }
     }
 
-    /// Winds or unwinds, and once all is wound, grips.
+    /// Winds and, once all is wound, grips; or loosens its grip and then unwinds.
     fn wind(&mut self, dt_s: f64, state: &State) {
+        if let Stage::Unwinding(_) = self.stage
+            && !self.grip.is_loose()
+        {
+            self.grip.loosen(dt_s);
+            return;
+        }
         let (goal, pole) = match self.stage {
             Stage::Winding(pole) => (1.0, pole),
             Stage::Unwinding(pole) => (0.0, pole),

@@ -122,7 +122,10 @@ impl Winding {
         let toward = |round: DVec3| round * touches_rad.cos() - out * touches_rad.sin();
         let round = if toward(left).dot(ahead) >= toward(-left).dot(ahead) { left } else { -left };
         let up = if ahead.dot(axis) < 0.0 { -axis } else { axis };
-        let turns = (length_m - straight_m) / (TAU * radius_m);
+        // Whether it climbs is not a matter of how hard it grips: the way must not leap while that changes.
+        let loose_m = (skin_m + squeeze_m).hypot(0.5 * longest_m);
+        let loose_straight_m = (off_m * off_m - loose_m * loose_m).max(0.0).sqrt();
+        let turns = (length_m - loose_straight_m) / (TAU * loose_m);
         let slope = if turns > CLIMB_FROM_TURNS {
             CLIMB_DIAMETERS * 2.0 * arm_radius_m / (TAU * radius_m)
         } else {
@@ -266,6 +269,26 @@ mod tests {
                 assert!(place.distance(*later) > 0.95, "{place} and {later}");
             }
         }
+    }
+
+    #[test]
+    fn a_grip_that_tightens_leads_no_place_of_the_arm_away() {
+        let (mut before, mut now) = ([DVec3::ZERO; 16], [DVec3::ZERO; 16]);
+        let mut climbing = 0;
+        for radius in 0..100 {
+            let radius_m = 0.4 + 0.02 * f64::from(radius);
+            let pole = Pole { point_in_body: DVec3::new(0.9 + radius_m, 0.0, 1.2), axis: DVec3::Y, radius_m };
+            for step in 0..=30 {
+                let squeeze_m = 0.005 * f64::from(step);
+                let winding = Winding::new(DVec3::ZERO, DVec3::Z, links(16), 0.5, pole, squeeze_m).unwrap();
+                winding.write(winding.length_m(), links(16), &mut now);
+                let most_m = now.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+                assert!(step == 0 || most_m < 0.06, "radius {radius_m}, {squeeze_m} m deep: {most_m} m");
+                climbing += i32::from(step == 0 && winding.slope > 0.0);
+                before = now;
+            }
+        }
+        assert!((5..95).contains(&climbing), "{climbing} of 100 climb");
     }
 
     #[test]
