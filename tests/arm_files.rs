@@ -227,3 +227,15 @@ fn an_octopus_has_eight_arms_on_tendons() {
         assert!(robot.tip_in_body(chain, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]).z > 0.02);
     }
 }
+
+#[test]
+fn a_pole_too_thin_for_the_hinges_is_refused() {
+    let refused = |from: &str, to: &str| {
+        let text = tentacle_with(&[(from, to)]);
+        let error = config::parse(&text, "tentacle.toml").unwrap_err().to_string();
+        assert!(error.contains("bend to a radius") && error.contains("pole"), "{error}");
+    };
+    // On a radius of 16 mm and a hair links of 30 mm turn by more than 70 degrees each.
+    refused("radius_mm = 30", "radius_mm = 2");
+    refused("range_deg = [-70, 70]", "range_deg = [-30, 30]");
+}

@@ -9,7 +9,7 @@ use super::{BadInput, write_whole};
 use crate::capability::bus_costs;
 use crate::capability::loads::LASTING_SHARE;
 use crate::capability::{Capability, FigureCapability, HorseCapability, Load, TentacleCapability};
-use crate::model::{Carrier, FigureMotion, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
+use crate::model::{ArmGeometry, Carrier, FigureMotion, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
 use crate::motion::tentacle::KEYED;
 use crate::urdf;
 
@@ -124,7 +124,7 @@ fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
             "{:<24} {:>16.1}  {:>9}  forward {:.1}, left {:.1}, up {:.1}",
             chain.name,
             length_m * 1e3,
-            chain.joints.len() / arm.hinges,
+            ArmGeometry::of(chain, robot.joints_of(chain)).map_or(0, |geometry| geometry.joints.len()),
             root.x,
             root.y,
             root.z

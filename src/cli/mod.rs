@@ -55,7 +55,7 @@ const NOT_ALL_JUDGED: u8 = 4;
 /// The robot fell and lies limp.
 const FALLEN: u8 = 5;
 
-/// Drives servo-driven horses and octopus arms on real or simulated servo buses.
+/// Drives servo-driven horses, octopus arms and human figures on real or simulated servo buses.
 ///
 /// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
 /// be judged, 5 fallen and limp, 1 anything else.
@@ -409,7 +409,7 @@ struct RunArguments {
     /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
-    /// Of arms: one stroke (sway, walk, swim, reach, wind, rest), in the place of a show of all of them.
+    /// Of arms: one stroke (sway, walk, swim, reach, path, wind, rest, park), in the place of a show of all of them.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"])]
     stroke: Option<String>,
     /// Of arms: how many times as fast as the robot file says.

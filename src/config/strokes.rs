@@ -1,5 +1,7 @@
 //! A stroke of a motion script, and the places strokes go to.
 
+use glam::DVec3;
+
 use super::number::Limits;
 use super::reader::Section;
 use super::{POLE_MEANING, meters};
@@ -72,7 +74,8 @@ fn read_stroke(section: &Section<'_>, (robot, tentacle): (&Robot, &TentacleMotio
             };
             let direction = match section.has("direction") {
                 false => Some(None),
-                true => section.vector("direction", "where the tip is to point to, in the body").map(Some),
+                true => read_direction(section, "direction", "where the tip is to point to, in the body")
+                    .map(Some),
             };
             Some(Stroke::Reach { point_in_body: point?, direction: direction? })
         }
@@ -112,14 +115,16 @@ pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
 /// A pole in the keys of `section`.
 pub(super) fn read_pole(section: &Section<'_>) -> Option<Pole> {
     let point = section.vector("point_mm", "a point on the pole's axis, in the body, in mm");
-    let axis = section.vector("axis", "the direction of the pole's axis, in the body");
-    let axis = axis.and_then(|axis| {
-        let unit = axis.try_normalize();
-        if unit.is_none() {
-            section.fault("axis", "a direction, such as [0, 0, 1] for an upright pole");
-        }
-        unit
-    });
+    let axis = read_direction(section, "axis", "the direction of the pole's axis, in the body");
     let radius_mm = section.number("radius_mm", "the pole's radius in mm", Limits::Positive);
     Some(Pole { point_in_body: meters(point?), axis: axis?, radius_m: radius_mm? / 1000.0 })
+}
+
+/// A direction, made one long.
+fn read_direction(section: &Section<'_>, key: &'static str, meaning: &'static str) -> Option<DVec3> {
+    let unit = section.vector(key, meaning)?.try_normalize();
+    if unit.is_none() {
+        section.fault(key, "a direction, such as [0, 0, 1] for straight up");
+    }
+    unit
 }

@@ -138,7 +138,7 @@ impl TipPath {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Between {
-    /// Straight lines, as in the thesis; the speed leaps at each key.
+    /// Straight lines, as in the thesis, rounded off at each key so that the speed does not leap.
     Linear,
     /// The periodic cubic through the same poses, whose speed and acceleration are continuous.
     #[default]

@@ -29,6 +29,8 @@ pub(super) struct ArmPlan {
     links_m: Vec<f64>,
     /// What bends it, where that is not a servo in every joint.
     tendons: Option<TendonDrive>,
+    /// The least radius it can lie on, m.
+    least_radius_m: f64,
     pub(super) radius_m: f64,
     strokes: Strokes,
     /// How fast its slowest joint may bend while it winds, rad/s, and gain speed, rad/s^2.
@@ -71,6 +73,7 @@ impl ArmPlan {
             group_lengths_m: geometry.group_lengths_m(),
             links_m: geometry.joints.iter().map(|joint| joint.link_m).collect(),
             tendons: chain.tendons.clone(),
+            least_radius_m: least_radius_m(chain.tendons.as_ref(), &geometry.joints, joints),
             radius_m: arm.radius_m,
             strokes: Strokes::new(
                 part,
@@ -133,8 +136,7 @@ impl ArmPlan {
 
     /// Share of the arm that would lie on `pole`; none where it cannot wind round it.
     pub(super) fn contact_share(&self, pole: Pole) -> Option<f64> {
-        let winding =
-            self.winding(pole, 0.0)?.not_tighter_than(least_radius_m(self.tendons.as_ref())).ok()?;
+        let winding = self.winding(pole, 0.0)?.not_tighter_than(self.least_radius_m).ok()?;
         Some(winding.contact_share())
     }
 

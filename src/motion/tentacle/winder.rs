@@ -16,7 +16,7 @@ pub fn check(robot: &Robot, settings: &TentacleMotion, pole: Pole) -> Result<(),
         let Ok(geometry) = ArmGeometry::of(chain, robot.joints_of(chain)) else { continue };
         let links_m = geometry.joints.iter().map(|joint| joint.link_m);
         let ahead = chain.root_rotation * DVec3::X;
-        let least_m = least_radius_m(chain.tendons.as_ref());
+        let least_m = least_radius_m(chain.tendons.as_ref(), &geometry.joints, robot.joints_of(chain));
         match Winding::new(chain.root_m, ahead, links_m, arm.radius_m, pole, 0.0)
             .and_then(|winding| winding.not_tighter_than(least_m))
         {

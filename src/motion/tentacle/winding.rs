@@ -4,12 +4,12 @@
 //! Winding goes on from the root's side to the tip; what is not wound yet stands off straight, on the tangent, clear of
 //! the pole. Where the arm goes round more than once it climbs, so that it does not lie on itself.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::model::{Pole, TendonDrive};
+use crate::model::{ArmJoint, Axis, Joint, Pole, TendonDrive};
 
 /// How far outside the grown pole the chords of the links pass, as a share of the arm's radius: rounding never puts one
 /// inside.
@@ -57,13 +57,23 @@ pub enum WindingError {
     NoPole,
 }
 
-/// The least radius, m, on which the sections of an arm bent by `tendons` lie; 0 of an arm with a servo in every joint,
-/// which is asked joint by joint.
-pub(super) fn least_radius_m(tendons: Option<&TendonDrive>) -> f64 {
-    let sections = tendons.into_iter().flat_map(TendonDrive::sections);
-    sections
-        .map(|section| 0.5 * section.link_m / (0.5 * section.bend_max_rad / section.joints as f64).sin())
-        .fold(0.0, f64::max)
+/// The least radius, m, on which an arm lies: one bent by `tendons` by what a section bends, any other by the hinges of
+/// each of its `joints` that bend it to either side, of which `hinges` are all.
+pub(super) fn least_radius_m(tendons: Option<&TendonDrive>, joints: &[ArmJoint], hinges: &[Joint]) -> f64 {
+    // A chord of a circle of radius R turns by 2 asin(link / 2 R) against the one before.
+    let radius_m = |link_m: f64, bend_rad: f64| 0.5 * link_m / (0.5 * bend_rad.min(PI)).sin();
+    if let Some(drive) = tendons {
+        let sections = drive.sections().iter();
+        return sections
+            .map(|section| radius_m(section.link_m, section.bend_max_rad / section.joints as f64))
+            .fold(0.0, f64::max);
+    }
+    let bend_rad = |joint: &ArmJoint| {
+        let bending = hinges[joint.hinges.clone()].iter().filter(|hinge| Axis::of(hinge).0 != Axis::X);
+        bending.map(|hinge| hinge.range_rad.1.min(-hinge.range_rad.0)).fold(PI, f64::min).max(0.0)
+    };
+    // The first lies wherever its root is.
+    joints.iter().skip(1).map(|joint| radius_m(joint.link_m, bend_rad(joint))).fold(0.0, f64::max)
 }
 
 /// An arm's way round a pole.
