@@ -57,6 +57,7 @@ fn a_push_from_any_of_eight_sides_is_told_by_its_direction() {
                 push_at_s: 0.5,
                 towards_rad: TAU / 8.0 * f64::from(u32::try_from(side).unwrap()),
                 impulse_ns: 1.15 * trials.mass_kg(),
+                world_seed: side,
             };
             let fall = trials.observe(&scene, ReflexMode::Off, false).unwrap();
             let direction = fall.direction.unwrap_or_else(|| panic!("{file}, side {side}: no fall was told"));

@@ -250,6 +250,10 @@ fn walking(
     capability: &HorseCapability,
     plan: HorsePlan,
 ) -> Result<HorsePlan> {
+    if options.stroke.is_some() || options.pose.is_some() {
+        let said = "--stroke, --pose: those are for arms and figures; a horse goes by --gait and --speed";
+        return Err(BadInput(said.to_owned()).into());
+    }
     let choice = gait(options.gait.as_deref(), &plan)?;
     let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
     let top_m_s = plan.top_speed_m_s(choice);

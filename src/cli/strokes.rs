@@ -23,6 +23,10 @@ pub(super) fn command(options: &RunArguments, tentacle: &TentacleMotion) -> Resu
         let said = "--gait, --speed: arms do not walk away; --stroke and --tempo say what they do";
         return Err(BadInput(said.to_owned()).into());
     }
+    if options.pose.is_some() {
+        let said = "--pose: arms have strokes; --stroke names one, --script many with the places they go to";
+        return Err(BadInput(said.to_owned()).into());
+    }
     let Some(name) = &options.stroke else { return Ok(None) };
     let Some(stroke) = Stroke::named(name, tentacle) else {
         let known: Vec<&str> = Stroke::PLACELESS.iter().map(|(name, _)| *name).collect();

@@ -56,6 +56,14 @@ impl<'r> Scene<'r> {
         }
     }
 
+    /// The same, to carry its trunk nose down by `pitch_rad`.
+    fn leaning(robot: &'r Robot, pitch_rad: f64) -> Scene<'r> {
+        let mut scene = Scene::new(robot);
+        scene.targets.aim = crate::signals::Aim::Soles;
+        scene.targets.trunk_turn = glam::DQuat::from_rotation_y(pitch_rad);
+        scene
+    }
+
     /// The trunk at roll, pitch and rates, for so long; the kinds of motion it went through, each once.
     fn see(&mut self, roll_pitch: (f64, f64), rate: [f64; 3], for_s: f64) -> Vec<&'static str> {
         (self.state.body.roll_rad, self.state.body.pitch_rad) = roll_pitch;
@@ -333,12 +341,12 @@ fn a_robot_that_never_comes_to_rest_is_let_go_all_the_same() {
 #[test]
 fn a_trunk_that_is_to_lean_does_not_fall() {
     let robot = horse(ReflexMode::Reflex);
-    let mut scene = Scene::new(&robot);
-    scene.targets.aim = crate::signals::Aim::Soles;
-    scene.targets.trunk_turn = glam::DQuat::from_rotation_y(0.6);
+    let mut scene = Scene::leaning(&robot, 0.6);
     assert_eq!(scene.see((0.0, 0.6), [0.0; 3], 1.0), ["steady"]);
-    // As far from that as it may be from level.
-    assert!(scene.see((0.0, 0.05), [0.0; 3], 0.1).contains(&"falling"));
+    // Held upright it does not, either; further down, or over to the other side, it does.
+    assert_eq!(scene.see((0.0, 0.0), [0.0; 3], 1.0), ["steady"]);
+    assert!(Scene::leaning(&robot, 0.6).see((0.0, 1.15), [0.0; 3], 0.1).contains(&"falling"));
+    assert!(Scene::leaning(&robot, 0.6).see((0.0, -0.55), [0.0; 3], 0.1).contains(&"falling"));
 }
 
 #[test]

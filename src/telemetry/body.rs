@@ -63,11 +63,11 @@ impl BodyObserver {
         let Some(seen) = seen else { return };
         self.is_known = true;
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
-        // Who falls is no more on its feet, and has not fallen before it is down.
+        // Who meets a fall goes down, on its knees and hands if all is well.
         let is_falling = matches!(record.activity, Activity::Falling | Activity::Lying);
         let is_on_feet = matches!(record.targets.aim, Aim::Tips | Aim::Soles);
         let report = &mut self.report;
-        report.fell |= self.has_stood && (is_on_feet || is_falling) && seen.is_fallen;
+        report.fell |= self.has_stood && (is_falling || is_on_feet && seen.is_fallen);
         if !self.has_stood || !is_on_feet {
             return;
         }

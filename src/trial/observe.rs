@@ -19,8 +19,10 @@ use crate::simulation;
 
 /// A robot that does not stand by then never will, s.
 const STAND_BY_S: f64 = 20.0;
-/// Who has not fallen so long after the push has kept his feet, s.
+/// Who has not fallen so long after the push, and is not told to, has kept his feet, s.
 const KEPT_S: f64 = 2.0;
+/// Who is told to fall is on the ground, or was let go of and lies, so long after the push, s.
+const DOWN_S: f64 = 8.0;
 /// How long after the trunk has met the ground the fall is looked at, s.
 const AFTER_S: f64 = 1.0;
 /// Loads and impacts are means over this time, s: shorter shocks are the contact's, not the robot's.
@@ -125,7 +127,9 @@ pub fn observe(
     if let Some(reflex) = &mut robot.reflex {
         reflex.mode = mode;
     }
-    if let Some(physics) = &mut robot.physics {
+    // The robot knows the ground its file names, and stands on another.
+    let mut on_ground = robot.clone();
+    if let Some(physics) = &mut on_ground.physics {
         physics.ground.friction = scene.friction;
     }
     let robot = &robot;
@@ -136,7 +140,7 @@ pub fn observe(
         Plan::Figure(plan) => &plan.sit_pose_rad[..],
         Plan::Tentacle(plan) => &plan.park_pose_rad[..],
     };
-    let world = simulation::world_from_pose(robot, sit_pose_rad, scene.number, &faults)?;
+    let world = simulation::world_from_pose(&on_ground, sit_pose_rad, scene.world_seed, &faults)?;
     let mut buses = Buses::new(robot, SimPorts::on_virtual_clock(world));
     buses.prepare(robot)?;
     let plan = match plan.clone() {
@@ -227,6 +231,7 @@ pub fn observe(
         }
         let is_over = match observed.fallen_s {
             Some(fallen_s) => pushed_s >= fallen_s + AFTER_S,
+            None if observed.predicted_s.is_some() => pushed_s >= DOWN_S,
             None => pushed_s >= KEPT_S,
         };
         if is_over {

@@ -44,6 +44,9 @@ pub struct Scene {
     pub towards_rad: f64,
     /// How hard, N s.
     pub impulse_ns: f64,
+    /// What the errors of its sensors come from.
+    #[serde(skip)]
+    pub world_seed: u64,
 }
 
 impl Scene {
@@ -52,6 +55,7 @@ impl Scene {
     pub fn draw(plan: &Plan, mass_kg: f64, seed: u64, number: u64) -> Scene {
         // Two streams never meet: the multiplier only spreads neighbours.
         let mut chance = Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let world_seed = chance.clone().next_u64();
         #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
         let mut between = |(low, high): (f64, f64)| {
             low + (high - low) * ((chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
@@ -69,6 +73,7 @@ impl Scene {
                 push_at_s: between(PUSH_AT_S),
                 towards_rad,
                 impulse_ns: mass_kg * FIGURE_IMPULSES_NS_KG[strength],
+                world_seed,
             };
         };
         let gaits: Vec<GaitChoice> = ["stand", "walk-steady", "trot"]
@@ -86,6 +91,7 @@ impl Scene {
             push_at_s: between(PUSH_AT_S),
             towards_rad: between((0.0, TAU)),
             impulse_ns: mass_kg * between(IMPULSE_NS_KG),
+            world_seed,
         }
     }
 

@@ -154,6 +154,9 @@ fn by_strength(tried: &[Tried]) -> Vec<(f64, Vec<Share>)> {
 }
 
 fn share(share: &Share) -> String {
+    if share.of == 0 {
+        return "0 of 0 | none | none".to_owned();
+    }
     let percent = |value: f64| 100.0 * value;
     format!(
         "{} of {} | {:.1} % | {:.1} to {:.1} %",
