@@ -31,8 +31,6 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 const PUSH: (f64, f64) = (0.1, 0.1);
 /// Time a walk is given to come up to its speed, s.
 const START_S: f64 = 3.0;
-/// Step of the body, ms: the acceptance step, twice as long as the robot files', with whose figures it agrees.
-const STEP_MS: u32 = 2;
 /// Share of its top speed a gait is asked for.
 const SHARE: f64 = 0.9;
 
@@ -42,12 +40,6 @@ const OPEN_LOOP_SEEDS: u64 = 3;
 /// How many seeds, and for how long, s.
 fn extent() -> (u64, f64) {
     if std::env::var_os("HIPPOCAMP_FULL").is_some() { (10, 60.0) } else { (3, 30.0) }
-}
-
-fn robot(name: &str) -> Robot {
-    let mut robot = in_physics(name);
-    robot.physics.as_mut().unwrap().step_ms = STEP_MS;
-    robot
 }
 
 /// The same without feedback and without a correction of sag.
@@ -95,6 +87,11 @@ fn run(
     while on_feet_s < for_s {
         cycle.step(Order::Drive(command(on_feet_s)));
         deadline = deadline + period;
+        // Whoever meets a fall with the reflex is no more on its feet, and has fallen all the same.
+        if cycle.reflex().report().is_some_and(|report| report.falls > 0) {
+            seen.fell_at_s = Some(on_feet_s);
+            break;
+        }
         let truth = cycle.record().truth.unwrap();
         if matches!(cycle.record().activity, Activity::Standing | Activity::Walking) {
             on_feet_s += dt_s;
@@ -190,7 +187,7 @@ fn line(robot: &Robot, what: &str, runs: &[Seen]) -> Line {
 
 /// A gait at nine tenths of its top speed, with feedback; where all is wanted, open loop beside it.
 fn walks(name: &str, gait: &str) -> Line {
-    let robot = robot(name);
+    let robot = in_physics(name);
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
     let choice = plan.gait_choice(gait).unwrap();
     let speed_m_s = SHARE * plan.top_speed_m_s(choice);
@@ -233,7 +230,7 @@ fn the_walk_of_the_thesis_does_not_fall() {
 #[test]
 fn from_walk_to_trot_and_back_it_does_not_fall() {
     for name in ROBOTS {
-        let robot = robot(name);
+        let robot = in_physics(name);
         let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
         let (seeds, for_s) = extent();
         let ahead = |gait: &str| {
@@ -254,7 +251,7 @@ fn from_walk_to_trot_and_back_it_does_not_fall() {
 fn it_stands_as_high_as_it_is_told() {
     println!("[sag]\n| robot | with | without |\n|---|---|---|");
     for name in ROBOTS {
-        let corrected = robot(name);
+        let corrected = in_physics(name);
         let mut sagging = corrected.clone();
         sagging.balance =
             corrected.balance.map(|balance| BalanceSettings { sag_correction: false, ..balance });

@@ -11,7 +11,7 @@ use hippocamp::model::ReflexMode;
 use hippocamp::motion::GaitChoice;
 use hippocamp::reflex::FallOutcome;
 use hippocamp::telemetry::Outcome;
-use hippocamp::trial::{Scene, Summary, Trials};
+use hippocamp::trial::{Scene, Summary, Trials, Tried};
 
 /// Seeds of the poses' and thresholds' making are 11 to 13 and 101; this is none of them.
 const HELD_OUT: u64 = 2;
@@ -31,6 +31,32 @@ fn falls_are_told_in_time_and_fallen_softer() {
     assert!(summary.less_than_passive.impact_n.unwrap().value > 0.0, "{told}");
     assert!(summary.less_than_off.impact_n.unwrap().value > 0.0, "{told}");
     assert!(summary.less_than_passive.joint_load_nm.unwrap().value > 0.0, "{told}");
+}
+
+/// One push a side and strength; docs/figure.md has ten of each.
+#[test]
+fn a_figure_keeps_its_feet_or_falls_softer_than_a_limp_one() {
+    let trials = Trials::new(&in_physics("figure.toml")).unwrap();
+    let tried = trials.try_all(24, HELD_OUT, |_| {}).unwrap();
+    let fallen = |strength: usize| {
+        tried[8 * strength..8 * (strength + 1)].iter().filter(|tried| tried.off.fallen_s.is_some()).count()
+    };
+    assert_eq!((fallen(0), fallen(2)), (0, 8), "of eight sides, at 0.08 and at 0.8 N s for each kg");
+    let (mut softer, mut heads_softer, mut heads, mut falls) = (0, 0, 0, 0);
+    for Tried { scene, off, reflex, passive } in tried.iter().filter(|tried| tried.off.fallen_s.is_some()) {
+        let (reflex, passive) = (reflex.as_ref().unwrap(), passive.as_ref().unwrap());
+        assert!(off.predicted_s < off.fallen_s, "{scene:?}");
+        assert!(scene.is_towards(off.direction.unwrap()), "{scene:?}: {:?}", off.direction);
+        assert!(off.told_at_deg.unwrap() < 30.0, "{scene:?}: {:?} degrees", off.told_at_deg);
+        falls += 1;
+        softer += i32::from(reflex.impact_n < passive.impact_n);
+        if passive.head_impact_n > 0.0 {
+            heads += 1;
+            heads_softer += i32::from(reflex.head_impact_n < passive.head_impact_n);
+        }
+    }
+    assert!(f64::from(softer) >= 0.8 * f64::from(falls), "trunk: {softer} of {falls}");
+    assert!(f64::from(heads_softer) >= 0.8 * f64::from(heads), "head: {heads_softer} of {heads}");
 }
 
 #[test]

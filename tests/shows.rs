@@ -29,6 +29,10 @@ fn completed(name: &str, arguments: &[&str]) -> (String, Value) {
     for count in ["range_violations", "rate_violations"] {
         assert_eq!(report["joints"][count], 0, "{arguments:?}: {words}");
     }
+    // 5 mm is what arms keep from each other and the base where the file does not say.
+    let arms = &report["arms"];
+    assert!(arms["clearance_min_m"].as_f64().unwrap() >= 0.005, "{arguments:?}: {words}");
+    assert!(arms["tip_residual_max_m"].as_f64().unwrap() < 0.05, "{arguments:?}: {words}");
     (words, report)
 }
 

@@ -203,9 +203,8 @@ impl<'r> Reflex<'r> {
                 let since_s = since_s + dt_s;
                 let keys = settings.get_ups.get(way).map_or(&[][..], |way| &way.keys);
                 let end_s = self.torque_ramp_s + keys.last().map_or(0.0, |key| key.at_s);
-                if since_s >= end_s && detect::lying(&state.body).is_some_and(|lying| lying != Lying::Upright)
-                {
-                    // It rolled over on the way.
+                if since_s >= end_s && detect::lying(&state.body) != Some(Lying::Upright) {
+                    // It rolled over on the way, or nobody knows how it lies.
                     Phase::Settling { since_s: 0.0, still_s: 0.0 }
                 } else if since_s >= end_s {
                     self.report.got_up += 1;

@@ -209,6 +209,16 @@ fn who_rolls_over_on_the_way_up_has_not_got_up() {
 }
 
 #[test]
+fn who_does_not_feel_how_it_lies_on_the_way_up_does_not_rise() {
+    let robot = horse(ReflexMode::Reflex);
+    let mut scene = fall_to(&robot, (0.1, 0.1));
+    assert_eq!(scene.reflex.kind(), "getting up");
+    scene.state.body.is_known = false;
+    assert_eq!(scene.go_on(9.0), ["getting up", "settling", "lying", "letting go", "limp"]);
+    assert_eq!(scene.reflex.report().unwrap().got_up, 0);
+}
+
+#[test]
 fn told_to_stop_it_does_not_get_up() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.0, 0.0));

@@ -219,13 +219,14 @@ impl fmt::Display for ArmsReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "arms: tips {:.1} mm and ends of groups {:.1} mm from where they were to be at most; bent by {:.0} degrees \
-             at most",
+            "arms: inverse kinematics left tips {:.1} mm and ends of groups {:.1} mm at most; bent by {:.0} degrees at \
+             most",
             self.tip_residual_max_m * 1e3,
             self.group_residual_max_m * 1e3,
             self.bend_max_deg
         )?;
-        let clearance = |metres: f64| format!("; {:.0} mm between them at least", metres * 1e3);
+        let clearance =
+            |metres: f64| format!("; {:.0} mm off each other and the base at least", metres * 1e3);
         f.write_str(&self.clearance_min_m.map_or_else(String::new, clearance))
     }
 }

@@ -23,9 +23,6 @@ pub use observe::{Observed, Snapshot, observe};
 pub use scene::{FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
 pub use summary::Summary;
 
-/// Step of a horse's body in trials, ms: twice as fast as 1, and falls as well.
-const STEP_MS: u32 = 2;
-
 /// Why nothing can be tried.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {
@@ -87,11 +84,7 @@ impl Trials {
             }
             Motion::Tentacle(_) => return Err(unfit("only what stands on legs can fall")),
         };
-        let mut robot = robot.clone();
-        if let (Some(physics), Motion::Horse(_)) = (&mut robot.physics, &robot.motion) {
-            physics.step_ms = STEP_MS;
-        }
-        Ok(Trials { robot, plan })
+        Ok(Trials { robot: robot.clone(), plan })
     }
 
     /// Who falls.
