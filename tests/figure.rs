@@ -481,6 +481,8 @@ fn the_reflex_takes_over_and_gives_back_without_a_leap() {
         assert_eq!(report.outcome, Outcome::Fallen, "side {side}: {}", report.reason);
         assert_eq!(report.falls.unwrap().outcome, FallOutcome::LiesLimp, "side {side}");
         assert!(report.body.unwrap().fell, "side {side}");
+    }
+    for side in [0, 3] {
         let report = pushed(45.0 * f64::from(side), 0.08 * 2.1);
         assert_eq!(report.outcome, Outcome::Completed, "side {side}: {}", report.reason);
         assert_eq!(report.falls.unwrap().falls, 0, "side {side}");

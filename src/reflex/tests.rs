@@ -195,6 +195,52 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
     assert_eq!(scene.go_on(2.0), ["letting go", "limp"]);
 }
 
+/// From its front, by two poses: each reached at its time, on the way from where it lay, without a leap.
+#[test]
+fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
+    let mut robot = horse(ReflexMode::Reflex);
+    let pose = |share: f64| -> Vec<f64> {
+        let of =
+            |joint: &crate::model::Joint| joint.range_rad.0 + share * (joint.range_rad.1 - joint.range_rad.0);
+        robot.joints.iter().map(of).collect()
+    };
+    let (first, second) = (pose(0.3), pose(0.6));
+    let key = |at_s: f64, angles_rad: &[f64], torque_share: f64| KeyPose {
+        at_s,
+        angles_rad: angles_rad.to_vec(),
+        torque_share,
+    };
+    let keys = vec![key(0.5, &first, 0.7), key(1.2, &second, 1.0)];
+    let settings = robot.reflex.as_mut().unwrap();
+    settings.get_ups = vec![WAY_UP, GetUp { lying: Lying::Front, keys }];
+    let ramp_s = robot.safety.torque_ramp_s;
+    let mut scene = fall_to(&robot, (0.0, 1.5));
+    assert_eq!(scene.reflex.kind(), "getting up");
+    let (mut time_s, mut before) = (0.0, scene.targets.pose_rad.clone());
+    let most_rad = robot.joints.iter().map(|joint| joint.range_rad.1 - joint.range_rad.0).fold(0.0, f64::max);
+    let (mut was_first, mut charge) = (false, Charge::Reflex);
+    let near = |pose: &[f64], to: &[f64]| pose.iter().zip(to).all(|(a, b)| (a - b).abs() < 0.02 * most_rad);
+    while charge == Charge::Reflex {
+        if time_s > ramp_s + 1.0 {
+            // It is up by then.
+            scene.state.body.pitch_rad = 0.0;
+        }
+        scene.follow();
+        charge = scene.step();
+        time_s += DT_S;
+        let moved =
+            scene.targets.pose_rad.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(moved <= most_rad * DT_S / 0.5 + 1e-9, "{moved} rad in a cycle, {time_s} s on the way");
+        was_first |= near(&scene.targets.pose_rad, &first) && (scene.targets.torque_share - 0.7).abs() < 1e-9;
+        before.clone_from(&scene.targets.pose_rad);
+        assert!(time_s < ramp_s + 2.0, "it never gets up");
+    }
+    assert_eq!(charge, Charge::GivenBack);
+    assert!(was_first && near(&before, &second), "{before:?}");
+    // It had begun a tenth of a second before it was looked at.
+    assert!((time_s + 0.1 - ramp_s - 1.2).abs() < 0.05, "{time_s} s");
+}
+
 #[test]
 fn who_rolls_over_on_the_way_up_has_not_got_up() {
     let robot = horse(ReflexMode::Reflex);
