@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::balance::Balance;
 use crate::bus::{Buses, Ports, Slot};
 use crate::counts::{self, Goals};
-use crate::estimate::{self, Legs};
+use crate::estimate::{self, Estimator, Legs};
 use crate::ik::{Limbs, Method};
 use crate::imu::Imu;
 use crate::model::Robot;
@@ -30,6 +30,7 @@ pub struct Controller<'r> {
     /// None where joints give way to nothing that is known.
     sag: Option<Sag>,
     safety: Safety,
+    estimator: Estimator,
     legs: Legs,
     // What the stages hand to each other.
     targets: Targets,
@@ -60,6 +61,7 @@ impl<'r> Controller<'r> {
             yielding: Yielding::new(robot),
             sag: Sag::new(robot),
             safety: Safety::new(robot),
+            estimator: Estimator::new(robot),
             legs: Legs::new(robot),
             targets: Targets::new(robot),
             joints: JointTargets::new(robot),
@@ -113,7 +115,7 @@ impl<'r> Controller<'r> {
     /// From replies, one slot a joint, and the word of the inertial measurement unit to what is known: the second half.
     pub fn learn(&mut self, gap_s: f64, slots: &[Slot], imu: &ImuReading) {
         self.imu = *imu;
-        estimate::update(self.robot, gap_s, slots, imu, &mut self.state);
+        self.estimator.update(self.robot, gap_s, slots, imu, &mut self.state);
         self.legs.update(gap_s, &self.targets.feet, &mut self.state);
     }
 

@@ -4,9 +4,9 @@
 //! settings stay whatever they were; a servo that falls silent is told as lost, and is back as soon as it answers.
 
 use crate::bus::{Buses, Ports, Slot};
-use crate::estimate;
+use crate::counts;
 use crate::model::{Joint, Robot, Servo};
-use crate::signals::{ImuReading, JointState, State};
+use crate::signals::{JointState, State};
 use crate::units::Time;
 
 /// A servo unheard for longer than this counts as lost, s: a reply or two may be damaged on any line.
@@ -83,7 +83,14 @@ impl<'r, P: Ports> Monitor<'r, P> {
         let gap_s = self.looked.map_or(0.0, |before| now.since(before).as_secs_f64());
         self.looked = Some(now);
         self.buses.look(&mut self.slots);
-        estimate::update(self.robot, gap_s, &self.slots, &ImuReading::default(), &mut self.state);
+        // A monitor shows what the servos say, plausible or not.
+        let joints = self.state.joints.iter_mut().zip(&self.robot.joints);
+        for ((known, joint), slot) in joints.zip(&self.slots) {
+            match (slot, &joint.servo) {
+                (Slot::Fresh(reply), Some(servo)) => *known = counts::measured(servo, reply),
+                _ => known.age_s += gap_s,
+            }
+        }
         for _ in 0..ASKED_MORE.min(self.robot.joints.len()) {
             let joint = self.next;
             self.next = (joint + 1) % self.robot.joints.len();

@@ -15,7 +15,7 @@ use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::recording::Recorder;
 use crate::signals::{JointState, Outage, Permission, ServoGoal};
-use crate::telemetry::{Outcome, Report};
+use crate::telemetry::{JointsReport, Outcome, Report};
 use crate::units::Time;
 
 /// A cycle that begins more than this share of a period after its deadline counts as late.
@@ -348,7 +348,23 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &st
     } else {
         (planned.0, planned.1.to_owned())
     };
+    let (outcome, reason) = match violations(cycle.telemetry().joints_report()) {
+        Some(violations) => (Outcome::Failed, format!("{violations}; {reason}")),
+        None => (outcome, reason),
+    };
     End { outcome, reason, is_heard }
+}
+
+/// Goals that safety must never let through, in words; none if there were none.
+fn violations(joints: JointsReport) -> Option<String> {
+    let JointsReport { range_violations, rate_violations, .. } = joints;
+    let is_any = range_violations + rate_violations > 0;
+    is_any.then(|| {
+        format!(
+            "{range_violations} goals were outside their range and {rate_violations} too fast: this is a defect of the \
+             program, please report it with the robot file"
+        )
+    })
 }
 
 /// The servos that did not hear the end, in words; empty if all did, or if torque was to stay on.

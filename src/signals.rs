@@ -181,6 +181,8 @@ pub struct ImuReading {
     pub pitch_rad: f64,
     /// Yaw, rad: about z, positive to the left; from wherever the unit counts.
     pub yaw_rad: f64,
+    /// Measurements that passed their checksums and were dropped, since no trunk can have moved so; since the run began.
+    pub implausible: u64,
 }
 
 /// How the trunk lies and moves, as far as the robot can tell.
@@ -247,6 +249,10 @@ pub struct JointState {
     pub alarm_causes: u8,
     /// What its torque switch said, in the cycle after it was asked ([`Question::Torque`]).
     pub has_torque: Option<bool>,
+    /// The goal it holds, rad, in the cycle after it was asked ([`Question::Goal`]).
+    pub held_goal_rad: Option<f64>,
+    /// True if its last reply passed its checksum and was dropped all the same, since no servo can have measured it.
+    pub is_implausible: bool,
 }
 
 /// What all servos of one bus are asked in the place of their feedback, for one cycle: what no reply tells.
@@ -256,6 +262,8 @@ pub enum Question {
     Torque,
     /// Why they raise an alarm.
     Alarms,
+    /// Which goal position they hold: after a silence nobody knows which of the goals that were sent it heard.
+    Goal,
 }
 
 /// What one servo answered to a [`Question`].
@@ -266,6 +274,8 @@ pub enum Told {
     Torque(bool),
     /// Why it raises an alarm: the bits of [`crate::model::Registers::alarm_status`].
     Alarms(u8),
+    /// Which goal position it holds, counts.
+    Goal(i32),
 }
 
 /// A joint that was just taken out of service, so that the robot goes on without it.

@@ -29,7 +29,7 @@ fn the_operator_can_stop_the_robot_at_any_time() {
                 let (report, what) = (&watched.report, format!("{file}, {order:?} at {at_s} s"));
                 assert_eq!(report.outcome, Outcome::Completed, "{what}: {}", report.reason);
                 assert_eq!(report.reason, "stopped by the operator", "{what}");
-                watched.assert_goals_kept_limits(&robot, 0.0);
+                watched.assert_goals_kept_limits(&robot);
                 assert!(all_limp(&watched), "{what}: not limp");
                 // Slowing down, the last steps, and sitting down.
                 let took_s = watched.moments.last().map_or(0.0, |last| last.time_s) - at_s;
@@ -51,7 +51,7 @@ fn the_stop_action_hold_stands_when_the_operator_stops() {
     for (order, at_s) in [(Order::Stop, 6.0), (Order::StopAtOnce, 6.0), (Order::Stop, 2.0)] {
         let watched = stopped_at(&robot, order, at_s);
         assert_eq!(watched.report.outcome, Outcome::Completed, "{}", watched.report.reason);
-        watched.assert_goals_kept_limits(&robot, 0.0);
+        watched.assert_goals_kept_limits(&robot);
         assert!(watched.end().iter().all(|servo| servo.torque_on), "{order:?} at {at_s} s let go");
     }
 }

@@ -11,6 +11,9 @@ use crate::units::Time;
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// A servo unheard for longer than this is gone, s.
 const LOST_AFTER_S: f64 = 1.0;
+/// A hand turns a joint by less than this from one look to the next, turns of the horn: what is further off is a damaged
+/// reply that passed its checksum.
+const LOOK_TURNS: f64 = 1.0 / 24.0;
 
 /// The robot, its buses, and the person.
 pub(super) struct Bench<'b, P, H> {
@@ -18,7 +21,9 @@ pub(super) struct Bench<'b, P, H> {
     pub(super) buses: Buses<P>,
     pub(super) person: &'b mut H,
     slots: Vec<Slot>,
-    /// Where each servo was last heard to stand, counts.
+    /// What each servo last said, counts.
+    said: Vec<Option<f64>>,
+    /// Where each servo was last heard to stand by two replies that agree, counts.
     counts: Vec<Option<f64>>,
     unheard_s: Vec<f64>,
     looked: Time,
@@ -33,6 +38,7 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
             buses,
             person,
             slots: vec![Slot::Missing; joints],
+            said: vec![None; joints],
             counts: vec![None; joints],
             unheard_s: vec![0.0; joints],
             looked,
@@ -55,7 +61,13 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         for (index, joint) in self.robot.joints.iter().enumerate() {
             match self.slots[index] {
                 Slot::Fresh(feedback) => {
-                    self.counts[index] = Some(f64::from(feedback.position));
+                    let count = f64::from(feedback.position);
+                    let turn = joint.servo.map_or(f64::INFINITY, |servo| servo.model.counts_per_turn);
+                    if self.said[index].replace(count).is_some_and(|before| agree(before, count, turn)) {
+                        self.counts[index] = Some(count);
+                    } else {
+                        self.slots[index] = Slot::Corrupt;
+                    }
                     self.unheard_s[index] = 0.0;
                 }
                 Slot::Told(_) | Slot::Corrupt | Slot::Missing => self.unheard_s[index] += dt_s,
@@ -116,5 +128,25 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
     /// The servo of a joint as the robot file has it.
     pub(super) fn servo(&self, joint: usize) -> Result<Servo, CalibrateError> {
         self.robot.joints[joint].servo.ok_or_else(|| CalibrateError::lost(self.robot, joint))
+    }
+}
+
+/// Whether a joint turned by hand can have gone from one count to the other between two looks, the encoder's seam
+/// included. `turn` is a whole turn, counts.
+fn agree(before: f64, count: f64, turn: f64) -> bool {
+    let off = (count - before).abs();
+    off.min((turn - off).abs()) <= LOOK_TURNS * turn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_count_that_no_hand_can_have_turned_to_does_not_agree() {
+        assert!(agree(2000.0, 2160.0, 4096.0) && agree(4090.0, 100.0, 4096.0));
+        assert!(
+            !agree(2000.0, 2200.0, 4096.0) && !agree(0.0, 2048.0, 4096.0) && !agree(10.0, 34_000.0, 4096.0)
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! From replies to what is known of the robot. A lost reply leaves the last one standing, and ageing.
 
 mod legs;
+mod plausible;
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,31 +11,48 @@ use crate::counts;
 use crate::model::Robot;
 use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State, Told};
 pub use legs::Legs;
+use plausible::Filter;
 
-/// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with what
-/// the inertial measurement unit last said.
-pub fn update(robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
-    update_body(robot, imu, &mut state.body);
-    for ((known, joint), slot) in state.joints.iter_mut().zip(&robot.joints).zip(slots) {
-        known.has_torque = None;
-        match (slot, &joint.servo) {
-            (Slot::Fresh(reply), Some(servo)) => {
-                let measured = counts::measured(servo, reply);
-                // Where replies do not say why there is an alarm, what was told stands until the alarm is over.
-                let told = if measured.alarms == 0 { 0 } else { known.alarm_causes };
-                let alarm_causes = if servo.model.registers.tells_alarms { measured.alarms } else { told };
-                *known = JointState { alarm_causes, ..measured };
-            }
-            (Slot::Told(told), Some(_)) => {
-                known.age_s += gap_s;
-                match *told {
+/// Turns the replies of one robot into what is known of it.
+#[derive(Debug, Clone)]
+pub struct Estimator {
+    filters: Vec<Filter>,
+}
+
+impl Estimator {
+    /// For `robot`, of which nothing was heard yet.
+    pub fn new(robot: &Robot) -> Estimator {
+        Estimator { filters: robot.joints.iter().map(|joint| Filter::new(joint, &robot.safety)).collect() }
+    }
+
+    /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with
+    /// what the inertial measurement unit last said. A reply that cannot be a measurement counts as damaged.
+    pub fn update(&mut self, robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
+        update_body(robot, imu, &mut state.body);
+        let joints = state.joints.iter_mut().zip(&robot.joints).zip(&mut self.filters);
+        for (((known, joint), filter), slot) in joints.zip(slots) {
+            filter.age(gap_s);
+            (known.has_torque, known.held_goal_rad, known.is_implausible) = (None, None, false);
+            known.age_s += gap_s;
+            match (slot, &joint.servo) {
+                (Slot::Fresh(reply), Some(servo)) => {
+                    let measured = counts::measured(servo, reply);
+                    if !filter.accepts(&measured) {
+                        (known.is_implausible, known.is_damaged) = (true, true);
+                        continue;
+                    }
+                    // Where replies do not say why there is an alarm, the last answer stands until the alarm is over.
+                    let told = if measured.alarms == 0 { 0 } else { known.alarm_causes };
+                    let alarm_causes =
+                        if servo.model.registers.tells_alarms { measured.alarms } else { told };
+                    *known = JointState { alarm_causes, ..measured };
+                }
+                (Slot::Told(told), Some(servo)) => match *told {
                     Told::Torque(has_torque) => known.has_torque = Some(has_torque),
                     Told::Alarms(causes) => known.alarm_causes = causes,
-                }
-            }
-            _ => {
-                known.age_s += gap_s;
-                known.is_damaged |= *slot == Slot::Corrupt;
+                    Told::Goal(counts) => known.held_goal_rad = Some(servo.angle_of(f64::from(counts))),
+                },
+                _ => known.is_damaged |= *slot == Slot::Corrupt,
             }
         }
     }
@@ -89,18 +107,19 @@ mod tests {
         let mut imu = ImuReading { is_known: true, age_s: 0.01, yaw_rad: 3.0, ..ImuReading::default() };
         imu.roll_rad = 0.1;
         imu.rate_rad_s.x = 2.0;
-        update(&robot, 0.01, &[], &imu, &mut state);
+        let mut estimator = Estimator::new(&robot);
+        estimator.update(&robot, 0.01, &[], &imu, &mut state);
         assert!((state.body.roll_rad - 0.12).abs() < 1e-12 && state.body.yaw_rad.abs() < 1e-12);
         (imu.roll_rad, imu.rate_rad_s.x) = (0.0, 0.0);
         // Twice round to the left, in steps the unit tells from -pi to pi.
         for step in 1..=20 {
             let yaw = 3.0 + f64::from(step) * 0.2 * PI;
             imu.yaw_rad = (yaw + PI).rem_euclid(TAU) - PI;
-            update(&robot, 0.01, &[], &imu, &mut state);
+            estimator.update(&robot, 0.01, &[], &imu, &mut state);
         }
         assert!((state.body.yaw_rad - 2.0 * TAU).abs() < 1e-9, "{}", state.body.yaw_rad);
         imu.age_s = 1.0;
-        update(&robot, 0.01, &[], &imu, &mut state);
+        estimator.update(&robot, 0.01, &[], &imu, &mut state);
         assert!(!state.body.is_known && state.body.roll_rad.abs() <= 0.0);
     }
 }

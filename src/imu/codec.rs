@@ -89,6 +89,18 @@ pub struct RawSample {
 }
 
 impl RawSample {
+    /// What a unit tells that measures this: acceleration less gravity (m/s^2), turn rate (rad/s) and angles (rad).
+    #[cfg(test)]
+    pub(super) fn of(specific_force_m_s2: DVec3, rate_rad_s: DVec3, angles_rad: DVec3) -> RawSample {
+        #[allow(clippy::cast_possible_truncation, reason = "full scale fits")]
+        let raw = |values: DVec3, full: f64| (values * (FULL / full)).to_array().map(|value| value as i16);
+        RawSample {
+            acceleration: raw(specific_force_m_s2, ACCELERATION_FULL_M_S2),
+            rate: raw(rate_rad_s, RATE_FULL_RAD_S),
+            angle: raw(angles_rad, ANGLE_FULL_RAD),
+        }
+    }
+
     /// Acceleration less gravity along the unit's axes, m/s^2.
     pub fn specific_force_m_s2(&self) -> DVec3 {
         scaled(self.acceleration, ACCELERATION_FULL_M_S2)

@@ -6,6 +6,7 @@
 
 mod clock;
 mod codec;
+mod plausible;
 mod serial;
 mod setup;
 
@@ -19,6 +20,7 @@ pub use codec::{
     CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, frames_in, rate_code,
     read_command,
 };
+use plausible::Filter;
 pub use serial::SerialImu;
 pub use setup::{FoundImu, ImuLine, ImuSetupError, set_up};
 
@@ -37,6 +39,8 @@ pub struct Imu {
     settings: Option<ImuSettings>,
     sampler: Sampler,
     clock: ArrivalClock,
+    /// None where the robot has no unit.
+    filter: Option<Filter>,
     last: Option<RawSample>,
     /// Bytes since then.
     behind: u32,
@@ -51,6 +55,7 @@ impl Imu {
             settings: robot.imu.clone(),
             sampler: Sampler::default(),
             clock: ArrivalClock::new(robot.imu.as_ref()),
+            filter: robot.imu.as_ref().map(|imu| Filter::new(1.0 / imu.rate_hz, imu.stale_s)),
             last: None,
             behind: 0,
             reading: ImuReading::default(),
@@ -61,6 +66,7 @@ impl Imu {
     /// Takes what has arrived from `ports`. Never waits, and allocates nothing.
     pub fn read(&mut self, ports: &mut impl Ports) {
         let Some(settings) = &self.settings else { return };
+        let looked = ports.now();
         let mut piece = [0; PIECE_BYTES];
         let (mut latest, mut fresh, mut total) = (None, 0, 0);
         self.is_gone = false;
@@ -79,8 +85,12 @@ impl Imu {
                     (fresh, self.behind) = (fresh + 1, 0);
                     // A unit that lives rattles in its last digit: nine equal numbers are the old ones once more.
                     if self.last != Some(sample) {
-                        latest = Some(sample);
                         self.last = Some(sample);
+                        if self.filter.as_mut().is_some_and(|filter| filter.accepts(looked, &sample)) {
+                            latest = Some(sample);
+                        } else {
+                            self.reading.implausible += 1;
+                        }
                     }
                 }
             }
@@ -95,7 +105,8 @@ impl Imu {
         }
         self.clock.note(now, fresh, self.behind, latest.is_some());
         if let Some(sample) = latest {
-            self.reading = in_body(&sample, settings);
+            let implausible = self.reading.implausible;
+            self.reading = ImuReading { implausible, ..in_body(&sample, settings) };
         }
         self.reading.age_s = self.clock.age_s(now) + settings.wire_s() + settings.delay_s;
     }
@@ -125,6 +136,7 @@ pub fn in_body(sample: &RawSample, settings: &ImuSettings) -> ImuReading {
         roll_rad,
         pitch_rad,
         yaw_rad,
+        implausible: 0,
     }
 }
 

@@ -62,6 +62,11 @@ fn sample(acceleration: [i16; 3], rate: [i16; 3], angle: [i16; 3]) -> Vec<u8> {
     [frame(0x51, acceleration), frame(0x52, rate), frame(0x53, angle)].concat()
 }
 
+/// A measurement and the next, which says the same but for the last digit of an acceleration.
+fn twice([x, y, z]: [i16; 3], rate: [i16; 3], angle: [i16; 3]) -> Vec<u8> {
+    [sample([x, y, z + 1], rate, angle), sample([x, y, z], rate, angle)].concat()
+}
+
 /// What the unit in `robot` says after these bytes.
 fn heard(robot: &Robot, bytes: &[u8]) -> ImuReading {
     let mut line = Line { bytes: bytes.iter().map(|byte| (Time(0), *byte)).collect(), ..Line::default() };
@@ -78,7 +83,7 @@ const HUNDRED_DEG_S: i16 = 1638;
 fn a_unit_that_lies_as_its_case_shows_is_turned_to_the_body() {
     // Y forward, X to the right. The nose is lowered about the body's y, which is the unit's -x: its roll is negative.
     let lying = robot("rpy_deg = [0, 0, -90]");
-    let reading = heard(&lying, &sample([356, 0, 2017], [-HUNDRED_DEG_S, 0, 0], [-TEN_DEG, 0, 0]));
+    let reading = heard(&lying, &twice([356, 0, 2017], [-HUNDRED_DEG_S, 0, 0], [-TEN_DEG, 0, 0]));
     assert!(reading.is_known);
     assert!((reading.pitch_rad.to_degrees() - 10.0).abs() < 0.01, "{reading:?}");
     assert!(reading.roll_rad.abs() < 1e-9, "{reading:?}");
@@ -94,7 +99,7 @@ fn a_unit_on_its_head_says_the_same_of_the_body() {
     // Turned by half a turn about x: its y is the body's right, its z down. The right side is lowered by 10 degrees.
     let hanging = robot("rpy_deg = [180, 0, 0]");
     let angle = 32767 - TEN_DEG;
-    let reading = heard(&hanging, &sample([0, 0, -2048], [HUNDRED_DEG_S, 0, 0], [-angle, 0, 0]));
+    let reading = heard(&hanging, &twice([0, 0, -2048], [HUNDRED_DEG_S, 0, 0], [-angle, 0, 0]));
     assert!((reading.roll_rad.to_degrees() - 10.0).abs() < 0.02, "{reading:?}");
     assert!(reading.pitch_rad.abs() < 1e-3, "{reading:?}");
     assert!((reading.rate_rad_s.x.to_degrees() - 100.0).abs() < 0.1);

@@ -122,6 +122,11 @@ impl Chain {
     }
 }
 
+/// How far beyond its range a joint meets its mechanical stop: this share of the range's width, or this angle if that is
+/// more, rad.
+const STOP_SHARE: f64 = 0.1;
+const STOP_RAD: f64 = 0.035;
+
 impl Joint {
     /// Middle of the joint's range, rad.
     pub fn middle_rad(&self) -> f64 {
@@ -139,6 +144,14 @@ impl Joint {
         let highest = (a.max(b) + 1e-9).floor().min(f64::from(high));
         let (p, q) = (servo.angle_of(lowest), servo.angle_of(highest));
         (p.min(q), p.max(q))
+    }
+
+    /// Where the joint meets its mechanical stops, rad: a tenth of its range beyond it, two degrees at least. Nobody has
+    /// measured them; a range is meant to end before them.
+    pub fn stops_rad(&self) -> (f64, f64) {
+        let (low, high) = self.range_rad;
+        let beyond_rad = STOP_RAD.max(STOP_SHARE * (high - low));
+        (low - beyond_rad, high + beyond_rad)
     }
 
     /// Where the joint's servo has counts, rad; everywhere on a joint without servo.

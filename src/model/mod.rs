@@ -292,3 +292,10 @@ pub enum StopAction {
     /// Sit down slowly (arms go to where they are parked), then torque off.
     SitThenLimp,
 }
+
+impl SafetySettings {
+    /// A servo unheard for longer than this, s, may have started again, and may not have heard the goals that were sent.
+    pub fn lost_after_s(&self) -> f64 {
+        self.coast_s.min(START_MIN_S)
+    }
+}

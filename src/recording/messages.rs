@@ -168,6 +168,8 @@ pub struct GoalRegisters {
 pub enum SlotResult {
     /// In time and whole.
     Fresh,
+    /// In time and whole, and dropped, since no servo can have measured what it said.
+    Implausible,
     /// In time and whole, and no feedback: an answer.
     Told,
     /// Not at all.
@@ -246,6 +248,9 @@ pub struct Imu {
     pub rate_rad_s: Vector3,
     /// Acceleration less gravity.
     pub specific_force_m_s2: Vector3,
+    /// Measurements dropped so far.
+    #[serde(default)]
+    pub implausible: u64,
 }
 
 /// `foxglove.PoseInFrame`.

@@ -259,6 +259,7 @@ fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
             roll_rad: imu.roll_rad,
             pitch_rad: imu.pitch_rad,
             yaw_rad: imu.yaw_rad,
+            implausible: imu.implausible,
         };
         sample.state.body.is_known = imu.is_acted_on;
     }
@@ -310,12 +311,13 @@ fn read_servos(robot: &Robot, servos: &messages::Servos<'_>, sample: &mut Sample
         if servo.is_kept {
             sample.goals[index] = ServoGoal::Keep;
         }
+        sample.state.joints[index].is_implausible = servo.result == SlotResult::Implausible;
         sample.slots[index] = match (servo.result, servo.reply) {
             (SlotResult::Told, _) => {
                 Slot::Told(servo.told.ok_or_else(|| format!("an answer of {} holds nothing", servo.joint))?)
             }
-            (SlotResult::Fresh, Some(reply)) => Slot::Fresh(reply),
-            (SlotResult::Fresh, None) => {
+            (SlotResult::Fresh | SlotResult::Implausible, Some(reply)) => Slot::Fresh(reply),
+            (SlotResult::Fresh | SlotResult::Implausible, None) => {
                 return Err(format!("a fresh reply of {} holds nothing", servo.joint));
             }
             (SlotResult::Corrupt, _) => Slot::Corrupt,

@@ -199,9 +199,13 @@ fn empty_joint_state(stamp: Stamp) -> messages::JointState<'static> {
 }
 
 fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Servos<'r> {
-    let all = robot.joints.iter().zip(&sample.goals).zip(&sample.slots);
-    let servos = all.filter(|((joint, _), _)| joint.servo.is_some()).map(|((joint, goal), slot)| {
+    let all = robot.joints.iter().zip(&sample.goals).zip(&sample.slots).zip(&sample.state.joints);
+    let servos = all.filter(|(((joint, _), _), _)| joint.servo.is_some());
+    let servos = servos.map(|(((joint, goal), slot), state)| {
         let (result, reply, told) = match *slot {
+            Slot::Fresh(reply) if state.is_implausible => {
+                (messages::SlotResult::Implausible, Some(reply), None)
+            }
             Slot::Fresh(reply) => (messages::SlotResult::Fresh, Some(reply), None),
             Slot::Told(told) => (messages::SlotResult::Told, None, Some(told)),
             Slot::Missing => (messages::SlotResult::Missing, None, None),
@@ -279,6 +283,7 @@ fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
         yaw_rad: reading.yaw_rad,
         rate_rad_s: reading.rate_rad_s.into(),
         specific_force_m_s2: reading.specific_force_m_s2.into(),
+        implausible: reading.implausible,
     }
 }
 

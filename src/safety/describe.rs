@@ -66,6 +66,15 @@ impl Finding {
             Fault::OutOfCounts { position_rad } => {
                 format!("stands at {:.0} degrees, where it has no counts", position_rad.to_degrees())
             }
+            Fault::BeyondStops { position_rad } => {
+                format!(
+                    "has lost its torque and stands at {:.0} degrees, beyond its range",
+                    position_rad.to_degrees()
+                )
+            }
+            Fault::NotBack { waited_s } => {
+                format!("could not be brought back to where it is wanted within {waited_s:.1} s")
+            }
             Fault::Alarm { bits } => {
                 format!("raises alarm bits 0x{bits:02X}{}", self.alarm_words(robot, bits))
             }
@@ -90,7 +99,10 @@ impl Finding {
             Fault::HighVoltage { .. } => {
                 "switch the power off; check the supply and that the servo is the right model"
             }
-            Fault::OutOfCounts { .. } => "turn the limp joint by hand towards the middle of its range",
+            Fault::OutOfCounts { .. } | Fault::BeyondStops { .. } => {
+                "turn the limp joint by hand towards the middle of its range"
+            }
+            Fault::NotBack { .. } => "check what is wanted of it: its range ends before",
             Fault::Alarm { .. } => "switch its power off and on, and check its load, heat and voltage",
             Fault::NotFinite => "this is a defect of the program: please report it with the robot file",
             Fault::LoopStalled { .. } => "",

@@ -10,20 +10,23 @@
 //! ```
 
 mod describe;
+mod joint;
 mod limiter;
+mod recall;
 mod shared;
 mod stall;
 #[cfg(test)]
 mod tests;
 mod trip;
+mod waiting;
 mod watch;
 
 use std::ops::Range;
 
-use crate::model::{OnTrip, Robot, START_MIN_S, SafetySettings, SharedRange};
+use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
 use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
-use limiter::Limiter;
-use trip::Trip;
+use joint::JointSafety;
+use waiting::Waiting;
 use watch::Watch;
 pub use watch::{Fault, Finding};
 
@@ -83,42 +86,20 @@ pub struct Safety {
     /// Joints that share a range, and which.
     shared: Vec<(Range<usize>, SharedRange)>,
     watch: Watch,
+    waiting: Waiting,
     command: Command,
     /// Servos restarted so far.
     restarts: u64,
 }
 
-/// What safety remembers of a joint.
-#[derive(Debug)]
-struct JointSafety {
-    limiter: Limiter,
-    /// Time since its torque came on, s; none while limp.
-    torque_on_s: Option<f64>,
-    /// The last goal its servo is known to have heard, rad.
-    heard_goal_rad: f64,
-    /// True from when its servo has been silent for so long that it may have started anew, until it is known whether it
-    /// has.
-    is_lost: bool,
-    /// How often it was asked that since it is heard again.
-    asked: u8,
-    /// What became of its servo, where a joint may be left without.
-    trip: Trip,
-}
-
 impl Safety {
     /// Safety for `robot`; everything limp.
     pub fn new(robot: &Robot) -> Safety {
-        let of_joint = |joint| JointSafety {
-            limiter: Limiter::new(joint, &robot.safety),
-            torque_on_s: None,
-            heard_goal_rad: 0.0,
-            is_lost: false,
-            asked: 0,
-            trip: Trip::NONE,
-        };
+        let of_joint = |joint| JointSafety::new(joint, &robot.safety);
         Safety {
             settings: robot.safety.clone(),
             joints: robot.joints.iter().map(of_joint).collect(),
+            waiting: Waiting::default(),
             shared: SharedRange::of_robot(robot),
             watch: Watch::new(robot),
             command: Command {
@@ -158,7 +139,7 @@ impl Safety {
             return &self.command;
         }
         self.look_for_trips(dt_s, targets, state);
-        if let Some(finding) = self.out_of_counts(targets, state) {
+        if let Some(finding) = self.no_start(targets, state) {
             self.watch.stop(finding);
         }
         for (index, joint) in self.joints.iter_mut().enumerate() {
@@ -166,8 +147,14 @@ impl Safety {
         }
         let goals = self.joints.iter().map(|joint| joint.limiter.goal_rad());
         let excused = self.joints.iter().map(|joint| (joint.trip.is_out(), joint.trip.is_restarting()));
-        state.permission =
-            self.watch.judge(dt_s, gap_s, &state.joints, goals.zip(excused), targets.not_finite);
+        state.permission = self.watch.judge(
+            dt_s,
+            gap_s,
+            &state.joints,
+            goals.zip(excused),
+            targets.not_finite,
+            &self.waiting,
+        );
 
         for (index, joint) in
             self.joints.iter_mut().enumerate().filter(|(index, _)| self.watch.is_jammed(*index))
@@ -180,7 +167,7 @@ impl Safety {
 
         for index in 0..self.joints.len() {
             let is_left_alone = targets.only.is_some_and(|only| only != index) || state.is_out[index];
-            if is_left_alone || self.is_out_of_counts(index, state) {
+            if is_left_alone || !self.joints[index].can_start_from(&state.joints[index]) {
                 self.let_go(index, state);
                 continue;
             }
@@ -192,28 +179,27 @@ impl Safety {
             }
             let wanted_rad = targets.angles_rad[index] + targets.sag_rad[index];
             let (angle_rad, differs) = if state.permission == Permission::Hold {
-                joint.limiter.hold(wanted_rad, dt_s)
+                joint.limiter.hold(wanted_rad, joint.held_rad, dt_s)
             } else {
-                joint.limiter.next(wanted_rad, dt_s)
+                joint.limiter.next(wanted_rad, joint.held_rad, dt_s)
             };
             self.command.interventions += u32::from(differs);
             state.goal_rad[index] = angle_rad;
-            let on_s = joint.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
-            joint.torque_on_s = Some(on_s);
+            let on_s = joint.hold_torque(dt_s);
             let rise = (on_s / self.settings.torque_ramp_s).min(1.0);
             let torque_share = self.settings.torque_share * rise.min(targets.torque_shares[index]);
-            // One that sends damaged replies is there, and hears.
-            self.command.joints[index] = match joint.is_lost && !state.joints[index].is_damaged {
+            self.command.joints[index] = match joint.is_lost {
                 true => JointCommand::Keep,
                 false => JointCommand::Goal { angle_rad, torque_share },
             };
         }
         self.keep_shared_ranges(dt_s, state);
-        let is_catching_up = |joint: &JointSafety| {
-            joint.torque_on_s.is_some() && (joint.limiter.is_catching_up() || joint.asked > 0)
-        };
-        if state.permission == Permission::Move && self.joints.iter().any(is_catching_up) {
-            // Nobody walks on while a leg is still on its way back, or it is not known whether it has torque.
+        let waited_for =
+            self.joints.iter().zip(&state.joints).position(|(joint, measured)| joint.is_waited_for(measured));
+        let way_s = || self.joints.iter().map(|joint| joint.limiter.longest_way_s()).fold(0.0, f64::max);
+        self.waiting.note(dt_s, waited_for, state.permission, way_s);
+        if state.permission == Permission::Move && waited_for.is_some() {
+            // The robot does not move on while a leg is still on its way back, or it is not known whether it has torque.
             state.permission = Permission::Hold;
         }
         &self.command
@@ -269,82 +255,33 @@ impl Safety {
             return;
         }
         if let Some(index) = lost {
-            self.joints[index].asked = self.joints[index].asked.saturating_add(1);
-            self.command.question = Some((index, Question::Torque));
+            self.command.question = Some((index, self.joints[index].recall.question()));
+            self.joints[index].recall.note_asked();
         } else if let Some(index) = tripped() {
             self.joints[index].trip.ask();
             self.command.question = Some((index, Question::Alarms));
         }
     }
 
-    /// Without torque a joint is where it is, and would start from there.
     fn let_go(&mut self, index: usize, state: &mut State) {
         let joint = &mut self.joints[index];
-        joint.torque_on_s = None;
-        joint.limiter.start_from(state.joints[index].position_rad);
+        joint.let_go(&state.joints[index]);
         state.goal_rad[index] = joint.limiter.goal_rad();
         self.command.joints[index] = JointCommand::Limp;
     }
 
-    /// The first joint that is to have torque now, and is where its servo has no counts.
-    fn out_of_counts(&self, targets: &JointTargets, state: &State) -> Option<Finding> {
+    /// The first joint that is to have torque now and is where no goal can start.
+    fn no_start(&self, targets: &JointTargets, state: &State) -> Option<Finding> {
         let joint = (0..self.joints.len())
             .filter(|index| targets.only.is_none_or(|only| only == *index))
             .filter(|index| !state.is_out[*index])
-            .find(|index| self.is_out_of_counts(*index, state))?;
+            .find(|index| !self.joints[*index].can_start_from(&state.joints[*index]))?;
         let position_rad = state.joints[joint].position_rad;
-        Some(Finding { joint: Some(joint), fault: Fault::OutOfCounts { position_rad } })
-    }
-
-    /// A goal cannot start where a limp joint is if its servo has no counts there.
-    fn is_out_of_counts(&self, index: usize, state: &State) -> bool {
-        let joint = &self.joints[index];
-        joint.torque_on_s.is_none() && !joint.limiter.can_start_from(state.joints[index].position_rad)
-    }
-}
-
-/// A joint this far off its goal, as a share of the tracking error allowed, did not hold it.
-const FALLEN_SHARE: f64 = 0.5;
-
-/// A servo that has not said so often whether it has torque counts as one that has none.
-const TORQUE_QUESTIONS: u8 = 3;
-
-impl JointSafety {
-    /// Whether its servo, silent for too long and heard again, has had torque meanwhile; none while that is not known.
-    fn has_kept_torque(&self, settings: &SafetySettings, measured: &JointState) -> Option<bool> {
-        let error_rad = measured.position_rad - self.heard_goal_rad;
-        if measured.age_s <= 0.0 && error_rad.abs() > FALLEN_SHARE * settings.tracking_error_rad {
-            return Some(false);
-        }
-        let is_mute = measured.age_s <= 0.0 && self.asked >= TORQUE_QUESTIONS;
-        measured.has_torque.or(is_mute.then_some(false))
-    }
-
-    /// Starts from where the joint is measured, where the last goal says nothing of that: when its torque comes on,
-    /// and when its servo is heard again after a silence. One that was without power meanwhile has no torque, and what it
-    /// gets rises anew. After a stall of the loop by `stall_s` it starts from its goal, at rest: its servo has long
-    /// arrived there.
-    fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
-        if measured.age_s > settings.coast_s.min(START_MIN_S) {
-            self.is_lost = true;
-            self.asked = 0;
-        } else if self.torque_on_s.is_none() {
-            self.limiter.start_from(measured.position_rad);
-            (self.is_lost, self.asked) = (false, 0);
-        } else if self.is_lost {
-            if let Some(has_torque) = self.has_kept_torque(settings, measured) {
-                // It has held the last goal it heard; the goals it did not hear have gone on without it.
-                self.limiter.start_from(measured.position_rad);
-                (self.is_lost, self.asked) = (false, 0);
-                if !has_torque {
-                    self.torque_on_s = None;
-                }
-            }
-        } else if stall_s > settings.coast_s {
-            self.limiter.rest_at_goal();
-        }
-        if measured.age_s <= 0.0 && !self.is_lost {
-            self.heard_goal_rad = self.limiter.goal_rad();
-        }
+        let has_counts = self.joints[joint].limiter.has_counts_at(position_rad);
+        let fault = match has_counts {
+            true => Fault::BeyondStops { position_rad },
+            false => Fault::OutOfCounts { position_rad },
+        };
+        Some(Finding { joint: Some(joint), fault })
     }
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Fault, JointCommand, Safety};
 use crate::model::Robot;
-use crate::signals::{JointState, JointTargets, Permission, State};
+use crate::signals::{JointState, JointTargets, Permission, Question, State};
 
 const DT_S: f64 = 0.01;
 
@@ -254,20 +254,125 @@ fn a_servo_that_comes_back_limp_is_taken_over_where_it_hangs() {
     assert_eq!(state.permission, Permission::Hold);
     let hangs = pose[elbow] + 0.5;
     state.joints[elbow] = JointState { age_s: 0.0, position_rad: hangs, ..state.joints[elbow] };
+    for answers in 0..2 {
+        let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        assert_eq!(command.question(), Some((elbow, Question::Torque)), "after {answers} answers");
+        assert_eq!(command.joints()[elbow], JointCommand::Keep);
+        (state.joints[elbow].age_s, state.joints[elbow].has_torque) = (DT_S, Some(false));
+        if answers == 0 {
+            safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+            (state.joints[elbow].age_s, state.joints[elbow].has_torque) = (0.0, None);
+        }
+    }
     let mut before = hangs;
     for cycle in 0..300 {
         let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
         let (angle, torque) = goal(command.joints()[elbow]);
         assert!((before - angle).abs() <= robot.safety.slow_rate_rad_s * DT_S * (1.0 + 1e-9), "at {angle}");
         let expected = (f64::from(cycle) * DT_S / robot.safety.torque_ramp_s).min(1.0);
-        assert!((torque - expected).abs() < 1e-9, "its torque rises anew");
+        assert!((torque - expected).abs() < 1e-9, "its torque rises from nothing again");
         let (_, others) = goal(command.joints()[0]);
         assert!(others > 0.99, "the others keep theirs");
         before = angle;
+        (state.joints[elbow].age_s, state.joints[elbow].has_torque) = (0.0, None);
         state.joints[elbow].position_rad = angle;
     }
     assert!((before - pose[elbow]).abs() < 1e-9, "and it is back");
     assert_eq!(state.permission, Permission::Move);
+}
+
+/// Silences the elbow (joint 6) of a robot that stands in its middle pose for a while, in which its goal goes on by
+/// `way_rad`, and lets it answer again: it has kept its torque and the goal it heard first. The goals it then gets.
+fn goals_after_a_silence(way_rad: f64, asks_for: impl Fn(&Robot) -> f64) -> (Robot, Vec<f64>, Permission) {
+    let robot = robot();
+    let mut safety = Safety::new(&robot);
+    let elbow = 6;
+    let mut pose = middle(&robot);
+    let held = pose[elbow];
+    let mut state = heard(&robot, &pose);
+    for _ in 0..150 {
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+    }
+    for cycle in 1..30 {
+        state.joints[elbow].age_s = f64::from(cycle) * DT_S;
+        state.joints[elbow].is_damaged = true;
+        pose[elbow] = held + way_rad * f64::from(cycle) / 10.0;
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+    }
+    pose[elbow] = asks_for(&robot);
+    state.joints[elbow] = JointState { age_s: 0.0, is_damaged: false, ..state.joints[elbow] };
+    let mut goals = Vec::new();
+    for _ in 0..2000 {
+        let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        let question = command.question().map(|(_, question)| question);
+        if let JointCommand::Goal { angle_rad, .. } = command.joints()[elbow] {
+            goals.push(angle_rad);
+            state.joints[elbow].position_rad = angle_rad;
+        }
+        let joint = &mut state.joints[elbow];
+        joint.has_torque = (question == Some(Question::Torque)).then_some(true);
+        joint.held_goal_rad = (question == Some(Question::Goal)).then_some(held);
+        joint.age_s = if question.is_some() { DT_S } else { 0.0 };
+    }
+    (robot, goals, state.permission)
+}
+
+#[test]
+fn a_servo_that_was_silent_goes_on_from_the_goal_it_holds_at_the_slow_rate() {
+    let (robot, goals, permission) = goals_after_a_silence(0.05, |robot| middle(robot)[6] + 0.4);
+    let mut before = middle(&robot)[6];
+    for goal in &goals {
+        assert!(
+            (goal - before).abs() <= robot.safety.slow_rate_rad_s * DT_S * (1.0 + 1e-9),
+            "leaps to {goal}"
+        );
+        before = *goal;
+        if (goal - middle(&robot)[6] - 0.4).abs() < 1e-9 {
+            break;
+        }
+    }
+    assert!((before - middle(&robot)[6] - 0.4).abs() < 1e-9, "it arrives");
+    assert_eq!(permission, Permission::Move);
+}
+
+#[test]
+fn a_robot_does_not_wait_for_ever_for_a_joint_that_is_wanted_out_of_its_range() {
+    let (robot, goals, permission) = goals_after_a_silence(0.05, |robot| robot.joints[6].range_rad.1 + 0.5);
+    assert_eq!(permission, Permission::Move, "as near as it gets is there");
+    let (low, high) = robot.joints[6].goal_range_rad();
+    assert!(goals.iter().all(|goal| (low..=high).contains(goal)));
+}
+
+#[test]
+fn a_joint_that_has_lost_its_torque_starts_inside_its_range_and_not_beyond_its_stops() {
+    for (beyond_rad, starts) in [(0.05, true), (0.6, false)] {
+        let robot = robot();
+        let mut safety = Safety::new(&robot);
+        let (elbow, pose) = (6, middle(&robot));
+        let mut state = heard(&robot, &pose);
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        state.joints[elbow].age_s = 1.0;
+        safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+        let high = robot.joints[elbow].goal_range_rad().1;
+        state.joints[elbow].age_s = 0.0;
+        state.joints[elbow].position_rad = robot.joints[elbow].range_rad.1 + beyond_rad;
+        for _ in 0..3 {
+            state.joints[elbow].has_torque = Some(false);
+            let command = safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
+            if let JointCommand::Goal { angle_rad, torque_share } = command.joints()[elbow] {
+                let step_rad = robot.safety.slow_rate_rad_s * DT_S;
+                let is_at_border = (0.0..=step_rad * (1.0 + 1e-9)).contains(&(high - angle_rad));
+                assert!(starts && is_at_border && torque_share <= 0.0, "{angle_rad} below {high}");
+                break;
+            }
+        }
+        let is_stopped = state.permission == Permission::Stop;
+        assert_eq!(is_stopped, !starts);
+        if is_stopped {
+            let words = safety.cause().unwrap().describe(&robot);
+            assert!(words.contains("left_fore.elbow") && words.contains("beyond its range"), "{words}");
+        }
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@
 //! ```
 
 use super::stall::Stall;
+use super::waiting::Waiting;
 use crate::model::{OnTrip, Robot, SafetySettings, Servo};
 use crate::signals::{JointState, Permission};
 
@@ -53,6 +54,16 @@ pub enum Fault {
     OutOfCounts {
         /// Measured angle.
         position_rad: f64,
+    },
+    /// The joint has lost its torque and is beyond its mechanical stops, where it cannot be, rad.
+    BeyondStops {
+        /// Measured angle.
+        position_rad: f64,
+    },
+    /// The goal of a joint on its way back has not reached what is wanted.
+    NotBack {
+        /// Time since it set out, s.
+        waited_s: f64,
     },
     /// The servo raises alarm bits.
     Alarm {
@@ -127,7 +138,7 @@ impl Watch {
 
     /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad, and whether the joint is
     /// out of service, and its servo restarts; `gap_s` is the real time between this cycle and the one before;
-    /// `not_finite` a joint whose wanted angle was none.
+    /// `not_finite` a joint whose wanted angle was none; `waiting` what the robot waited for in the cycle before.
     pub(super) fn judge(
         &mut self,
         dt_s: f64,
@@ -135,6 +146,7 @@ impl Watch {
         joints: &[JointState],
         goals: impl Iterator<Item = (f64, (bool, bool))>,
         not_finite: Option<usize>,
+        waiting: &Waiting,
     ) -> Permission {
         let mut found = not_finite.map(|joint| Finding { joint: Some(joint), fault: Fault::NotFinite });
         if gap_s - dt_s > self.settings.hold_s {
@@ -173,10 +185,13 @@ impl Watch {
                 found = found.or(finding);
             }
         }
-        self.permission = match (self.permission, found) {
+        self.permission = match (self.permission, found.or_else(|| waiting.overdue())) {
             (Permission::Stop, _) => Permission::Stop,
             (_, None) => {
-                self.held_s = (self.held_s - FORGIVING_SHARE * dt_s).max(0.0);
+                // A robot that waits stands still as one that is held: only motion makes good for it.
+                if !waiting.is_on() {
+                    self.held_s = (self.held_s - FORGIVING_SHARE * dt_s).max(0.0);
+                }
                 Permission::Move
             }
             (_, Some(finding)) => {

@@ -4,11 +4,6 @@ use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, ShaftLink, Trunk}
 
 use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot, hinges_in_place};
 
-/// How far beyond its range a joint meets its mechanical stop: this share of the range's width, or this angle if that is
-/// more, rad.
-const STOP_SHARE: f64 = super::OUTSIDE_SHARE;
-const STOP_RAD: f64 = 0.035;
-
 /// The body of `robot`, as `physics` says.
 pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
     let shafts = shafts(robot);
@@ -62,8 +57,6 @@ fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]
 }
 
 fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
-    let (low, high) = joint.range_rad;
-    let beyond = STOP_RAD.max(STOP_SHARE * (high - low));
     let (zero_counts, is_reversed) =
         joint.servo.map_or((0.0, false), |servo| (servo.zero_count, servo.reversed));
     body::Link {
@@ -72,7 +65,7 @@ fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::
         mass_kg: joint.mass_kg,
         center_m: joint.center_m.to_array(),
         radius_m,
-        stops_rad: (low - beyond, high + beyond),
+        stops_rad: joint.stops_rad(),
         servo: ShaftLink {
             shaft,
             zero_counts,

@@ -19,6 +19,8 @@ pub struct ImuReport {
     pub lost_s: f64,
     /// Oldest measurement that was acted on, s.
     pub age_max_s: f64,
+    /// Measurements that passed their checksums and were dropped, since no trunk can have moved so.
+    pub implausible: u64,
 }
 
 impl fmt::Display for ImuReport {
@@ -55,6 +57,7 @@ impl ImuObserver {
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let is_known = record.state.body.is_known;
         let report = &mut self.report;
+        report.implausible = record.imu.implausible;
         if is_known {
             report.is_heard = true;
             report.age_max_s = report.age_max_s.max(record.imu.age_s);

@@ -2,12 +2,13 @@
 
 use super::CycleRecord;
 use super::report::JointsReport;
-use crate::bus::ServoGoal;
+use crate::bus::{ServoGoal, Slot};
 use crate::model::Robot;
+use crate::signals::Told;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
-    /// Last goal register, counts; none while limp.
+    /// The goal register, counts, as far as is known; none while limp.
     goal: Option<i32>,
     /// Where it was measured in the cycle before, rad.
     position_rad: Option<f64>,
@@ -46,11 +47,23 @@ impl JointObserver {
                 self.report.range_overshoot_max_deg =
                     self.report.range_overshoot_max_deg.max(overshoot_rad.to_degrees());
             }
+            match record.slots[index] {
+                // What a servo says about itself outranks what was sent.
+                Slot::Told(Told::Goal(held)) => seen.goal = seen.goal.map(|_| held),
+                Slot::Told(Told::Torque(false)) => seen.goal = None,
+                _ => {}
+            }
             let goal = match record.goals[index] {
-                // A goal that is not said anew does not change.
+                // A goal that is not sent again does not change.
                 ServoGoal::Limp => None,
                 ServoGoal::Keep => continue,
-                ServoGoal::Move { position, .. } => Some(position),
+                ServoGoal::Move { position, torque_limit } => {
+                    // Without torque no goal turns the joint.
+                    if torque_limit == 0 {
+                        seen.goal = None;
+                    }
+                    Some(position)
+                }
             };
             if let Some(goal) = goal {
                 let angle_rad = servo.angle_of(f64::from(goal));
@@ -72,10 +85,7 @@ impl JointObserver {
                     let rate_rad_s = robot.safety.rate_share * servo.model.no_load_speed_rad_s;
                     // Rounding to counts may add up to one count.
                     let allowed = rate_rad_s * record.dt_s / servo.count_rad() + 1.0;
-                    // A goal that goes back to where the joint is makes no servo turn fast.
-                    let from_measured_counts = (angle_rad - measured.position_rad).abs() / servo.count_rad();
-                    let is_given_up = from_measured_counts <= allowed;
-                    if f64::from((goal - before).abs()) > allowed + 1e-9 && !is_given_up {
+                    if f64::from((goal - before).abs()) > allowed + 1e-9 {
                         self.report.rate_violations += 1;
                     }
                 }

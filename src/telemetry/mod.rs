@@ -134,6 +134,7 @@ impl Telemetry {
             self.outages.push((self.cycles, outage));
         }
         self.joints.observe(robot, record);
+        self.buses.observe_replies(robot, record);
         if let Some(imu) = &mut self.imu {
             imu.observe(record);
         }

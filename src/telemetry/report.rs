@@ -259,6 +259,8 @@ pub struct BusReport {
     pub missing: u64,
     /// Servo replies that were damaged.
     pub corrupt: u64,
+    /// Servo replies that passed their checksum and were dropped, since no servo can have measured what they said.
+    pub implausible: u64,
     /// Good replies from ids nobody asked: a second servo with a wrong id, perhaps.
     pub unknown: u64,
     /// Share of the time the wire was busy.

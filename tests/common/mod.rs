@@ -277,13 +277,13 @@ impl Watched {
     }
 
     /// Asserts that no goal register under torque left its range or moved faster than its rate, for a start inside
-    /// the ranges. A servo that could not be written to for up to `blind_s` may catch up on what it missed.
-    pub(crate) fn assert_goals_kept_limits(&self, robot: &Robot, blind_s: f64) {
+    /// the ranges, whatever the servos heard of the goals that were sent.
+    pub(crate) fn assert_goals_kept_limits(&self, robot: &Robot) {
         assert_eq!(self.report.joints.range_violations, 0);
         assert_eq!(self.report.joints.rate_violations, 0);
         for (index, joint) in robot.joints.iter().enumerate() {
             let (low, high) = goal_counts(joint);
-            let step = rate_counts_s(robot, joint) * (robot.period_s() + blind_s) + 1.0;
+            let step = rate_counts_s(robot, joint) * robot.period_s() + 1.0;
             let goals = || self.moments.iter().map(|moment| (moment.time_s, moment.servos[index]));
             for (time_s, servo) in goals().filter(|(_, servo)| servo.torque_on) {
                 let goal = f64::from(servo.goal);

@@ -124,7 +124,7 @@ impl Inbox {
         let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
         let reply = match asked {
             None => feedback(self.registers, status.parameters, alarms).map(Slot::Fresh),
-            Some(question) => answer_to(question, status.parameters).map(Slot::Told),
+            Some(question) => answer_to(self.registers, question, status.parameters).map(Slot::Told),
         };
         match (slot_of(&self.ids, &mut self.slots, status.id), reply.filter(|_| refusal == 0)) {
             (Some(slot), Some(reply)) => *slot = reply,
@@ -197,12 +197,33 @@ fn feedback(registers: &Registers, block: &[u8], alarms: u8) -> Option<Feedback>
     })
 }
 
-/// Reads the answer to a question: the registers asked for have one byte.
-fn answer_to(question: Question, data: &[u8]) -> Option<Told> {
-    let [byte] = *data else { return None };
+/// The register that answers `question`.
+fn register_of(registers: &Registers, question: Question) -> Register {
+    match question {
+        Question::Torque => registers.torque_enable,
+        Question::Alarms => registers.alarm_status,
+        Question::Goal => registers.goal_position,
+    }
+}
+
+/// First address and number of the bytes that are read to answer `question`.
+pub(super) fn asked_register(registers: &Registers, question: Question) -> (u16, u16) {
+    let register = register_of(registers, question);
+    // A reply of two data bytes could be taken for the echo of its request where servos are asked one by one.
+    let protocol = if registers.has_sync_read { Protocol::Dynamixel } else { Protocol::Feetech };
+    (register.address, read_bytes(protocol, register))
+}
+
+/// Reads the answer to a question; `None` when it has the wrong length.
+fn answer_to(registers: &Registers, question: Question, data: &[u8]) -> Option<Told> {
+    if data.len() != usize::from(asked_register(registers, question).1) {
+        return None;
+    }
+    let value = decode_ordered(register_of(registers, question), data, registers.is_big_endian)?;
     Some(match question {
-        Question::Torque => Told::Torque(byte != 0),
-        Question::Alarms => Told::Alarms(byte),
+        Question::Torque => Told::Torque(value != 0),
+        Question::Alarms => Told::Alarms(u8::try_from(value).unwrap_or(u8::MAX)),
+        Question::Goal => Told::Goal(saturate(value)),
     })
 }
 

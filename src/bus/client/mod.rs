@@ -398,12 +398,10 @@ impl BusClient {
 
 /// Address and length of what every servo is asked for.
 fn asked_of(registers: &Registers, question: Option<Question>) -> (u16, u16) {
-    let register = match question {
-        None => return (registers.feedback_address, registers.feedback_bytes),
-        Some(Question::Torque) => registers.torque_enable,
-        Some(Question::Alarms) => registers.alarm_status,
-    };
-    (register.address, u16::from(register.bytes))
+    match question {
+        None => (registers.feedback_address, registers.feedback_bytes),
+        Some(question) => inbox::asked_register(registers, question),
+    }
 }
 
 fn length(bytes: &[u8]) -> u64 {

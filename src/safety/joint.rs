@@ -1,0 +1,119 @@
+//! What safety remembers of one joint, and where its goals start from.
+
+use super::limiter::Limiter;
+use super::recall::{Recall, Recalled};
+use super::trip::Trip;
+use crate::model::{Joint, SafetySettings};
+use crate::signals::JointState;
+
+#[derive(Debug)]
+pub(super) struct JointSafety {
+    pub(super) limiter: Limiter,
+    /// Time since its torque came on, s; none while limp.
+    pub(super) torque_on_s: Option<f64>,
+    /// True once it has had torque in this run.
+    has_started: bool,
+    /// The lowest and the highest goal, rad, of those that its servo may hold: the last one that it confirmed by a reply,
+    /// and all that were sent since.
+    pub(super) held_rad: (f64, f64),
+    /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
+    /// has.
+    pub(super) is_lost: bool,
+    /// What it was asked since it is heard again.
+    pub(super) recall: Recall,
+    /// What became of its servo, where a joint may be left without.
+    pub(super) trip: Trip,
+}
+
+impl JointSafety {
+    pub(super) fn new(joint: &Joint, settings: &SafetySettings) -> JointSafety {
+        JointSafety {
+            limiter: Limiter::new(joint, settings),
+            torque_on_s: None,
+            has_started: false,
+            held_rad: (0.0, 0.0),
+            is_lost: false,
+            recall: Recall::default(),
+            trip: Trip::NONE,
+        }
+    }
+
+    /// Decides where the next goal follows from. When torque comes on, that is where the joint is measured. After a stall
+    /// of the loop by `stall_s` it is the last goal, at rest: the servo has long arrived there. After a silence of the
+    /// servo it is the goal that the servo holds, or, if it has lost its torque, where the joint is measured.
+    pub(super) fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
+        if self.torque_on_s.is_some() && !self.is_lost {
+            self.note_sent(measured);
+        }
+        if measured.age_s > settings.lost_after_s() {
+            (self.is_lost, self.recall) = (true, Recall::default());
+        } else if self.torque_on_s.is_none() {
+            self.start_limp(measured);
+        } else if self.is_lost {
+            match self.recall.take(measured, self.held_rad) {
+                None => {}
+                Some(Recalled::Limp) => self.start_limp(measured),
+                Some(Recalled::Holding(goal_rad)) => {
+                    self.limiter.start_from(goal_rad);
+                    self.hold_last_goal();
+                    self.is_lost = false;
+                }
+            }
+        } else if stall_s > settings.coast_s {
+            self.limiter.rest_at_goal();
+        }
+    }
+
+    /// The next goal is the first with torque. In a run it may lie outside the range once, where the joint was found:
+    /// later a joint lies outside only because it gave way, and its goals stay inside.
+    fn start_limp(&mut self, measured: &JointState) {
+        (self.is_lost, self.torque_on_s) = (false, None);
+        if self.has_started {
+            self.limiter.start_inside(measured.position_rad);
+        } else {
+            self.limiter.start_from(measured.position_rad);
+        }
+        self.hold_last_goal();
+    }
+
+    /// The servo holds the last goal and no other.
+    fn hold_last_goal(&mut self) {
+        self.held_rad = (self.limiter.goal_rad(), self.limiter.goal_rad());
+    }
+
+    /// Without torque a joint is where it is, and would start from there.
+    pub(super) fn let_go(&mut self, measured: &JointState) {
+        self.torque_on_s = None;
+        self.limiter.start_from(measured.position_rad);
+    }
+
+    /// Torque is on for `dt_s` more; how long it has been on, s.
+    pub(super) fn hold_torque(&mut self, dt_s: f64) -> f64 {
+        let on_s = self.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
+        (self.torque_on_s, self.has_started) = (Some(on_s), true);
+        on_s
+    }
+
+    /// Whether the goal can start where the joint is measured while limp.
+    pub(super) fn can_start_from(&self, measured: &JointState) -> bool {
+        self.torque_on_s.is_some()
+            || self.limiter.has_counts_at(measured.position_rad)
+                && (!self.has_started || self.limiter.is_between_stops(measured.position_rad))
+    }
+
+    /// Whether the joint is on its way back to what is wanted, or it is not known yet what its servo still has.
+    pub(super) fn is_waited_for(&self, measured: &JointState) -> bool {
+        let is_asked = self.is_lost && measured.age_s <= 0.0;
+        self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
+    }
+
+    /// A servo that answered the last exchange holds the goal that came with it.
+    fn note_sent(&mut self, measured: &JointState) {
+        let goal_rad = self.limiter.goal_rad();
+        let (low, high) = self.held_rad;
+        self.held_rad = match measured.age_s <= 0.0 {
+            true => (goal_rad, goal_rad),
+            false => (low.min(goal_rad), high.max(goal_rad)),
+        };
+    }
+}

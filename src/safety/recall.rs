@@ -1,0 +1,116 @@
+//! What a servo that was silent for long still has: torque or none, and which goal.
+//!
+//! It may have started again and be limp, or hold any of the goals that were sent since it was last heard. Its feedback
+//! says neither, so it is asked, first for its torque and then for its goal. No answer is believed that does not fit.
+
+use crate::signals::{JointState, Question};
+
+/// So many answers that agree settle whether it has torque: one damaged answer in 256 passes a checksum.
+const ANSWERS: u8 = 2;
+/// A servo that has not settled a question after being asked so often counts as one that cannot say.
+const QUESTIONS_MAX: u8 = 8;
+/// The goal it says it holds may be this far, rad, outside those that were sent: a count of rounding.
+const GOAL_SLACK_RAD: f64 = 0.01;
+
+/// The end of the questions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Recalled {
+    /// It has no torque.
+    Limp,
+    /// It has torque and holds this goal, rad.
+    Holding(f64),
+}
+
+/// What one servo has answered.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Recall {
+    /// The last answer about its torque, and how many in a row were the same.
+    torque: Option<(bool, u8)>,
+    /// How often it was asked what is open now.
+    asked: u8,
+}
+
+impl Recall {
+    /// What is to be asked next.
+    pub(super) fn question(self) -> Question {
+        if self.has_torque() == Some(true) { Question::Goal } else { Question::Torque }
+    }
+
+    /// The question is asked.
+    pub(super) fn note_asked(&mut self) {
+        self.asked = self.asked.saturating_add(1);
+    }
+
+    /// Takes in an answer, if one has come with `measured`. `sent_rad` are the lowest and the highest goal, rad, that
+    /// the servo may hold. None while questions are open.
+    pub(super) fn take(&mut self, measured: &JointState, sent_rad: (f64, f64)) -> Option<Recalled> {
+        if let Some(answer) = measured.has_torque {
+            let same = self.torque.filter(|(before, _)| *before == answer).map_or(0, |(_, times)| times);
+            self.torque = Some((answer, same.saturating_add(1)));
+            if self.has_torque() == Some(true) {
+                self.asked = 0;
+            }
+        }
+        let (low, high) = sent_rad;
+        let fits = |goal: &f64| (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(goal);
+        let is_mute = self.asked >= QUESTIONS_MAX;
+        match self.has_torque() {
+            Some(false) => Some(Recalled::Limp),
+            Some(true) => {
+                // One that cannot say holds the goal next to where it stands.
+                let nearest = is_mute.then(|| measured.position_rad.clamp(low, high));
+                measured.held_goal_rad.filter(fits).or(nearest).map(Recalled::Holding)
+            }
+            None => is_mute.then_some(Recalled::Limp),
+        }
+    }
+
+    fn has_torque(self) -> Option<bool> {
+        self.torque.filter(|(_, times)| *times >= ANSWERS).map(|(answer, _)| answer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SENT_RAD: (f64, f64) = (0.2, 0.5);
+
+    fn torque(has_torque: bool) -> JointState {
+        JointState { has_torque: Some(has_torque), ..JointState::default() }
+    }
+
+    fn goal(rad: f64) -> JointState {
+        JointState { held_goal_rad: Some(rad), ..JointState::default() }
+    }
+
+    #[test]
+    fn two_answers_that_agree_settle_the_torque_and_a_goal_that_was_sent_settles_the_goal() {
+        let mut recall = Recall::default();
+        for answer in [true, false, true] {
+            assert_eq!(recall.question(), Question::Torque);
+            assert_eq!(recall.take(&torque(answer), SENT_RAD), None);
+        }
+        assert_eq!(recall.take(&torque(true), SENT_RAD), None);
+        assert_eq!(recall.question(), Question::Goal);
+        assert_eq!(recall.take(&goal(0.8), SENT_RAD), None, "no such goal was sent");
+        assert_eq!(recall.take(&goal(0.45), SENT_RAD), Some(Recalled::Holding(0.45)));
+        let mut limp = Recall::default();
+        assert_eq!(limp.take(&torque(false), SENT_RAD), None);
+        assert_eq!(limp.take(&torque(false), SENT_RAD), Some(Recalled::Limp));
+    }
+
+    #[test]
+    fn a_servo_that_cannot_say_counts_as_limp_or_as_holding_the_goal_next_to_where_it_stands() {
+        let here = JointState { position_rad: 0.9, ..JointState::default() };
+        let mut recall = Recall::default();
+        (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
+        assert_eq!(recall.take(&here, SENT_RAD), Some(Recalled::Limp));
+        let mut recall = Recall::default();
+        recall.take(&torque(true), SENT_RAD);
+        recall.take(&torque(true), SENT_RAD);
+        assert_eq!(recall.take(&here, SENT_RAD), None);
+        (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
+        assert_eq!(recall.take(&here, SENT_RAD), Some(Recalled::Holding(0.5)));
+    }
+}
