@@ -12,7 +12,7 @@ use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Order, Plan, Posture, Stroke, StrokeCommand};
 
 /// Share of the episodes of a robot with a body that are in physics: those take the longest.
-const PHYSICS_SHARE: f64 = 0.15;
+const PHYSICS_SHARE: f64 = 0.1;
 /// Share of the episodes that begin in the sitting or parked pose, from which a robot is soon up.
 const SITS_SHARE: f64 = 0.7;
 /// After an order to stop, an operator who has waited this long makes it an emergency stop, s.
@@ -61,8 +61,8 @@ pub struct Ordered {
 impl Episode {
     /// The episode with this number of those of `seed` and `subject`.
     pub fn draw(subject: &Subject, seed: u64, number: u64) -> Episode {
-        let mut chance = Chance::new(seed, number);
         let robot = subject.robot();
+        let mut chance = Chance::new(seed ^ subject.stream(), number);
         let world_seed = chance.whole();
         let has_physics = chance.is(PHYSICS_SHARE) && robot.physics.is_some();
         let sits = chance.is(SITS_SHARE);

@@ -4,12 +4,12 @@ use hw_sim::faults::ScriptedFault;
 
 use super::draw::Episode;
 use super::judge::Wrong;
-use super::stage::play;
+use super::stage::play_until;
 use super::subject::Subject;
 use crate::model::OnTrip;
 
 /// No more plays than this for one finding.
-const PLAYS_MAX: u32 = 250;
+const PLAYS_MAX: u32 = 120;
 /// No fault is made shorter than this, s.
 const SHORTEST_S: f64 = 0.004;
 
@@ -25,7 +25,8 @@ pub fn smallest(
     is_to_stop: &dyn Fn() -> bool,
 ) -> Episode {
     let is_still = |smaller: &Episode| {
-        play(subject, smaller).is_ok_and(|played| played.findings.iter().any(|found| found.wrong == wrong))
+        let played = play_until(subject, smaller, Some(wrong));
+        played.is_ok_and(|played| played.findings.iter().any(|found| found.wrong == wrong))
     };
     smallest_by(episode, &|smaller| !is_to_stop() && is_still(smaller))
 }

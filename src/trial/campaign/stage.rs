@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 
 use super::draw::{Episode, PATIENCE_S};
-use super::judge::{Ended, Finding, Judge};
-use super::subject::{Subject, resting_pose_rad};
+use super::judge::{Ended, Finding, Judge, Wrong};
+use super::subject::{Subject, any_pose_rad, resting_pose_rad};
 use crate::bus::{PortError, Ports, SimPorts};
 use crate::ik::Method;
 use crate::model::Robot;
@@ -21,6 +21,9 @@ use crate::units::Time;
 /// How long the servos are watched after a run, s, and how often: longer than any takes to start anew.
 const AFTER_S: f64 = 2.5;
 const AFTER_STEPS: u32 = 25;
+
+/// How long bytes are gathered before the program sees them: what a USB adapter of high speed takes.
+const HANDOVER: Duration = Duration::from_micros(125);
 
 /// What became of an episode.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +43,8 @@ struct Scene {
     ports: SimPorts,
     judge: Judge,
     is_given_up: bool,
+    /// Once this is found, nothing more is wanted of the run.
+    wanted: Option<Wrong>,
 }
 
 /// Ports that have the judge look at the world at the beginning of each cycle.
@@ -67,7 +72,11 @@ impl Ports for Watched<'_> {
     }
 
     fn wait_for_input(&mut self, deadline: Time) {
-        self.0.borrow_mut().ports.wait_for_input(deadline);
+        let ports = &mut self.0.borrow_mut().ports;
+        ports.wait_for_input(deadline);
+        // As an adapter does, which hands over more than a byte at a time; looking at each would take most of the time.
+        let until = (ports.now() + HANDOVER).min(deadline);
+        ports.world_mut().advance_to(until.0);
     }
 
     fn wait_until(&mut self, deadline: Time) {
@@ -93,7 +102,8 @@ struct GivenUp;
 impl Operator for Driver<'_> {
     fn order(&mut self, status: &Status) -> Order {
         let scene = &mut *self.scene.borrow_mut();
-        if scene.judge.note(status) {
+        let is_enough = scene.wanted.is_some_and(|wanted| scene.judge.has(wanted));
+        if scene.judge.note(status) || is_enough {
             scene.is_given_up = true;
             // Says nothing, as a panic would.
             resume_unwind(Box::new(GivenUp));
@@ -107,16 +117,26 @@ impl Operator for Driver<'_> {
 /// # Errors
 /// When the robot cannot be simulated.
 pub fn play(subject: &Subject, episode: &Episode) -> Result<Played, TrialError> {
+    play_until(subject, episode, None)
+}
+
+/// The same; a run in which what is `wanted` is found goes no further.
+pub(super) fn play_until(
+    subject: &Subject,
+    episode: &Episode,
+    wanted: Option<Wrong>,
+) -> Result<Played, TrialError> {
     let robot = episode.robot(subject);
     let faults = episode.script();
     let seed = episode.world_seed;
-    let world = match episode.sits {
-        true => simulation::world_from_pose(&robot, resting_pose_rad(&episode.plan), seed, &faults)?,
-        false => simulation::world(&robot, seed, &faults)?,
+    let pose_rad = match episode.sits {
+        true => resting_pose_rad(&episode.plan).to_vec(),
+        false => any_pose_rad(&robot, seed),
     };
+    let world = simulation::world_from_pose(&robot, &pose_rad, seed, &faults)?;
     let ports = SimPorts::on_virtual_clock(world);
     let judge = Judge::new(&robot, episode.end_s + PATIENCE_S);
-    let scene = RefCell::new(Scene { ports, judge, is_given_up: false });
+    let scene = RefCell::new(Scene { ports, judge, is_given_up: false, wanted });
     let plan = RunPlan {
         motion: episode.plan.clone(),
         method: Method::CcdThenFinish,
@@ -135,8 +155,7 @@ pub fn play(subject: &Subject, episode: &Episode) -> Result<Played, TrialError> 
 
 /// Looks on for a while when the run is over: nothing may come alive again.
 fn judge_after(robot: &Robot, episode: &Episode, scene: Scene, ended: Ended) -> Played {
-    let Scene { ports, mut judge, is_given_up } = scene;
-    let mut ports = ports;
+    let Scene { mut ports, mut judge, is_given_up, .. } = scene;
     judge.look(ports.world());
     let virtual_s = ports.now().as_secs_f64();
     let ended = if is_given_up { Ended::GivenUp } else { ended };

@@ -88,11 +88,10 @@ impl Judge {
     /// What the report counts, against what was.
     fn judge_counts(&mut self, robot: &Robot, episode: &Episode, report: &Report) {
         let now_s = self.looked_s;
-        let has = |wrong| self.findings.iter().any(|finding| finding.wrong == wrong);
         let is_clean = report.outcome == Outcome::Completed
             && report.joints.range_violations == 0
             && report.joints.rate_violations == 0;
-        if is_clean && (has(Wrong::Range) || has(Wrong::Rate) || has(Wrong::Snap)) {
+        if is_clean && (self.has(Wrong::Range) || self.has(Wrong::Rate) || self.has(Wrong::Snap)) {
             self.find(Wrong::Report, now_s, || "goals left their limits, and the report counts none".to_owned());
         }
         let is_quiet = episode.faults.iter().all(|fault| !may_cost_replies(fault.kind));

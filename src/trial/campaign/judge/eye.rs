@@ -41,7 +41,7 @@ pub(super) struct Eye {
     degrees: f64,
     limit_full: f64,
     /// How far out the shaft was while the servo had no torque yet in this run; then how far out goals may be that bring
-    /// it in. Once a goal was inside, the range.
+    /// it in.
     bound: (f64, f64),
     has_been_on: bool,
     has_been_inside: bool,
@@ -204,15 +204,13 @@ impl Eye {
 
     /// Inside the range; or, until it was inside once, no further out than the joint has been since the start.
     fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
-        let (low, high) = self.range;
+        let ((low, high), shaft) = (self.range, truth.position_counts);
+        self.has_been_inside |= shaft >= low - ROUNDING_COUNTS && shaft <= high + ROUNDING_COUNTS;
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
-            self.has_been_inside = true;
-            self.bound = self.range;
             return None;
         }
         if !self.has_been_inside {
             // Where the shaft itself hangs further out, a goal there leads it nowhere.
-            let shaft = truth.position_counts;
             let bound = (self.bound.0.min(shaft) - ROUNDING_COUNTS, self.bound.1.max(shaft) + ROUNDING_COUNTS);
             if goal >= bound.0 && goal <= bound.1 {
                 // Nor does it go out again.
@@ -221,7 +219,7 @@ impl Eye {
             }
         }
         let outside = (low - goal).max(goal - high) * self.degrees;
-        let shaft = (low - truth.position_counts).max(truth.position_counts - high) * self.degrees;
+        let shaft = (low - shaft).max(shaft - high) * self.degrees;
         Some((
             Wrong::Range,
             format!(

@@ -147,6 +147,11 @@ impl Judge {
         &self.findings
     }
 
+    /// Whether something of this kind was found.
+    pub fn has(&self, wrong: Wrong) -> bool {
+        self.findings.iter().any(|finding| finding.wrong == wrong)
+    }
+
     /// Looks at all servos of `world`: at the beginning of each cycle, and after the run.
     pub fn look(&mut self, world: &World) {
         let now_s = std::time::Duration::from_nanos(world.now_ns()).as_secs_f64();
