@@ -7,6 +7,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 mod timeline;
+mod writer;
 
 use crate::config::BusConfig;
 use crate::convert::nanoseconds;
@@ -65,6 +66,15 @@ impl BusFaults {
 
     pub(crate) fn garbles(&self, now_ns: u64, id: u8) -> bool {
         self.any_on(now_ns, id, FaultKind::Garbled)
+    }
+
+    /// Which share of the replies says something else; the largest if there are several.
+    pub(crate) fn scrambled_share(&self, now_ns: u64, id: u8) -> f64 {
+        let shares = self.on(now_ns, id).map(|fault| match fault.kind {
+            FaultKind::Scrambled { share } => share,
+            _ => 0.0,
+        });
+        shares.fold(0.0, f64::max)
     }
 
     pub(crate) fn cuts_short(&self, now_ns: u64, id: u8) -> bool {
