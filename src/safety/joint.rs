@@ -64,11 +64,11 @@ impl JointSafety {
         }
     }
 
-    /// The next goal is the first with torque. In a run it may lie outside the range once, where the joint was found:
-    /// later a joint lies outside only because it gave way, and its goals stay inside.
+    /// The next goal is the first with torque. It lies outside the range only where the joint was found far outside when
+    /// the run began: later, or by a little, a joint is outside because it gave way, and its goals stay inside.
     fn start_limp(&mut self, measured: &JointState) {
         (self.is_lost, self.torque_on_s) = (false, None);
-        if self.has_started {
+        if self.has_started || self.limiter.is_almost_inside(measured.position_rad) {
             self.limiter.start_inside(measured.position_rad);
         } else {
             self.limiter.start_from(measured.position_rad);

@@ -4,6 +4,8 @@ use crate::model::{Joint, SafetySettings};
 
 /// Differences smaller than this, rad, are rounding, not interventions.
 const ROUNDING_RAD: f64 = 1e-9;
+/// Play, sag and the error of a horn take a limp joint out of its range by this much, rad.
+const ALMOST_RAD: f64 = 0.1;
 /// A stop gives way by this much, rad, and the horn may be off by as much.
 const STOP_SLACK_RAD: f64 = 0.1;
 
@@ -78,6 +80,11 @@ impl Limiter {
     /// Whether the servo has a count for the measured angle.
     pub(super) fn has_counts_at(&self, measured_rad: f64) -> bool {
         is_within(self.servo_range_rad, ROUNDING_RAD, measured_rad)
+    }
+
+    /// Whether a joint is so near its range that the torque, as it rises from nothing, may pull it inside.
+    pub(super) fn is_almost_inside(&self, measured_rad: f64) -> bool {
+        is_within(self.range_rad, ALMOST_RAD, measured_rad)
     }
 
     /// Whether a joint can be there without having broken its stops.
