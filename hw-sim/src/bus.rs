@@ -55,6 +55,8 @@ pub(crate) struct Bus {
     baud_code: Option<i64>,
     decoder: Decoder,
     last_byte_ns: u64,
+    /// A byte of the host was spoilt since the last whole request.
+    is_spoilt: bool,
     latency_ns: u64,
     /// Until when the host is sending what it has handed over.
     host_until_ns: u64,
@@ -80,6 +82,7 @@ impl Bus {
                 Protocol::Feetech => Decoder::Feetech(feetech::packet::Decoder::default()),
             },
             last_byte_ns: 0,
+            is_spoilt: false,
             latency_ns: u64::from(config.adapter_latency_us) * 1_000,
             host_until_ns: 0,
             inbox: VecDeque::new(),
@@ -170,6 +173,7 @@ impl Bus {
     fn listen(&mut self, crossed: Crossed) {
         let is_late = crossed.at_ns > self.last_byte_ns + PACKET_PAUSE_NS;
         self.last_byte_ns = crossed.at_ns;
+        self.is_spoilt |= crossed.is_spoilt;
         let now_ns = crossed.at_ns;
         match &mut self.decoder {
             Decoder::Dynamixel(decoder) => {
@@ -185,6 +189,7 @@ impl Bus {
                     let slots = dynamixel::answer::answer(&heard, &mut self.servos, &hears, now_ns);
                     self.schedule(now_ns, slots);
                 }
+                self.note_misled();
             }
             Decoder::Feetech(decoder) => {
                 if is_late {
@@ -197,6 +202,17 @@ impl Bus {
                     let slots = feetech::answer::answer(&request, &mut self.servos, &hears, now_ns);
                     self.schedule(now_ns, slots);
                 }
+                self.note_misled();
+            }
+        }
+    }
+
+    /// After a request: which servos took what was not meant for them.
+    fn note_misled(&mut self) {
+        let is_spoilt = std::mem::take(&mut self.is_spoilt);
+        for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
+            if std::mem::take(&mut servo.takes_now) {
+                servo.is_misled = is_spoilt || servo.wrong_id.is_some_and(|wrong_id| wrong_id != *home_id);
             }
         }
     }
@@ -219,8 +235,10 @@ impl Bus {
         let mut groups = vec![vec![false; self.servos.len()]];
         let mut with_id = [0_usize; 256];
         for (index, servo) in self.servos.iter().enumerate() {
-            let is_tuned = servo.is_awake() && Some(servo.baud_code()) == self.baud_code;
-            if !is_tuned || self.faults.is_silent(now_ns, self.home_id(index)) {
+            if !servo.is_awake()
+                || !self.is_tuned(servo)
+                || self.faults.is_silent(now_ns, self.home_id(index))
+            {
                 continue;
             }
             let group = &mut with_id[usize::from(servo.id())];
@@ -231,6 +249,11 @@ impl Bus {
             *group += 1;
         }
         groups
+    }
+
+    /// Whether a servo listens at the host's rate.
+    pub(crate) fn is_tuned(&self, servo: &Servo) -> bool {
+        Some(servo.baud_code()) == self.baud_code
     }
 
     /// Has servos whose script says so take another id for their own.
@@ -264,6 +287,11 @@ impl Bus {
                     }
                     if self.faults.garbles(at, id) {
                         bytes.iter_mut().for_each(|byte| *byte ^= self.rng.random_range(1..=255u8));
+                    }
+                    let scrambled_share = self.faults.scrambled_share(at, id);
+                    if scrambled_share > 0.0 && self.rng.random_bool(scrambled_share) {
+                        let begun = self.protocol.first_said(starts_packet).min(bytes.len());
+                        bytes[begun..].iter_mut().for_each(|byte| *byte = self.rng.random());
                     }
                     if self.faults.cuts_short(at, id) {
                         bytes.truncate(self.rng.random_range(1..bytes.len().max(2)));

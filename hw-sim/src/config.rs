@@ -12,6 +12,18 @@ pub enum Protocol {
 }
 
 impl Protocol {
+    /// Where in a reply's bytes that begin behind the header, the id and the length; of bytes that do not begin a packet,
+    /// at once.
+    pub(crate) fn first_said(self, starts_packet: bool) -> usize {
+        match self {
+            _ if !starts_packet => 0,
+            // FF FF id length.
+            Protocol::Feetech => 4,
+            // FF FF FD 00 id length length.
+            Protocol::Dynamixel => 7,
+        }
+    }
+
     /// Line rates a servo can be set to, as (register code, bit/s).
     /// Sources: ROBOTIS e-manual, Baud Rate (8); Feetech wiki, memory-sts, address 6.
     pub(crate) fn bauds(self) -> &'static [(i64, u32)] {

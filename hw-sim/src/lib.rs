@@ -63,4 +63,4 @@ pub use imu::ImuConfig;
 pub use model::{MODELS, Model};
 pub use requests::{Request, requests_in};
 pub use wire::WireStatistics;
-pub use world::{Shaft, World};
+pub use world::{ServoTruth, Shaft, World};

@@ -41,6 +41,13 @@ pub(crate) struct Servo {
     pub(crate) heard_ns: u64,
     /// The id it takes for its own by a fault.
     pub(crate) wrong_id: Option<u8>,
+    /// The last goal position that a host wrote and it took, and how many it has taken since it was built.
+    pub(crate) goal_taken: Option<i64>,
+    pub(crate) goals_taken: u64,
+    /// What it took last was meant for another, or was spoilt on the line.
+    pub(crate) is_misled: bool,
+    /// It has taken a goal from the request at hand.
+    pub(crate) takes_now: bool,
     power: Power,
     /// Registers of RAM that hold something else than its table says whenever it starts.
     pub(crate) starts_with: Vec<(u16, i64)>,
@@ -77,6 +84,10 @@ impl Servo {
             is_shut_down: false,
             heard_ns: 0,
             wrong_id: None,
+            goal_taken: None,
+            goals_taken: 0,
+            is_misled: false,
+            takes_now: false,
             power: Power::On,
             starts_with: Vec::new(),
         };
@@ -235,6 +246,13 @@ impl Servo {
             Protocol::Dynamixel => dynamixel::control::observe(self, shaft.speed_rad_s, around),
             Protocol::Feetech => feetech::control::observe(self, shaft.speed_rad_s, around),
         }
+    }
+
+    /// A host has written this goal position, and it was taken.
+    pub(crate) fn note_goal(&mut self, counts: i64) {
+        self.goal_taken = Some(counts);
+        self.goals_taken += 1;
+        self.takes_now = true;
     }
 
     /// Is the bridge closed?

@@ -47,6 +47,8 @@ pub(crate) struct Crossed {
     pub(crate) talker: Talker,
     pub(crate) at_ns: u64,
     pub(crate) byte: u8,
+    /// It is not the byte that was sent.
+    pub(crate) is_spoilt: bool,
 }
 
 #[derive(Debug)]
@@ -130,7 +132,8 @@ impl Wire {
         let start = burst.start_ns + duration_ns(sent, baud);
         (burst.sent, burst.byte_end_ns) = (sent + 1, burst.start_ns + duration_ns(sent + 2, baud));
         let clashes = |other: &Burst| other.talker != talker && other.start_ns < end && other.end_ns > start;
-        if baud != self.baud || self.bursts.iter().any(clashes) {
+        let is_spoilt = baud != self.baud || self.bursts.iter().any(clashes);
+        if is_spoilt {
             byte ^= rng.random_range(1..=255u8);
             self.statistics.bytes_garbled += 1;
         }
@@ -144,7 +147,7 @@ impl Wire {
         let horizon = end.saturating_sub(2 * self.duration_ns(1).max(duration_ns(1, baud)));
         self.bursts.retain(|burst| burst.sent < burst.bytes.len() || burst.end_ns > horizon);
         self.find_next();
-        Some(Crossed { talker, at_ns: end, byte })
+        Some(Crossed { talker, at_ns: end, byte, is_spoilt })
     }
 }
 

@@ -3,6 +3,7 @@
 #[macro_use]
 mod say;
 mod calibrate;
+mod campaign;
 mod check;
 mod confirm;
 mod doctor;
@@ -184,7 +185,13 @@ enum Command {
     /// done with the reflex off; where a fall was certain then, again with the reflex, and as a passive drop. Printed are
     /// shares with their 95 % intervals (Wilson) and means with theirs (by resampling). The same seed gives the same
     /// trials. See docs/falls.md.
-    #[command(after_help = "Example: hippocamp try config/horse.toml --runs 300 --seed 2")]
+    ///
+    /// With --faults random it runs robots, with and without physics, while servos, buses, supply and host fail at random,
+    /// and judges the simulated servos' own registers and shafts: goals beyond range or rate, snaps, torque after the end,
+    /// runs that do not end, reports that are untrue. Each finding is made as small as it can be and kept in a folder. Exit
+    /// code 1 if something was found. See docs/faults.md.
+    #[command(after_help = "Examples:\n  hippocamp try config/horse.toml --runs 300 --seed 2\n  \
+                            hippocamp try config/horse.toml config/tentacle.toml --faults random --hours 2")]
     Try(trial::TryArguments),
     /// Puts the robot's servos behind pseudo-terminals, for any program that drives servos.
     ///
@@ -527,7 +534,7 @@ pub fn main() -> ExitCode {
         Command::Monitor(options) => monitor::monitor(options),
         Command::Plot(options) => plot::plot(options).map(|()| COMPLETED),
         Command::Scan(options) => scan::scan(options),
-        Command::Try(options) => trial::try_falls(options),
+        Command::Try(options) => trial::try_it(options),
         Command::Setup(options) => setup::setup(options).map(|()| COMPLETED),
         Command::Servo(command) => servo::servo(command).map(|()| COMPLETED),
         Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),

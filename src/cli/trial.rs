@@ -1,4 +1,4 @@
-//! `hippocamp try`: how a robot falls, over many pushes.
+//! `hippocamp try`: how a robot falls, over many pushes; and what becomes of it while everything goes wrong.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use serde::Serialize;
 
+use super::campaign::{CampaignArguments, try_faults};
 use super::load::load;
 use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
 use crate::model::ReflexMode;
@@ -15,19 +16,26 @@ use crate::trial::{
 };
 
 /// Columns of the progress bar.
-const BAR: u64 = 40;
+pub(super) const BAR: u64 = 40;
 
 /// Options of `try`.
 #[derive(Debug, clap::Args)]
 pub(super) struct TryArguments {
-    /// The robot file.
-    robot: PathBuf,
+    /// The robot file; with --faults as many as wanted.
+    #[arg(required = true, value_name = "ROBOT")]
+    pub(super) robots: Vec<PathBuf>,
+    /// Try faults in the place of falls: "random" draws them anew for each episode; a file of a folder of findings is
+    /// played with --episode.
+    #[arg(long, value_name = "random|FILE", conflicts_with_all = ["runs", "is_json", "picture", "kept"])]
+    pub(super) faults: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) campaign: CampaignArguments,
     /// How many trials.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     runs: u64,
     /// Chance behind all of them: pushes, speeds, friction.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = super::seed)]
-    seed: u64,
+    pub(super) seed: u64,
     /// Print every trial and the figures as JSON.
     #[arg(long = "json")]
     is_json: bool,
@@ -47,9 +55,20 @@ struct Json<'a> {
     trials: &'a [Tried],
 }
 
+/// Tries what is to be tried.
+pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
+    if options.faults.is_some() {
+        return try_faults(options);
+    }
+    match &options.robots[..] {
+        [robot] => try_falls(options, robot),
+        _ => Err(BadInput("expected one robot; only --faults takes several".to_owned()).into()),
+    }
+}
+
 /// Tries falls, and says how they went.
-pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
-    let loaded = load(&options.robot, None)?;
+fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
+    let loaded = load(robot_file, None)?;
     let robot = &loaded.file.robot;
     let trials = Trials::new(robot).map_err(bad_input)?;
     for path in [&options.picture, &options.kept].into_iter().flatten() {
@@ -58,7 +77,7 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     let tried =
         trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
     let summary = Summary::of(&tried);
-    let tables = format!("{}\n\n{summary}", headline(options, &trials));
+    let tables = format!("{}\n\n{summary}", headline(options, robot_file, &trials));
     if options.is_json {
         let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
         say!("{}", serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
@@ -82,21 +101,21 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     Ok(COMPLETED)
 }
 
-fn bad_input(error: TrialError) -> anyhow::Error {
+pub(super) fn bad_input(error: TrialError) -> anyhow::Error {
     match error {
         TrialError::Unfit(what) => BadInput(what).into(),
         other => other.into(),
     }
 }
 
-fn headline(options: &TryArguments, trials: &Trials) -> String {
+fn headline(options: &TryArguments, robot_file: &Path, trials: &Trials) -> String {
     let newton_seconds = |share: f64| share * trials.mass_kg();
     if trials.robot().motion.figure().is_some() {
         let strengths = FIGURE_IMPULSES_NS_KG.map(|share| format!("{share}"));
         return format!(
             "`hippocamp try {} --runs {} --seed {}`: standing on ground of friction {} to {}, pushed at the middle of its trunk for 0.1 s \
              to each of eight sides with {} N s for each of its {:.1} kg.",
-            options.robot.display(),
+            robot_file.display(),
             options.runs,
             options.seed,
             FRICTION.0,
@@ -108,7 +127,7 @@ fn headline(options: &TryArguments, trials: &Trials) -> String {
     format!(
         "`hippocamp try {} --runs {} --seed {}`: standing, walking and trotting on ground of friction {} to {}, pushed \
          for 0.1 s towards any side with {:.2} to {:.2} N s.",
-        options.robot.display(),
+        robot_file.display(),
         options.runs,
         options.seed,
         FRICTION.0,

@@ -24,6 +24,11 @@ pub fn thread_time() -> Duration {
     Duration::try_from(clock_gettime(ClockId::ThreadCPUTime)).unwrap_or_default()
 }
 
+/// Processor time all threads of the process have used.
+pub fn process_time() -> Duration {
+    Duration::try_from(clock_gettime(ClockId::ProcessCPUTime)).unwrap_or_default()
+}
+
 /// Sleeps until `deadline` on the clock of [`monotonic`], whatever signals arrive.
 pub fn sleep_until(deadline: Duration) {
     let Ok(deadline) = Timespec::try_from(deadline) else { return };

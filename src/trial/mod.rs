@@ -4,6 +4,7 @@
 //! with intervals over all ([`Summary`]). Every trial runs the whole program on a virtual clock; the same seed and number
 //! give the same trial, on however many processors.
 
+pub mod campaign;
 mod observe;
 mod scene;
 pub mod stats;

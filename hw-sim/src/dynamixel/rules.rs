@@ -64,6 +64,9 @@ pub(super) fn apply(servo: &mut Servo, changes: &[(u16, i64)], now_ns: u64) {
         }
         let before = servo.get(address);
         servo.registers.set(address, value);
+        if address == GOAL_POSITION {
+            servo.note_goal(value);
+        }
         if value != before {
             changed(servo, address, now_ns);
         }

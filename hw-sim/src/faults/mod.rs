@@ -7,12 +7,14 @@ mod targets;
 #[cfg(test)]
 mod tests;
 mod timeline;
+mod writer;
 
 use crate::config::BusConfig;
 use crate::convert::nanoseconds;
 use crate::error::BuildError;
 
 pub(crate) use pushes::Pushes;
+pub use reader::words;
 pub use script::{
     FaultError, FaultKind, FaultScript, GroundChange, Mistake, ScriptedFault, ScriptedPush, Target,
 };
@@ -65,6 +67,15 @@ impl BusFaults {
 
     pub(crate) fn garbles(&self, now_ns: u64, id: u8) -> bool {
         self.any_on(now_ns, id, FaultKind::Garbled)
+    }
+
+    /// Which share of the replies says something else; the largest if there are several.
+    pub(crate) fn scrambled_share(&self, now_ns: u64, id: u8) -> f64 {
+        let shares = self.on(now_ns, id).map(|fault| match fault.kind {
+            FaultKind::Scrambled { share } => share,
+            _ => 0.0,
+        });
+        shares.fold(0.0, f64::max)
     }
 
     pub(crate) fn cuts_short(&self, now_ns: u64, id: u8) -> bool {

@@ -43,7 +43,7 @@ const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> K
     Kind { word, scope, own: None, make }
 }
 
-static KINDS: [Kind; 21] = [
+static KINDS: [Kind; 22] = [
     kind("silent", Scope::Servos, |_| FaultKind::Silent),
     Kind {
         own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
@@ -51,6 +51,10 @@ static KINDS: [Kind; 21] = [
     },
     kind("bit-flip", Scope::Servos, |_| FaultKind::BitFlip),
     kind("garbled", Scope::Servos, |_| FaultKind::Garbled),
+    Kind {
+        own: Some(("share", "which share of the replies says something else", 0.0..=1.0)),
+        ..kind("scrambled", Scope::Servos, |share| FaultKind::Scrambled { share })
+    },
     kind("cut-short", Scope::Servos, |_| FaultKind::CutShort),
     kind("noise", Scope::Servos, |_| FaultKind::Noise),
     kind("echo", Scope::Buses, |_| FaultKind::Echo),
@@ -90,6 +94,11 @@ static KINDS: [Kind; 21] = [
     }),
 ];
 
+/// The words of all kinds.
+pub fn words() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|kind| kind.word)
+}
+
 /// How long a push lasts that does not say, s: a shove with a hand.
 const PUSH_S: f64 = 0.1;
 
@@ -97,13 +106,14 @@ const PUSH_S: f64 = 0.1;
 const PUSH_KEYS: [&str; 5] = ["impulse_n_s", "force_n", "direction_deg", "place_mm", "every_s"];
 
 /// Keys a fault may have, whatever its kind; those from `for_s` on not in every kind.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 15] = [
     "kind",
     "at_s",
     "for_s",
     "bus",
     "id",
     "delay_ms",
+    "share",
     "as_id",
     "volts",
     "celsius",
@@ -122,7 +132,7 @@ const TIME_MAX_S: f64 = 8.64e6;
 impl FaultScript {
     /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
     /// (else every bus), `id` (else every servo; without `bus`, one that only one bus has), and the kind's own key:
-    /// `delay_ms`, `as_id`, `volts` or `celsius`. A push has `impulse_n_s` or `force_n`, and optionally
+    /// `delay_ms`, `share`, `as_id`, `volts` or `celsius`. A push has `impulse_n_s` or `force_n`, and optionally
     /// `direction_deg`, `place_mm` and `every_s`. And `[ground]`: another ground than the robot's own.
     ///
     /// # Errors

@@ -18,6 +18,11 @@ pub enum FaultKind {
     BitFlip,
     /// Every byte of each reply is another.
     Garbled,
+    /// What each reply says is another, and its header, id and length are the true ones: one of 256 passes an 8-bit sum.
+    Scrambled {
+        /// Share of the replies this befalls, 0 to 1.
+        share: f64,
+    },
     /// Each reply ends before its end.
     CutShort,
     /// Random bytes run ahead of each reply.

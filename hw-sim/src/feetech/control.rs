@@ -165,6 +165,7 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
             _ => servo.registers.set(TORQUE_SWITCH, 0),
         },
         GOAL_POSITION => {
+            servo.note_goal(servo.get(GOAL_POSITION));
             if mode(servo) == MODE_STEP {
                 servo.feetech.run.step_goal += servo.get(GOAL_POSITION) * resolution(servo);
             }

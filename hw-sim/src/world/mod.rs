@@ -6,6 +6,7 @@
 
 mod hands;
 mod imu_line;
+mod truth;
 
 use std::collections::BTreeSet;
 
@@ -19,6 +20,7 @@ use crate::imu::Imu;
 use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
+pub use truth::ServoTruth;
 
 /// Motor step, ns.
 const STEP_NS: u64 = 1_000_000;

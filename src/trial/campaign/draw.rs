@@ -1,0 +1,207 @@
+//! What one episode is: drawn from a robot, a seed and the episode's number alone.
+
+use hw_sim::FaultScript;
+use hw_sim::faults::ScriptedFault;
+
+use super::chance::Chance;
+use super::faults;
+use super::subject::Subject;
+use crate::capability::Capability;
+use crate::model::{Motion, OnTrip, Robot, StopAction};
+use crate::motion::horse::HorsePlan;
+use crate::motion::{Command, GaitChoice, Order, Plan, Posture, Stroke, StrokeCommand};
+
+/// Share of the episodes of a robot with a body that are in physics: those take the longest.
+const PHYSICS_SHARE: f64 = 0.1;
+/// Share of the episodes that begin in the sitting or parked pose, from which a robot is soon up.
+const SITS_SHARE: f64 = 0.7;
+/// After an order to stop, an operator who has waited this long makes it an emergency stop, s.
+pub(super) const PATIENCE_S: f64 = 12.0;
+/// Faults begin no later than this after the order to stop, s: most robots lie limp by then.
+const LATEST_S: f64 = 6.0;
+/// How much more than it can do a robot is asked for, at most.
+const TOO_MUCH: f64 = 1.2;
+
+/// One run: what the robot does, what it is told, and what goes wrong.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    /// Its number among those of its seed and robot.
+    pub number: u64,
+    /// What the simulated servos, buses and sensors draw from.
+    pub world_seed: u64,
+    /// With the body of the robot file, or with joints that turn freely.
+    pub has_physics: bool,
+    /// It begins in the sitting or parked pose; else with every joint anywhere.
+    pub sits: bool,
+    /// What the robot does when it stops.
+    pub stop_action: StopAction,
+    /// What is done about a servo that trips.
+    pub on_trip: OnTrip,
+    /// What is done when no more is said than to go.
+    pub plan: Plan,
+    /// For how long that is done, s.
+    pub move_for_s: f64,
+    /// What is wanted, and from when on, s of the run; in the order of their times.
+    pub orders: Vec<Ordered>,
+    /// When the robot is told to stop, s of the run.
+    pub end_s: f64,
+    /// What goes wrong.
+    pub faults: Vec<ScriptedFault>,
+}
+
+/// From a time on, an order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ordered {
+    /// Since the run began, s.
+    pub at_s: f64,
+    /// What is wanted from then on.
+    pub order: Order,
+}
+
+impl Episode {
+    /// The episode with this number of those of `seed` and `subject`.
+    pub fn draw(subject: &Subject, seed: u64, number: u64) -> Episode {
+        let robot = subject.robot();
+        let mut chance = Chance::new(seed ^ subject.stream(), number);
+        let world_seed = chance.whole();
+        let has_physics = chance.is(PHYSICS_SHARE) && robot.physics.is_some();
+        let sits = chance.is(SITS_SHARE);
+        let stop_action = if chance.is(0.75) { StopAction::SitThenLimp } else { StopAction::Hold };
+        // Only arms go on without a joint.
+        let may_freeze = robot.motion.tentacle().is_some();
+        let on_trip = if may_freeze && chance.is(0.6) { OnTrip::Freeze } else { OnTrip::Stop };
+        let end_s = if chance.is(0.2) { chance.between(0.3, 10.0) } else { chance.between(10.0, 30.0) };
+        let plan = plan(&mut chance, subject);
+        let move_for_s = chance.between(0.0, end_s);
+        let orders = orders(&mut chance, robot, &plan, end_s);
+        let faults = faults::draw(&mut chance, robot, has_physics, end_s + LATEST_S, end_s);
+        Episode {
+            number,
+            world_seed,
+            has_physics,
+            sits,
+            stop_action,
+            on_trip,
+            plan,
+            move_for_s,
+            orders,
+            end_s,
+            faults,
+        }
+    }
+
+    /// The robot as it is in this episode.
+    pub fn robot(&self, subject: &Subject) -> Robot {
+        let mut robot = subject.robot().clone();
+        if !self.has_physics {
+            robot.physics = None;
+        }
+        robot.stop_action = self.stop_action;
+        robot.safety.on_trip = self.on_trip;
+        robot
+    }
+
+    /// What goes wrong, as a script.
+    pub fn script(&self) -> FaultScript {
+        FaultScript::of(self.faults.clone())
+    }
+
+    /// What the operator wants at this time of the run, s.
+    pub fn order_at(&self, time_s: f64) -> Order {
+        let begun = self.orders.partition_point(|ordered| ordered.at_s <= time_s);
+        let last = begun.checked_sub(1).and_then(|index| self.orders.get(index)).map(|ordered| ordered.order);
+        let is_over = time_s >= self.end_s;
+        match last {
+            // A person who has asked for an end does not take it back, but may grow impatient.
+            _ if time_s >= self.end_s + PATIENCE_S => Order::StopAtOnce,
+            Some(Order::StopAtOnce) => Order::StopAtOnce,
+            Some(Order::Stop) => Order::Stop,
+            _ if is_over => Order::Stop,
+            Some(order) => order,
+            None => Order::Go,
+        }
+    }
+}
+
+fn plan(chance: &mut Chance, subject: &Subject) -> Plan {
+    match subject.capability() {
+        Capability::Horse(horse, capability) => {
+            let plan = capability.plan(horse, Command::default());
+            let command = drive(chance, &plan);
+            HorsePlan { command, ..plan }.into()
+        }
+        Capability::Tentacle(tentacle, capability) => {
+            let command = stroke(chance, &subject.robot().motion);
+            capability.plan(subject.robot(), tentacle, command).into()
+        }
+        Capability::Figure(figure, capability) => capability.plan(chance.below(figure.poses.len())).into(),
+    }
+}
+
+/// Other orders than the plan's, at random times; some end the run long before its end.
+fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Ordered> {
+    let mut orders = Vec::new();
+    let mut at_s = 0.0;
+    while orders.len() < 12 && chance.is(0.75) {
+        // While the robot gets up it does not matter what it is told, but for an end.
+        at_s += if orders.is_empty() { chance.between(0.0, 8.0) } else { chance.log_between(0.05, 8.0) };
+        if at_s >= end_s {
+            break;
+        }
+        let order = match plan {
+            Plan::Horse(plan) => Order::Drive(drive(chance, plan)),
+            Plan::Tentacle(_) => Order::Perform(stroke(chance, &robot.motion)),
+            Plan::Figure(plan) => Order::Take(chance.below(plan.settings.poses.len())),
+        };
+        orders.push(Ordered { at_s, order });
+    }
+    if chance.is(0.15) {
+        // At any time: while it gets up, moves, and sits down.
+        let order = if chance.is(0.5) { Order::StopAtOnce } else { Order::Stop };
+        let at_s = chance.between(0.0, end_s + 3.0);
+        orders.retain(|ordered| ordered.at_s < at_s);
+        orders.push(Ordered { at_s, order });
+    }
+    orders
+}
+
+/// Any gait, speed, turn and posture, some beyond what the robot can do.
+fn drive(chance: &mut Chance, plan: &HorsePlan) -> Command {
+    let gait = match chance.below(plan.settings.gaits.len() + 2) {
+        0 => GaitChoice::Stand,
+        1 => GaitChoice::Auto,
+        gait => GaitChoice::Gait(gait - 2),
+    };
+    let top_m_s = plan.top_speed_m_s(gait);
+    let turns = chance.is(0.4);
+    let yaw_max_rad_s = if turns { TOO_MUCH * plan.settings.yaw_rate_max_rad_s } else { 0.0 };
+    let posture = if chance.is(0.3) {
+        Posture {
+            rise_m: chance.between(-0.05, 0.05),
+            pitch_rad: chance.between(-0.4, 0.4),
+            roll_rad: chance.between(-0.4, 0.4),
+            sway_m: chance.between(-0.05, 0.05),
+        }
+    } else {
+        Posture::default()
+    };
+    Command {
+        gait,
+        speed_m_s: top_m_s * chance.between(-0.6, TOO_MUCH),
+        yaw_rate_rad_s: chance.between(-yaw_max_rad_s, yaw_max_rad_s),
+        posture,
+    }
+}
+
+/// Any stroke of these arms.
+fn stroke(chance: &mut Chance, motion: &Motion) -> StrokeCommand {
+    let Some(tentacle) = motion.tentacle() else { return StrokeCommand::default() };
+    let names = ["park", "rest", "sway", "walk", "swim", "let-go", "reach", "path", "wind"];
+    let known: Vec<Stroke> = names.iter().filter_map(|name| Stroke::named(name, tentacle)).collect();
+    let stroke = chance.one_of(&known).copied().unwrap_or_default();
+    StrokeCommand {
+        tempo: chance.between(0.2, TOO_MUCH),
+        turn_rad: if chance.is(0.3) { chance.between(-1.5, 1.5) } else { 0.0 },
+        ..StrokeCommand::of(stroke)
+    }
+}

@@ -1,0 +1,154 @@
+//! What goes wrong in one episode: faults of every kind, several at once, at any time.
+
+use hw_sim::faults::{FaultKind, ScriptedFault, ScriptedPush, Target};
+
+use super::chance::Chance;
+use crate::model::Robot;
+
+/// Most faults of an episode.
+const MOST: usize = 9;
+/// Shortest and longest of those that pass, s: less than a cycle to longer than any hold.
+const LENGTHS_S: (f64, f64) = (0.004, 8.0);
+/// How far apart faults are that come together, s.
+const TOGETHER_S: f64 = 0.4;
+
+/// One way to draw a kind, for a robot and one of its buses.
+type Make = fn(&mut Chance, &Robot, usize) -> FaultKind;
+
+/// Those of servos and buses.
+const KINDS: [Make; 17] = [
+    |_, _, _| FaultKind::Silent,
+    |chance, _, _| FaultKind::Slow { delay_ms: chance.log_between(0.05, 40.0) },
+    |_, _, _| FaultKind::BitFlip,
+    |_, _, _| FaultKind::Garbled,
+    |chance, _, _| FaultKind::Scrambled { share: chance.between(0.1, 1.0) },
+    |chance, _, _| FaultKind::Scrambled { share: chance.between(0.1, 1.0) },
+    |_, _, _| FaultKind::CutShort,
+    |_, _, _| FaultKind::Noise,
+    |_, _, _| FaultKind::Echo,
+    |chance, robot, bus| FaultKind::WrongId { as_id: other_id(chance, robot, bus) },
+    |_, _, _| FaultKind::Unplugged,
+    |chance, _, _| FaultKind::LateHost { delay_ms: chance.log_between(1.0, 3500.0) },
+    |_, _, _| FaultKind::Stuck,
+    |_, _, _| FaultKind::Overload,
+    |_, _, _| FaultKind::BrownOut,
+    |_, _, _| FaultKind::Reset,
+    |chance, robot, bus| FaultKind::LowVoltage { volts: volts(chance, robot, bus) },
+];
+
+const HOT: Make = |chance, _, _| FaultKind::Hot { celsius: chance.between(20.0, 110.0) };
+
+/// Those of the inertial measurement unit.
+const IMU_KINDS: [FaultKind; 4] =
+    [FaultKind::ImuSilent, FaultKind::ImuFrozen, FaultKind::ImuGarbled, FaultKind::ImuUnplugged];
+
+/// Faults that begin by `latest_s`, for a run that is told to end at `end_s`.
+pub(super) fn draw(
+    chance: &mut Chance,
+    robot: &Robot,
+    has_physics: bool,
+    latest_s: f64,
+    end_s: f64,
+) -> Vec<ScriptedFault> {
+    let mut faults: Vec<ScriptedFault> = Vec::new();
+    while faults.len() < MOST && (faults.is_empty() || chance.is(0.75)) {
+        let at_s = match faults.last() {
+            Some(before) if chance.is(0.3) => (before.at_s + chance.between(0.0, TOGETHER_S)).min(latest_s),
+            // At the very start, and while the robot ends; most in between.
+            _ if chance.is(0.06) => chance.between(0.0, 1.5),
+            _ if chance.is(0.2) => chance.between((end_s - 2.0).max(0.0), latest_s),
+            _ => chance.between(0.5, latest_s),
+        };
+        faults.push(one(chance, robot, has_physics, at_s));
+    }
+    faults
+}
+
+fn one(chance: &mut Chance, robot: &Robot, has_physics: bool, at_s: f64) -> ScriptedFault {
+    let for_s = (!chance.is(0.08)).then(|| chance.log_between(LENGTHS_S.0, LENGTHS_S.1));
+    let everywhere = Target::default();
+    if robot.imu.is_some() && chance.is(0.06) {
+        let kind = IMU_KINDS[chance.below(IMU_KINDS.len())];
+        return ScriptedFault { at_s, for_s, kind, target: everywhere };
+    }
+    if has_physics && chance.is(0.12) {
+        return ScriptedFault { at_s, for_s: None, kind: push(chance, robot), target: everywhere };
+    }
+    let bus = chance.below(robot.buses.len());
+    let kind = match chance.below(KINDS.len() + 1) {
+        0 => HOT(chance, robot, bus),
+        kind => KINDS[kind - 1](chance, robot, bus),
+    };
+    let mut target = Target::default();
+    let is_of_host = matches!(kind, FaultKind::LateHost { .. });
+    let is_of_bus = matches!(kind, FaultKind::Echo | FaultKind::BrownOut | FaultKind::LowVoltage { .. });
+    // Of servos, most often one; else all of a bus; seldom all there are.
+    if !is_of_host && !chance.is(0.1) {
+        target.bus = robot.buses.get(bus).map(|bus| bus.name.clone());
+        if !is_of_bus && chance.is(0.75) {
+            target.id = chance.one_of(&ids(robot, bus)).copied();
+        }
+    }
+    let is_once = matches!(kind, FaultKind::Reset | FaultKind::LateHost { .. });
+    ScriptedFault { at_s, for_s: for_s.filter(|_| !is_once), kind, target }
+}
+
+fn ids(robot: &Robot, bus: usize) -> Vec<u8> {
+    let servos = robot.joints.iter().filter_map(|joint| joint.servo);
+    servos.filter(|servo| servo.bus == bus).map(|servo| servo.id.0).collect()
+}
+
+/// An id of another servo of the bus, or of none.
+fn other_id(chance: &mut Chance, robot: &Robot, bus: usize) -> u8 {
+    let free = 200;
+    if chance.is(0.3) { free } else { chance.one_of(&ids(robot, bus)).copied().unwrap_or(free) }
+}
+
+/// Anything from too little to start with to too much.
+fn volts(chance: &mut Chance, robot: &Robot, bus: usize) -> f64 {
+    let servo = robot.joints.iter().filter_map(|joint| joint.servo).find(|servo| servo.bus == bus);
+    let nominal_v = servo.map_or(12.0, |servo| servo.model.nominal_voltage_v);
+    if chance.is(0.2) { chance.between(0.0, 3.0) } else { nominal_v * chance.between(0.4, 1.3) }
+}
+
+fn push(chance: &mut Chance, robot: &Robot) -> FaultKind {
+    // A direction that is the same again once it was written in degrees.
+    let towards_rad = chance.between(-180.0, 180.0).round().to_radians();
+    FaultKind::Push(ScriptedPush {
+        impulse_n_s: robot.mass_kg() * chance.log_between(0.05, 1.2),
+        for_s: 0.1,
+        towards_rad: Some(towards_rad),
+        place_m: [0.0; 3],
+        every_s: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::collections::BTreeSet;
+
+    use hw_sim::FaultScript;
+
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn every_kind_is_drawn_and_can_be_written_and_read_again() {
+        let text = include_str!("../../../config/horse.toml");
+        let robot = config::parse(text, "horse.toml").unwrap().robot;
+        let mut kinds = BTreeSet::new();
+        for number in 0..400 {
+            let faults = draw(&mut Chance::new(1, number), &robot, true, 26.0, 20.0);
+            assert!(!faults.is_empty() && faults.len() <= MOST);
+            assert!(faults.iter().all(|fault| (0.0..=26.0).contains(&fault.at_s)));
+            kinds.extend(faults.iter().map(|fault| fault.kind.name()));
+            let text = FaultScript::of(faults.clone()).to_toml();
+            let again = crate::simulation::fault_script(&robot, &text, "drawn").unwrap();
+            assert_eq!(FaultScript::of(again.faults).to_toml(), text);
+        }
+        let known: BTreeSet<&str> = hw_sim::faults::words().collect();
+        assert_eq!(kinds, known);
+    }
+}

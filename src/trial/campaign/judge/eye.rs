@@ -1,0 +1,313 @@
+//! One servo under the judge's eye: its goals against its joint's range and rate, its shaft against being thrown.
+
+use hw_sim::ServoTruth;
+
+use super::Wrong;
+use crate::model::{Joint, Servo};
+
+/// A goal further than this from the shaft when torque comes on, or when it leaps, may throw the shaft, degrees.
+const FAR_DEG: f64 = 5.0;
+/// A motor held to less than this share of its stall torque throws nothing: what comes on slowly pushes.
+const STRONG_SHARE: f64 = 0.3;
+/// A shaft that goes so far towards such a goal within so long was thrown, degrees and s: three times the slow rate.
+const THROWN_DEG: f64 = 5.0;
+const THROWN_S: f64 = 0.05;
+/// What an encoder and rounding leave open, counts.
+const ROUNDING_COUNTS: f64 = 1.001;
+
+/// What of the robot's limits is alike for all joints.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// Length of a cycle, s.
+    pub(super) period_s: f64,
+    /// A silence earns no longer leap than this time does, s.
+    pub(super) longest_s: f64,
+    /// Share of the no-load speed that is the rate limit.
+    pub(super) rate_share: f64,
+}
+
+/// What the judge knows of a servo, and saw at the last look. All places in counts.
+#[derive(Debug)]
+pub(super) struct Eye {
+    joint: usize,
+    name: String,
+    bus: usize,
+    place: usize,
+    limits: Limits,
+    /// Where goals may be.
+    range: (f64, f64),
+    /// Goals may change by so much in a second.
+    rate_s: f64,
+    degrees: f64,
+    limit_full: f64,
+    /// How far out the shaft was while the servo had no torque yet in this run; then how far out goals may be that bring
+    /// it in.
+    bound: (f64, f64),
+    has_been_on: bool,
+    has_been_inside: bool,
+    /// Whether it has taken a goal since its torque came on.
+    is_led: bool,
+    /// It was misled, and its next goal may lie anywhere from where that took it.
+    is_excused: bool,
+    /// When it last took one, s.
+    taken_s: f64,
+    /// Since when it could be reached, or not, without a break, s.
+    reach_since_s: Option<f64>,
+    before: ServoTruth,
+    throw: Option<Throw>,
+}
+
+/// A goal far from the shaft at full torque, all at once: the shaft is watched.
+#[derive(Debug, Clone, Copy)]
+struct Throw {
+    since_s: f64,
+    from: f64,
+    goal: f64,
+    by_torque: bool,
+}
+
+impl Eye {
+    pub(super) fn new(joint: usize, of: &Joint, servo: Servo, place: usize, limits: &Limits) -> Eye {
+        let (a, b) = of.goal_range_rad();
+        let (a, b) = (servo.count_of(a), servo.count_of(b));
+        let range = (a.min(b), a.max(b));
+        Eye {
+            joint,
+            name: of.name.clone(),
+            bus: servo.bus,
+            place,
+            limits: *limits,
+            range,
+            rate_s: limits.rate_share * of.no_load_speed_rad_s() / servo.count_rad(),
+            degrees: servo.count_rad().to_degrees(),
+            limit_full: f64::from(servo.model.torque_limit_full),
+            bound: range,
+            has_been_on: false,
+            has_been_inside: false,
+            is_led: false,
+            is_excused: false,
+            taken_s: 0.0,
+            reach_since_s: None,
+            before: ServoTruth::default(),
+            throw: None,
+        }
+    }
+
+    /// Its bus and its place there.
+    pub(super) fn place(&self) -> (usize, usize) {
+        (self.bus, self.place)
+    }
+
+    /// Index of its joint, and what it is called.
+    pub(super) fn joint(&self) -> (usize, &str) {
+        (self.joint, &self.name)
+    }
+
+    /// As it was at the last look.
+    pub(super) fn last(&self) -> &ServoTruth {
+        &self.before
+    }
+
+    /// Whether it has had torque in this run.
+    pub(super) fn has_been_on(&self) -> bool {
+        self.has_been_on
+    }
+
+    /// Since when it can be reached, s; none if it cannot.
+    pub(super) fn reachable_since_s(&self) -> Option<f64> {
+        self.reach_since_s.filter(|_| self.before.is_reachable)
+    }
+
+    /// Since when it cannot be reached, s; none if it can.
+    pub(super) fn unreachable_since_s(&self) -> Option<f64> {
+        self.reach_since_s.filter(|_| !self.before.is_reachable)
+    }
+
+    /// Looks at it at `now_s`. What it has taken since the last look was written at `written_s`. The first thing that is
+    /// wrong, if anything is.
+    pub(super) fn look(
+        &mut self,
+        now_s: f64,
+        written_s: f64,
+        truth: &ServoTruth,
+        is_over: bool,
+    ) -> Option<(Wrong, String)> {
+        let comes_on = truth.torque_on && !self.before.torque_on;
+        let takes = truth.goals_taken != self.before.goals_taken;
+        if self.reach_since_s.is_none() || truth.is_reachable != self.before.is_reachable {
+            self.reach_since_s = Some(now_s);
+        }
+        let found = if is_over {
+            self.after_the_run(truth, comes_on, takes)
+        } else {
+            self.in_the_run(now_s, written_s, truth, comes_on, takes)
+        };
+        let found = found.or_else(|| self.judge_throw(now_s, truth)).or_else(|| {
+            let is_pushed = !truth.torque_on && !self.before.torque_on && truth.torque_nm.abs() > 0.0;
+            is_pushed.then(|| (Wrong::Moved, format!("{}: a motor without torque turns it", self.name)))
+        });
+        self.is_led &= truth.torque_on;
+        self.before = *truth;
+        found
+    }
+
+    fn after_the_run(&self, truth: &ServoTruth, comes_on: bool, takes: bool) -> Option<(Wrong, String)> {
+        let what = match (comes_on, takes) {
+            (true, _) => "has gained torque",
+            (_, true) if truth.torque_on => "has taken a goal",
+            _ => return None,
+        };
+        Some((Wrong::Moved, format!("{} {what} after the run", self.name)))
+    }
+
+    fn in_the_run(
+        &mut self,
+        now_s: f64,
+        written_s: f64,
+        truth: &ServoTruth,
+        comes_on: bool,
+        takes: bool,
+    ) -> Option<(Wrong, String)> {
+        if !self.has_been_on {
+            // A joint that lies outside may be brought in from there; in physics it may still settle.
+            self.bound.0 = self.bound.0.min(truth.position_counts);
+            self.bound.1 = self.bound.1.max(truth.position_counts);
+            self.has_been_on = truth.torque_on;
+        }
+        if truth.is_misled {
+            // It obeys what was said to another, or spoilt words: no controller can help that, nor that it comes back from
+            // there with the next goal it is told.
+            self.is_excused = true;
+            return None;
+        }
+        // A goal that the servo has set itself is nobody's command: one that holds where it stands.
+        let is_ours = truth.goal_taken == Some(truth.goal);
+        if !truth.torque_on || !is_ours || !(takes || comes_on) {
+            return None;
+        }
+        let taken_s = self.taken_s;
+        if takes {
+            self.taken_s = written_s;
+        }
+        let goal = counts(truth.goal);
+        let is_first = !std::mem::replace(&mut self.is_led, true);
+        let found = self.judge_range(goal, truth);
+        if std::mem::take(&mut self.is_excused) {
+            return found;
+        }
+        if is_first {
+            self.watch_throw(now_s, goal, truth, true);
+            return found;
+        }
+        found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
+    }
+
+    /// Inside the range; or, until it was inside once, no further out than the joint has been since the start.
+    fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
+        let ((low, high), shaft) = (self.range, truth.position_counts);
+        if goal >= low - 1e-6 && goal <= high + 1e-6 {
+            self.has_been_inside = true;
+            return None;
+        }
+        if !self.has_been_inside {
+            // Where the shaft itself hangs further out, a goal there leads it nowhere.
+            let bound =
+                (self.bound.0.min(shaft) - ROUNDING_COUNTS, self.bound.1.max(shaft) + ROUNDING_COUNTS);
+            if goal >= bound.0 && goal <= bound.1 {
+                // Nor does it go out again.
+                self.bound = (low.min(goal), high.max(goal));
+                return None;
+            }
+        }
+        let outside = (low - goal).max(goal - high) * self.degrees;
+        let shaft = (low - shaft).max(shaft - high) * self.degrees;
+        Some((
+            Wrong::Range,
+            format!(
+                "{}: goal {outside:.1} degrees outside its range (shaft {shaft:.1}) at {:.0} % of its torque",
+                self.name,
+                100.0 * self.torque_share(truth)
+            ),
+        ))
+    }
+
+    /// No further from the goal before than the rate allows for the time between the two; or to where the shaft is,
+    /// which gives the motor less to do and not more.
+    fn judge_rate(
+        &mut self,
+        now_s: f64,
+        since_s: f64,
+        goal: f64,
+        truth: &ServoTruth,
+    ) -> Option<(Wrong, String)> {
+        // Motion goes on by one period a cycle, and a cycle after a late one may come soon after it.
+        let time_s = since_s.clamp(self.limits.period_s, self.limits.longest_s);
+        let allowed = self.rate_s * time_s + ROUNDING_COUNTS;
+        let before = counts(self.before.goal);
+        let leap = (goal - before).abs();
+        if leap <= allowed {
+            return None;
+        }
+        let off = (goal - self.before.position_counts).abs();
+        // The controller knows where it was a cycle ago; it may turn at its no-load speed.
+        if off <= 1.5 * allowed {
+            return None;
+        }
+        self.watch_throw(now_s, goal, truth, false);
+        Some((
+            Wrong::Rate,
+            format!(
+                "{}: goal went {:.1} degrees in {:.0} ms, {:.1} are allowed; it is {:.1} degrees off the shaft, at \
+                 {:.0} % of its torque",
+                self.name,
+                leap * self.degrees,
+                since_s * 1e3,
+                allowed * self.degrees,
+                off * self.degrees,
+                100.0 * self.torque_share(truth)
+            ),
+        ))
+    }
+
+    /// Watches the shaft from now on, if this goal may throw it.
+    fn watch_throw(&mut self, now_s: f64, goal: f64, truth: &ServoTruth, by_torque: bool) {
+        // Where the shaft was before: the motor has had the time since the last look.
+        let from = self.before.position_counts;
+        let is_far = (goal - from).abs() * self.degrees > FAR_DEG;
+        if is_far && self.torque_share(truth) >= STRONG_SHARE {
+            self.throw = Some(Throw { since_s: now_s, from, goal, by_torque });
+        }
+    }
+
+    fn judge_throw(&mut self, now_s: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
+        let throw = self.throw?;
+        let way = (truth.position_counts - throw.from) * (throw.goal - throw.from).signum() * self.degrees;
+        if way >= THROWN_DEG {
+            self.throw = None;
+            let cause = if throw.by_torque { "its torque came on" } else { "its goal leapt" };
+            let off = (throw.goal - throw.from).abs() * self.degrees;
+            return Some((
+                Wrong::Snap,
+                format!(
+                    "{}: {cause} with the goal {off:.1} degrees off the shaft, which went {way:.1} degrees within {:.0} ms",
+                    self.name,
+                    (now_s - throw.since_s) * 1e3 + 1e3 * self.limits.period_s
+                ),
+            ));
+        }
+        if !truth.torque_on || now_s - throw.since_s > THROWN_S {
+            self.throw = None;
+        }
+        None
+    }
+
+    fn torque_share(&self, truth: &ServoTruth) -> f64 {
+        counts(truth.torque_limit).abs() / self.limit_full
+    }
+}
+
+/// A register as a number to reckon with.
+#[allow(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
+fn counts(register: i64) -> f64 {
+    register as f64
+}

@@ -1,0 +1,197 @@
+//! One episode played: the whole program on a virtual clock, and the judge's eye on its servos.
+
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::time::Duration;
+
+use super::draw::{Episode, PATIENCE_S};
+use super::judge::{Ended, Finding, Judge, Wrong};
+use super::subject::{Subject, any_pose_rad, resting_pose_rad};
+use crate::bus::{PortError, Ports, SimPorts};
+use crate::ik::Method;
+use crate::model::Robot;
+use crate::motion::Order;
+use crate::run::{Operator, RunPlan, Status, run_recorded};
+use crate::signals::TrueBody;
+use crate::simulation;
+use crate::telemetry::Outcome;
+use crate::trial::TrialError;
+use crate::units::Time;
+
+/// How long the servos are watched after a run, s, and how often: longer than any takes to start anew.
+const AFTER_S: f64 = 2.5;
+const AFTER_STEPS: u32 = 25;
+
+/// How long bytes are gathered before the program sees them: what a USB adapter of high speed takes.
+const HANDOVER: Duration = Duration::from_micros(125);
+
+/// What became of an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Played {
+    /// What was wrong.
+    pub findings: Vec<Finding>,
+    /// Virtual time of the run, s; what comes after it left aside.
+    pub virtual_s: f64,
+    /// How it ended; none where it never began.
+    pub outcome: Option<Outcome>,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// The simulated robot, and who looks at it.
+struct Scene {
+    ports: SimPorts,
+    judge: Judge,
+    is_given_up: bool,
+    /// Once this is found, nothing more is wanted of the run.
+    wanted: Option<Wrong>,
+}
+
+/// Ports that have the judge look at the world at the beginning of each cycle.
+struct Watched<'s>(&'s RefCell<Scene>);
+
+impl Ports for Watched<'_> {
+    fn now(&mut self) -> Time {
+        self.0.borrow_mut().ports.now()
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        self.0.borrow_mut().ports.discard_input(bus)
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.0.borrow_mut().ports.send(bus, bytes)
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.borrow_mut().ports.receive(bus, into)
+    }
+
+    fn receive_imu(&mut self, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.borrow_mut().ports.receive_imu(into)
+    }
+
+    fn wait_for_input(&mut self, deadline: Time) {
+        let ports = &mut self.0.borrow_mut().ports;
+        ports.wait_for_input(deadline);
+        // As an adapter does, which hands over more than a byte at a time; looking at each would take most of the time.
+        let until = (ports.now() + HANDOVER).min(deadline);
+        ports.world_mut().advance_to(until.0);
+    }
+
+    fn wait_until(&mut self, deadline: Time) {
+        let scene = &mut *self.0.borrow_mut();
+        scene.ports.wait_until(deadline);
+        scene.judge.look(scene.ports.world());
+    }
+
+    fn true_body(&self) -> Option<TrueBody> {
+        self.0.borrow().ports.true_body()
+    }
+}
+
+/// An operator who gives the episode's orders, and gives up a run that does not end.
+struct Driver<'s> {
+    scene: &'s RefCell<Scene>,
+    episode: &'s Episode,
+}
+
+/// What a run that is given up unwinds with: nothing else ends a loop that does not end.
+struct GivenUp;
+
+impl Operator for Driver<'_> {
+    fn order(&mut self, status: &Status) -> Order {
+        let scene = &mut *self.scene.borrow_mut();
+        let is_enough = scene.wanted.is_some_and(|wanted| scene.judge.has(wanted));
+        if scene.judge.note(status) || is_enough {
+            scene.is_given_up = true;
+            // Says nothing, as a panic would.
+            resume_unwind(Box::new(GivenUp));
+        }
+        self.episode.order_at(status.time_s)
+    }
+}
+
+/// Plays an episode of `subject`, and judges it.
+///
+/// # Errors
+/// When the robot cannot be simulated.
+pub fn play(subject: &Subject, episode: &Episode) -> Result<Played, TrialError> {
+    play_until(subject, episode, None)
+}
+
+/// The same; a run in which what is `wanted` is found goes no further.
+pub(super) fn play_until(
+    subject: &Subject,
+    episode: &Episode,
+    wanted: Option<Wrong>,
+) -> Result<Played, TrialError> {
+    let robot = episode.robot(subject);
+    let (scene, ended) = run(&robot, episode, wanted)?;
+    Ok(judge_after(&robot, episode, scene, ended))
+}
+
+fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene, Ended), TrialError> {
+    let seed = episode.world_seed;
+    let pose_rad = match episode.sits {
+        true => resting_pose_rad(&episode.plan).to_vec(),
+        false => any_pose_rad(robot, seed),
+    };
+    let world = simulation::world_from_pose(robot, &pose_rad, seed, &episode.script())?;
+    let ports = SimPorts::on_virtual_clock(world);
+    let judge = Judge::new(robot, episode.end_s + PATIENCE_S);
+    let scene = RefCell::new(Scene { ports, judge, is_given_up: false, wanted });
+    let plan = RunPlan {
+        motion: episode.plan.clone(),
+        method: Method::CcdThenFinish,
+        move_for_s: episode.move_for_s,
+        driver: None,
+    };
+    let operator = Driver { scene: &scene, episode };
+    let run = || run_recorded(robot, plan, Watched(&scene), None, operator);
+    let ended = match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(report)) => Ended::Reported(Box::new(report)),
+        Ok(Err(error)) => Ended::NotStarted(error),
+        Err(panic) => Ended::Panicked(words_of(&*panic)),
+    };
+    let scene = scene.into_inner();
+    let ended = if scene.is_given_up { Ended::GivenUp } else { ended };
+    Ok((scene, ended))
+}
+
+/// What an episode's run reports; none where it did not begin.
+#[cfg(test)]
+pub(super) fn report_of(subject: &Subject, episode: &Episode) -> Option<crate::telemetry::Report> {
+    match run(&episode.robot(subject), episode, None).ok()?.1 {
+        Ended::Reported(report) => Some(*report),
+        _ => None,
+    }
+}
+
+/// Looks on for a while when the run is over: nothing may come alive again.
+fn judge_after(robot: &Robot, episode: &Episode, scene: Scene, ended: Ended) -> Played {
+    let Scene { mut ports, mut judge, is_given_up, .. } = scene;
+    judge.look(ports.world());
+    let virtual_s = ports.now().as_secs_f64();
+    judge.judge_end(robot, episode, &ended);
+    if !is_given_up {
+        for _ in 0..AFTER_STEPS {
+            let until = ports.now() + Duration::from_secs_f64(AFTER_S / f64::from(AFTER_STEPS));
+            ports.wait_until(until);
+            judge.look(ports.world());
+        }
+    }
+    let (outcome, reason) = match ended {
+        Ended::Reported(report) => (Some(report.outcome), report.reason),
+        Ended::NotStarted(error) => (None, error.to_string()),
+        Ended::Panicked(said) => (Some(Outcome::Failed), said),
+        Ended::GivenUp => (Some(Outcome::Failed), "given up: it did not end".to_owned()),
+    };
+    Played { findings: judge.findings().to_vec(), virtual_s, outcome, reason }
+}
+
+fn words_of(panic: &(dyn std::any::Any + Send)) -> String {
+    let said = panic.downcast_ref::<&str>().map(|said| (*said).to_owned());
+    let said = said.or_else(|| panic.downcast_ref::<String>().cloned());
+    format!("a panic outside of the loop: {}", said.unwrap_or_else(|| "it said nothing".to_owned()))
+}
