@@ -37,6 +37,7 @@ pub mod model;
 pub mod monitor;
 pub mod motion;
 pub mod operator;
+mod output;
 pub mod platform;
 pub mod plot;
 pub mod recording;

@@ -1,9 +1,9 @@
 //! A recording judged again: its invariants from what was recorded, and the controller run anew on the
 //! recorded replies, which must send the same goals.
 //!
-//! Comes in: a [`Recording`]. Goes out: a [`Replay`]. Invariants are checked in every recorded cycle. The
-//! controller is run up to the first cycle that is not there: what the servos said in it is not known, and
-//! everything the controller does later depends on it.
+//! Comes in: the cycles of a recording, one after the other, into a [`Judge`]. Goes out: a [`Replay`]. Invariants are
+//! checked in every recorded cycle. The controller is run up to the first cycle that is not there: what the servos said
+//! in it is not known, and everything the controller does later depends on it.
 
 use std::ops::RangeInclusive;
 
@@ -13,7 +13,7 @@ use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::model::{Motion, Robot};
 use crate::motion::Plan;
-use crate::recording::{Ending, Recording, RunHeader, Sample, Task};
+use crate::recording::{Ending, Recording, RunHeader, Sample, Task, gait_is_of};
 use crate::telemetry::{BodyReport, FeetReport, JointsReport, Telemetry};
 
 /// Furthest a planned standing foot may be from where it landed, m: rounding.
@@ -26,8 +26,12 @@ const RESIDUAL_MAX_M: f64 = 1e-6;
 pub struct Replay {
     /// Cycles in the recording, all judged by what was recorded of them.
     pub cycles: u64,
-    /// Numbers of the cycles that were run and are not in the recording, as far as it tells.
+    /// Numbers of the cycles that were run and are not in the recording, as far as it tells: the first so many gaps.
     pub gaps: Vec<RangeInclusive<u64>>,
+    /// How many gaps there are.
+    pub gap_count: u64,
+    /// How many cycles are in them.
+    pub dropped: u64,
     /// How many of the recorded cycles the controller ran again: those before the first gap.
     pub cycles_run_again: u64,
     /// True if the recording ends before the run did: what came then is not known.
@@ -65,7 +69,7 @@ impl Replay {
 
     /// True if every cycle of the run was judged in every way.
     pub fn is_complete(&self) -> bool {
-        self.gaps.is_empty() && !self.is_cut_short
+        self.gap_count == 0 && !self.is_cut_short
     }
 }
 
@@ -81,6 +85,9 @@ pub enum ReplayError {
     /// The recording's pose is none of the robot's.
     #[error("the recording's run.json: a pose of an unknown name, {0}")]
     UnknownPose(String),
+    /// The recording's gait is none of the robot's.
+    #[error("the recording's run.json: a gait that its robot.toml does not have, {0}")]
+    UnknownGait(String),
     /// The recording's strokes are none.
     #[error("the recording's run.json: {0}")]
     Strokes(&'static str),
@@ -89,51 +96,111 @@ pub enum ReplayError {
     OtherKind,
 }
 
-/// Judges `recording`.
+/// Gaps that are kept one by one; a recording of many hours may have more.
+const GAPS_KEPT: usize = 100;
+
+/// Judges the cycles of one recording.
+pub struct Judge<'r> {
+    robot: &'r Robot,
+    ik: Method,
+    controller: Controller<'r>,
+    telemetry: Telemetry,
+    gaps: Vec<RangeInclusive<u64>>,
+    gap_count: u64,
+    dropped: u64,
+    /// Number of the cycle that is to come next.
+    next: u64,
+    cycles_run_again: u64,
+    has_truth: bool,
+    difference: Option<Difference>,
+}
+
+impl<'r> Judge<'r> {
+    /// For a recording of `robot` with this `header`.
+    ///
+    /// # Errors
+    /// When the recorded run cannot be set up from them.
+    pub fn new(robot: &'r Robot, header: &RunHeader) -> Result<Judge<'r>, ReplayError> {
+        Ok(Judge {
+            robot,
+            ik: header.ik,
+            controller: Controller::new(robot, plan(robot, header)?, header.ik, header.walk_for_s),
+            telemetry: Telemetry::new(robot),
+            gaps: Vec::new(),
+            gap_count: 0,
+            dropped: 0,
+            next: 0,
+            cycles_run_again: 0,
+            has_truth: false,
+            difference: None,
+        })
+    }
+
+    /// Judges the next cycle; their numbers rise.
+    pub fn look(&mut self, sample: &Sample) {
+        let number = sample.times.number;
+        if number > self.next {
+            self.note_gap(self.next..=number - 1);
+            self.telemetry.note_gap();
+        }
+        self.next = number.saturating_add(1);
+        self.has_truth |= sample.truth.is_some();
+        self.telemetry.observe(self.robot, &sample.record());
+        if self.gap_count == 0 {
+            self.cycles_run_again += 1;
+            // Behind the first difference everything may differ.
+            if self.difference.is_none() {
+                self.difference = run_again(self.robot, &mut self.controller, sample);
+            }
+        }
+    }
+
+    fn note_gap(&mut self, gap: RangeInclusive<u64>) {
+        self.gap_count += 1;
+        self.dropped = self.dropped.saturating_add(gap.end() - gap.start()).saturating_add(1);
+        if self.gaps.len() < GAPS_KEPT {
+            self.gaps.push(gap);
+        }
+    }
+
+    /// What came of it; the recording ends so.
+    pub fn end(mut self, ending: &Ending) -> Replay {
+        if ending.cycles() > self.next {
+            self.note_gap(self.next..=ending.cycles() - 1);
+        }
+        let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report());
+        Replay {
+            cycles: self.telemetry.totals().0,
+            gaps: self.gaps,
+            gap_count: self.gap_count,
+            dropped: self.dropped,
+            cycles_run_again: self.cycles_run_again,
+            is_cut_short: matches!(ending, Ending::CutShort { .. }),
+            joints,
+            feet,
+            body: self.telemetry.body_report().filter(|_| self.has_truth),
+            violations: violations(&joints, feet.as_ref(), self.ik),
+            difference: self.difference,
+        }
+    }
+}
+
+/// Judges a `recording` that is in memory.
 ///
 /// # Errors
-/// When the recorded run cannot be set up from it.
+/// As [`Judge::new`].
 pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
-    let robot = &recording.robot;
-    let header = &recording.header;
-    let mut controller = Controller::new(robot, plan(robot, header)?, header.ik, header.walk_for_s);
-    let mut telemetry = Telemetry::new(robot);
-    let (mut gaps, mut difference) = (Vec::new(), None);
-    let (mut next, mut cycles_run_again) = (0, 0);
-    for sample in &recording.samples {
-        let number = sample.times.number;
-        if number > next {
-            gaps.push(next..=number - 1);
-            telemetry.note_gap();
-        }
-        next = number + 1;
-        telemetry.observe(robot, &sample.record());
-        if gaps.is_empty() {
-            cycles_run_again += 1;
-            // Behind the first difference everything may differ.
-            difference = difference.or_else(|| run_again(robot, &mut controller, sample));
-        }
-    }
-    if recording.cycles_of_run() > next {
-        gaps.push(next..=recording.cycles_of_run() - 1);
-    }
-    let (joints, feet) = (telemetry.joints_report(), telemetry.feet_report());
-    Ok(Replay {
-        cycles: telemetry.totals().0,
-        gaps,
-        cycles_run_again,
-        is_cut_short: matches!(recording.ending, Ending::CutShort { .. }),
-        joints,
-        feet,
-        body: telemetry.body_report().filter(|_| recording.has_truth()),
-        violations: violations(&joints, feet.as_ref(), header.ik),
-        difference,
-    })
+    let mut judge = Judge::new(&recording.robot, &recording.header)?;
+    recording.samples.iter().for_each(|sample| judge.look(sample));
+    Ok(judge.end(&recording.ending))
 }
 
 fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
     match (&robot.motion, &header.task) {
-        (Motion::Horse(horse), Task::Horse { command, .. }) => {
+        (Motion::Horse(horse), Task::Horse { command, gait }) => {
+            if !gait_is_of(command.gait, robot) {
+                return Err(ReplayError::UnknownGait(gait.clone()));
+            }
             Ok(HorseCapability::of(robot, horse)?.plan(horse, *command).into())
         }
         (Motion::Tentacle(tentacle), Task::Tentacle { strokes }) => {

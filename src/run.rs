@@ -332,9 +332,12 @@ fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_rec
 }
 
 /// How a loop ended that would have ended as `planned`, had safety and the servos had nothing to say.
-fn verdict<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>, planned: (Outcome, &str)) -> End {
+fn verdict<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, planned: (Outcome, &str)) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
+    if !is_heard {
+        cycle.buses_mut().limp_unheard();
+    }
     let (outcome, reason) = if cycle.state().permission == Permission::Stop {
         let why = cycle.safety().cause().map_or_else(String::new, |finding| finding.describe(robot));
         let mut reasons = vec![why];

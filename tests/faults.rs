@@ -333,6 +333,20 @@ fn the_stop_action_hold_keeps_torque_and_pose() {
     }
 }
 
+/// A servo that talks while the host does spoils the request for all: replies that are late enough keep every servo from
+/// hearing the end.
+#[test]
+fn servos_whose_replies_run_into_requests_are_limp_in_the_end() {
+    let robot = shipped("horse.toml");
+    let watched = watch(&robot, "[[fault]]\nkind = 'slow'\nat_s = 6.0\nbus = 'main'\ndelay_ms = 1.83");
+    let report = &watched.report;
+    assert_eq!(report.outcome, Outcome::StoppedBySafety, "{}", report.reason);
+    assert!(!report.is_end_heard && report.reason.contains("cut their power"), "{}", report.reason);
+    for (joint, truth) in robot.joints.iter().zip(watched.end()) {
+        assert!(!truth.torque_on, "{} still holds", joint.name);
+    }
+}
+
 #[test]
 fn a_loop_that_stood_still_too_long_stops() {
     let robot = shipped("horse.toml");

@@ -174,7 +174,7 @@ impl Workshop {
         let leftovers: Vec<_> = fs::read_dir(self.folder.path())
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .filter(|name| name.ends_with(".toml") && name.contains(".part"))
+            .filter(|name| name.ends_with(".part"))
             .collect();
         assert!(leftovers.is_empty(), "{leftovers:?}");
     }

@@ -210,9 +210,10 @@ impl Bus {
     /// After a request: which servos took what was not meant for them.
     fn note_misled(&mut self) {
         let is_spoilt = std::mem::take(&mut self.is_spoilt);
-        for servo in self.servos.iter_mut().filter(|servo| servo.takes_now) {
-            servo.takes_now = false;
-            servo.is_misled = is_spoilt || servo.wrong_id.is_some();
+        for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
+            if std::mem::take(&mut servo.takes_now) {
+                servo.is_misled = is_spoilt || servo.wrong_id.is_some_and(|wrong_id| wrong_id != *home_id);
+            }
         }
     }
 
@@ -234,7 +235,10 @@ impl Bus {
         let mut groups = vec![vec![false; self.servos.len()]];
         let mut with_id = [0_usize; 256];
         for (index, servo) in self.servos.iter().enumerate() {
-            if !servo.is_awake() || !self.is_tuned(servo) || self.faults.is_silent(now_ns, self.home_id(index)) {
+            if !servo.is_awake()
+                || !self.is_tuned(servo)
+                || self.faults.is_silent(now_ns, self.home_id(index))
+            {
                 continue;
             }
             let group = &mut with_id[usize::from(servo.id())];

@@ -124,7 +124,7 @@ impl Drop for PtyServer {
             let _ = server.join();
         }
         for link in self.links.iter().chain(&self.imu_link) {
-            let _ = fs::remove_file(link);
+            let _ = clear(link);
         }
     }
 }
@@ -185,6 +185,20 @@ struct Line {
     terminal: Option<Terminal>,
 }
 
+/// Takes a link to a terminal away. Anything else of that name is somebody's, and stays.
+fn clear(link: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(link) {
+        Err(_) => Ok(()),
+        Ok(_) if fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts")) => {
+            fs::remove_file(link)
+        }
+        Ok(_) => Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            format!("{} is there, and no link to a terminal: move it away", link.display()),
+        )),
+    }
+}
+
 struct Terminal {
     master: OwnedFd,
     /// Held open so that the terminal stays when a program closes it.
@@ -197,7 +211,8 @@ impl Line {
         let (terminal, path) = Terminal::open()?;
         let mut beside = self.link.clone().into_os_string();
         beside.push(".new");
-        let _ = fs::remove_file(&beside);
+        clear(Path::new(&beside))?;
+        clear(&self.link)?;
         std::os::unix::fs::symlink(&path, &beside)?;
         fs::rename(&beside, &self.link)?;
         self.terminal = Some(terminal);
@@ -207,7 +222,7 @@ impl Line {
     /// Hangs up on whoever has the terminal open.
     fn pull_out(&mut self) {
         self.terminal = None;
-        let _ = fs::remove_file(&self.link);
+        let _ = clear(&self.link);
     }
 
     /// Moves what has come in either direction.

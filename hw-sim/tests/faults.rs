@@ -226,6 +226,25 @@ fn a_garbled_reply_has_no_byte_of_the_true_one_and_its_length() {
 }
 
 #[test]
+fn a_scrambled_reply_is_another_behind_its_length_and_passes_its_sum_now_and_then() {
+    let mut world = one("[[fault]]\nat_s = 0\nkind = 'scrambled'\nshare = 0.5\nbus = 'legs'\nid = 1");
+    // Position: FF FF id length error low high sum.
+    let read = feetech(1, 2, &[56, 2]);
+    let clean = exchange(&mut world, &feetech(2, 2, &[56, 2]));
+    let (mut scrambled, mut passed) = (0, 0);
+    for _ in 0..6000 {
+        let reply = exchange(&mut world, &read);
+        assert_eq!((reply.len(), &reply[..2], reply[2], reply[3]), (8, &clean[..2], 1, 4));
+        let sum = reply[2..7].iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte));
+        let is_true = reply[4..7] == clean[4..7];
+        scrambled += usize::from(!is_true);
+        passed += usize::from(!is_true && reply[7] == !sum);
+    }
+    assert!((2800..3200).contains(&scrambled), "{scrambled}: half of them");
+    assert!((3..30).contains(&passed), "{passed}: one of 256");
+}
+
+#[test]
 fn a_reply_that_is_cut_short_begins_as_it_should() {
     let mut world = one("[[fault]]\nat_s = 0\nkind = 'cut-short'");
     let clean = feetech(1, 0, &[]);

@@ -17,11 +17,13 @@ use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY};
 use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
 use crate::model::Robot;
+use crate::output::{Outputs, Writing};
 
 /// Calibrates the robot, or goes on with it; returns the exit code.
 pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     let robot = config::load(&options.robot)?.robot;
     let path = options.unit.clone().unwrap_or_else(|| default_unit_path(&options.robot));
+    Outputs::of_reading([&options.robot]).claim("the unit file", &path, Writing::UnitFile)?;
     let unit_file = path.exists().then(|| load_unit(&path)).transpose()?;
     let Some(mut unit) = unit_to_go_on_with(options, &robot, unit_file.as_ref())? else {
         say!("{} is calibrated: nothing to do (--again calibrates it anew)", robot.name);

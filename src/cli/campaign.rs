@@ -14,6 +14,7 @@ use super::run::fault_script;
 use super::trial::{BAR, TryArguments, bad_input};
 use super::{BadInput, COMPLETED, FAILED, write_whole};
 use crate::model::{OnTrip, StopAction};
+use crate::output::{Outputs, Writing};
 use crate::platform::process_time;
 use crate::trial::campaign::{Campaign, Episode, Judged, Played, Subject, Tally, Wrong, play};
 
@@ -162,10 +163,9 @@ fn write_finding(
     };
     let (faults, file) = (folder.join("faults.toml"), folder.join("episode.toml"));
     let text = toml::to_string(&written).context("an episode could not be put into TOML")?;
+    let mut outputs = Outputs::of_reading(&options.robots);
     for (path, text) in [(&faults, &episode.script().to_toml()), (&file, &text)] {
-        // A campaign that goes on may find the same again.
-        let _ = fs::remove_file(path);
-        write_whole(path, text)?;
+        write_whole(&outputs.claim("--out", path, Writing::Whole)?, text)?;
     }
     clear_bar();
     let robot = campaign.subjects()[judged.subject].robot();

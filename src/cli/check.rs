@@ -11,13 +11,16 @@ use crate::capability::loads::LASTING_SHARE;
 use crate::capability::{Capability, FigureCapability, HorseCapability, Load, TentacleCapability};
 use crate::model::{ArmGeometry, Carrier, FigureMotion, Gait, HorseMotion, LEG_NAMES, Robot, TentacleMotion};
 use crate::motion::tentacle::KEYED;
+use crate::output::{Outputs, Writing};
 use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
 pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
+    let place = |file| Outputs::of_reading([path]).claim("--urdf", file, Writing::Whole);
+    let place = urdf_file.map(place).transpose()?;
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;
-    let urdf = urdf_file.map(|file| urdf::of_robot(robot).map(|text| (file, text)));
+    let urdf = place.map(|place| urdf::of_robot(robot).map(|text| (place, text)));
     let urdf = urdf.transpose().map_err(|error| BadInput(format!("--urdf: {error}")))?;
     let mass_kg = robot.mass_kg();
     say!(
@@ -45,9 +48,9 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
         }
     }
     print_buses(robot);
-    if let Some((file, text)) = urdf {
-        write_whole(file, &text)?;
-        say!("\nURDF written to {}", file.display());
+    if let Some((place, text)) = urdf {
+        write_whole(&place, &text)?;
+        say!("\nURDF written to {}", place.path().display());
     }
     Ok(())
 }

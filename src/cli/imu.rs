@@ -12,6 +12,7 @@ use crate::bus::{Ports, SerialPorts};
 use crate::config::{self, Unit, UnitImu, default_unit_path, write_unit};
 use crate::imu::{FoundImu, Imu, SerialImu, set_up};
 use crate::model::{ImuSettings, Robot};
+use crate::output::{Outputs, Writing};
 
 /// Time between two lines of `show`.
 const SHOW_EVERY: Duration = Duration::from_millis(200);
@@ -60,6 +61,8 @@ fn place(options: &ImuArguments) -> Result<Place> {
 
 fn setup(options: &ImuArguments) -> Result<u8> {
     let place = place(options)?;
+    let mut outputs = Outputs::of_reading([&options.robot]);
+    outputs.claim("the unit file", &place.unit_path, Writing::UnitFile)?;
     // What is wanted is the robot file's, whatever the unit file says of the unit before.
     let wanted = config::load(&options.robot)?.robot.imu.unwrap_or(place.settings);
     let mut line = SerialImu::open(&Device { baud: wanted.baud, ..place.device.clone() })?;

@@ -33,8 +33,7 @@ mod strokes;
 mod trial;
 mod unit;
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -42,6 +41,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::ik::Method;
 use crate::model::Robot;
+use crate::output::{OutputError, Place};
 
 /// Everything was done as asked.
 const COMPLETED: u8 = 0;
@@ -478,34 +478,9 @@ impl From<Ik> for Method {
     }
 }
 
-/// Writes `text` beside the file first, so that the file is never half written.
-fn write_whole(path: &Path, text: &str) -> anyhow::Result<()> {
-    refuse_inputs(path)?;
-    let written = match part_of(path) {
-        None => std::fs::write(path, text),
-        Some(part) => std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)),
-    };
-    written.with_context(|| format!("{} could not be written", path.display()))
-}
-
-/// Where what is to be at `path` is written until it is whole; none for a device, a pipe or a link, which is written
-/// to: a new file must not take its place.
-fn part_of(path: &Path) -> Option<PathBuf> {
-    let is_special = std::fs::symlink_metadata(path).is_ok_and(|found| !found.file_type().is_file());
-    let mut part = OsString::from(path);
-    part.push(".part");
-    (!is_special).then_some(part.into())
-}
-
-/// No output of any command takes the place of a robot, unit or fault file.
-fn refuse_inputs(path: &Path) -> Result<(), BadInput> {
-    match path.extension().is_some_and(|extension| extension == "toml") && path.exists() {
-        true => Err(BadInput(format!(
-            "{} is there already, and no command writes over .toml files",
-            path.display()
-        ))),
-        false => Ok(()),
-    }
+/// Writes `text` to its place: all of it, or nothing.
+fn write_whole(place: &Place, text: &str) -> anyhow::Result<()> {
+    place.write(text.as_bytes()).with_context(|| format!("{} could not be written", place.path().display()))
 }
 
 /// Bad input: exit code 2.
@@ -544,6 +519,7 @@ pub fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             let is_input = error.is::<BadInput>()
+                || error.is::<OutputError>()
                 || error.is::<crate::config::ConfigError>()
                 || error.is::<crate::recording::ReadError>()
                 || error.is::<crate::service::BackupError>()

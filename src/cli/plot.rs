@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::drivers::load_script;
 use super::load::load;
@@ -14,6 +14,7 @@ use crate::motion::curves::SwingCurve;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use crate::motion::{Command, Generator, StrokeCommand};
 use crate::operator::{Repertoire, Script};
+use crate::output::{Outputs, Writing};
 use crate::plot::{self, Course, Subject};
 
 /// More than a picture can show, s; and more than it shows well.
@@ -79,11 +80,15 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
         say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
     }
     fs::create_dir_all(&options.out)
-        .with_context(|| format!("the directory {} could not be made", options.out.display()))?;
-    for (name, svg) in pictures {
-        let path = options.out.join(name);
-        write_whole(&path, &svg)?;
-        say!("picture written to {}", path.display());
+        .map_err(|error| BadInput(format!("--out {}: {error}; expected a folder", options.out.display())))?;
+    let mut outputs = Outputs::of_reading([&options.robot, &options.script]);
+    let claim = |(name, svg)| {
+        outputs.claim("--out", &options.out.join(name), Writing::Whole).map(|place| (place, svg))
+    };
+    let pictures = pictures.into_iter().map(claim).collect::<Result<Vec<_>, _>>()?;
+    for (place, svg) in pictures {
+        write_whole(&place, &svg)?;
+        say!("picture written to {}", place.path().display());
     }
     Ok(())
 }

@@ -1,53 +1,85 @@
 //! The file of a recording: beside its place until it is whole, so that an earlier recording stays until there is
 //! another.
 
-use std::fs::{self, File};
-use std::io;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{self, Read};
+use std::os::unix::fs::FileExt;
 
-use super::{BadInput, part_of};
+use tempfile::TempPath;
+
+use super::BadInput;
+use crate::output::Place;
 
 /// A recording's file, from before the run until after it.
 #[derive(Debug)]
 pub(super) struct RecordingFile {
-    place: PathBuf,
-    /// Where it is written; none for a device, a pipe or a link, which is written to as it is.
-    part: Option<PathBuf>,
+    /// What it is called now.
+    name: String,
+    /// Where it is to be; none for one that only a page is made of, which has no name and is gone afterwards.
+    place: Option<Place>,
+    /// What is to be put there; none for a device or a pipe, which is written to as it is.
+    part: Option<TempPath>,
+    file: File,
 }
 
 impl RecordingFile {
     /// Begins the recording that is to be at `place`: one that could not be written is better known before the robot
     /// has walked.
-    pub(super) fn create(place: &Path) -> Result<(RecordingFile, File), BadInput> {
-        let part = part_of(place);
-        let written = part.as_deref().unwrap_or(place);
-        let file = File::create(written)
-            .map_err(|error| BadInput(format!("the recording {}: {error}", written.display())))?;
-        Ok((RecordingFile { place: place.to_owned(), part }, file))
+    pub(super) fn begin(place: Place) -> Result<(RecordingFile, File), BadInput> {
+        let path = place.path().display().to_string();
+        let bad = |error: io::Error| BadInput(format!("the recording {path}: {error}"));
+        let (file, part) = place.begin_recording().map_err(bad)?;
+        let sink = file.try_clone().map_err(bad)?;
+        let name = part.as_ref().map_or_else(|| path.clone(), |part| part.display().to_string());
+        Ok((RecordingFile { name, place: Some(place), part, file }, sink))
     }
 
-    /// Where it is as long as it is written.
-    pub(super) fn written(&self) -> &Path {
-        self.part.as_deref().unwrap_or(&self.place)
+    /// Begins a recording that only the page at `page` is made of.
+    pub(super) fn for_page(page: &Place) -> Result<(RecordingFile, File), BadInput> {
+        let path = page.path().display().to_string();
+        let bad = |error: io::Error| BadInput(format!("the recording for the page {path}: {error}"));
+        let file = page.nameless().map_err(bad)?;
+        let sink = file.try_clone().map_err(bad)?;
+        Ok((RecordingFile { name: format!("behind {path}"), place: None, part: None, file }, sink))
     }
 
-    /// Puts the whole recording in its place, where it outlasts a cut of power; returns where that is.
-    pub(super) fn keep(&self) -> io::Result<&Path> {
-        if let Some(part) = &self.part {
-            File::open(part)?.sync_data()?;
-            fs::rename(part, &self.place)?;
-            if let Some(folder) = self.place.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-                // The new name; not every file system can.
-                let _ = File::open(folder).and_then(|folder| folder.sync_all());
-            }
+    /// What it is called: that of its place once it is there.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Puts the whole recording in its place, where it outlasts a cut of power.
+    pub(super) fn keep(&mut self) -> io::Result<()> {
+        if let (Some(place), Some(part)) = (&self.place, self.part.take()) {
+            place.end_recording(part)?;
+            self.name = place.path().display().to_string();
         }
-        Ok(&self.place)
+        Ok(())
     }
 
     /// Takes away a recording of nothing.
-    pub(super) fn discard(&self) {
-        if let Some(part) = &self.part {
-            let _ = fs::remove_file(part);
+    pub(super) fn discard(self) {
+        if let Some(part) = self.part {
+            let _ = part.close();
         }
+    }
+
+    /// What was written, from its beginning.
+    pub(super) fn read_back(&self) -> impl Read {
+        io::BufReader::new(ReadBack { file: &self.file, offset: 0 })
+    }
+}
+
+/// Reads a file that another thread may still be writing to at its end.
+struct ReadBack<'f> {
+    file: &'f File,
+    offset: u64,
+}
+
+impl Read for ReadBack<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read_at(into, self.offset)?;
+        self.offset += u64::try_from(count).unwrap_or(0);
+        Ok(count)
     }
 }

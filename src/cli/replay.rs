@@ -1,33 +1,50 @@
 //! `hippocamp replay`: what a recording holds, whether it holds together, and a page that plays it.
 
+use std::io::Read;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
-use super::{BadInput, COMPLETED, FAILED, NOT_ALL_JUDGED, part_of, write_whole};
+use super::{BadInput, COMPLETED, FAILED, NOT_ALL_JUDGED, write_whole};
 use crate::bus::ServoGoal;
-use crate::html;
+use crate::html::Page;
 use crate::model::Robot;
-use crate::recording::{Ending, Recording, Sample};
-use crate::replay::{Replay, replay as run_again};
+use crate::output::{Outputs, Place, Writing, named_part};
+use crate::recording::{self, BusSample, Ending, RecordedRun, Sample};
+use crate::replay::{Judge, Replay};
 
 /// Judges the recording at `path`; returns the exit code.
 pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
-    let part = part_of(path).filter(|part| !path.exists() && part.exists());
-    if let Some(part) = part.as_deref().map(Path::display) {
+    let part = named_part(path);
+    if !path.exists() && part.exists() {
+        let part = part.display();
         return Err(BadInput(format!(
             "{} is not there, but {part} is: a recording that was cut short. Try 'hippocamp replay {part}'",
             path.display()
         ))
         .into());
     }
-    let recording = Recording::read(path)?;
-    print_run(&recording);
-    let replay = run_again(&recording)?;
-    print_replay(&recording.robot, &replay);
-    if let Some(page) = page {
-        write_whole(page, &html::page(&recording))?;
-        say!("page written to {}", page.display());
+    let place =
+        page.map(|page| Outputs::of_reading([path]).claim("--html", page, Writing::Whole)).transpose()?;
+    let (run, mut cycles) = recording::open(path)?;
+    let judge = Judge::new(&run.robot, &run.header);
+    let mut judge = judge.with_context(|| path.display().to_string())?;
+    let mut page = place.map(|place| (place, Page::new(&run.robot)));
+    let mut summary = Summary::default();
+    while let Some(sample) = cycles.next(&run.robot)? {
+        judge.look(&sample);
+        summary.look(&run.robot, &sample);
+        if let Some((_, page)) = &mut page {
+            page.look(&sample);
+        }
+    }
+    let ending = cycles.ending();
+    let replay = judge.end(&ending);
+    summary.print(&run, path, &ending, &replay);
+    print_replay(&run.robot, &replay);
+    if let Some((place, page)) = page {
+        write_whole(&place, &page.end(&run.header, &ending))?;
+        say!("page written to {}", place.path().display());
     }
     Ok(match (replay.agrees(), replay.is_complete()) {
         (false, _) => FAILED,
@@ -36,56 +53,80 @@ pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
     })
 }
 
-/// Writes the page of the recording at `path`.
-pub(super) fn write_page(path: &Path, page: &Path) -> Result<()> {
-    write_whole(page, &html::page(&Recording::read(path)?))
+/// Writes the page of the recording that `from` gives and that is called `name`.
+pub(super) fn write_page(from: impl Read, name: &str, place: &Place) -> Result<()> {
+    let (run, mut cycles) = recording::read(from, name)?;
+    let mut page = Page::new(&run.robot);
+    while let Some(sample) = cycles.next(&run.robot)? {
+        page.look(&sample);
+    }
+    write_whole(place, &page.end(&run.header, &cycles.ending()))
 }
 
-fn print_run(recording: &Recording) {
-    let (robot, header, samples) = (&recording.robot, &recording.header, &recording.samples);
-    match &header.driver {
-        Some(_) => say!("{}: {}", robot.name, header.words()),
-        None => say!("{}: {} for {} s", robot.name, header.words(), header.walk_for_s),
-    }
-    match &recording.ending {
-        Ending::Outcome(outcome) => {
-            let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
-            say!("{}: {}", entry("outcome"), entry("reason"));
-            say!("  {} cycles in {} s, {} late", entry("cycles"), entry("duration_s"), entry("late_cycles"));
+/// What is told of a recording besides what its judge finds.
+#[derive(Default)]
+struct Summary {
+    cycles: u64,
+    end_s: f64,
+    buses: Vec<BusSample>,
+    /// Largest distance of a joint from its goal, rad; the joint, and when, s.
+    worst: Option<(f64, usize, f64)>,
+}
+
+impl Summary {
+    fn look(&mut self, robot: &Robot, sample: &Sample) {
+        self.cycles += 1;
+        self.end_s = sample.times.began.as_secs_f64();
+        self.buses.clone_from(&sample.buses);
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let (ServoGoal::Move { position, .. }, Some(servo)) = (sample.goals[index], &joint.servo) else {
+                continue;
+            };
+            let goal_rad = servo.angle_of(f64::from(position));
+            let error_rad = (goal_rad - sample.state.joints[index].position_rad).abs();
+            if self.worst.is_none_or(|(worst_rad, ..)| error_rad >= worst_rad) {
+                self.worst = Some((error_rad, index, self.end_s));
+            }
         }
-        Ending::CutShort { reason } => {
-            say!("CUT SHORT: the recording ends before the run, or the program did ({reason})");
+    }
+
+    fn print(&self, run: &RecordedRun, path: &Path, ending: &Ending, replay: &Replay) {
+        let (robot, header) = (&run.robot, &run.header);
+        match &header.driver {
+            Some(_) => say!("{}: {}", robot.name, header.words()),
+            None => say!("{}: {} for {} s", robot.name, header.words(), header.walk_for_s),
         }
-    }
-    let end = samples.last().map_or(0.0, |sample| sample.times.began.as_secs_f64());
-    let recorded = u64::try_from(samples.len()).unwrap_or(u64::MAX);
-    let dropped = recording.cycles_of_run().saturating_sub(recorded);
-    say!("  {recorded} cycles recorded in {end:.1} s, {dropped} dropped");
-    if let Some((error_rad, joint, time_s)) = worst_tracking(robot, samples) {
-        say!(
-            "  off its goal most: {} by {:.2} degrees at {time_s:.2} s",
-            robot.joints[joint].name,
-            error_rad.to_degrees()
-        );
-    }
-    if let Some(last) = samples.last() {
-        for (bus, sample) in robot.buses.iter().zip(&last.buses) {
+        match ending {
+            Ending::Outcome(outcome) => {
+                let entry = |key: &str| outcome.get(key).map_or("?", String::as_str);
+                say!("{}: {}", entry("outcome"), entry("reason"));
+                say!(
+                    "  {} cycles in {} s, {} late",
+                    entry("cycles"),
+                    entry("duration_s"),
+                    entry("late_cycles")
+                );
+            }
+            Ending::CutShort { reason } => {
+                say!(
+                    "CUT SHORT: {} can be read only so far, {reason}. The program that recorded it was ended, or the file \
+                     was damaged since: if there is a better copy, replay that",
+                    path.display()
+                );
+            }
+        }
+        say!("  {} cycles recorded in {:.1} s, {} dropped", self.cycles, self.end_s, replay.dropped);
+        if let Some((error_rad, joint, time_s)) = self.worst {
+            say!(
+                "  off its goal most: {} by {:.2} degrees at {time_s:.2} s",
+                robot.joints[joint].name,
+                error_rad.to_degrees()
+            );
+        }
+        for (bus, sample) in robot.buses.iter().zip(&self.buses) {
             say!("  bus {}: {} replies missing, {} damaged", bus.name, sample.missing, sample.corrupt);
         }
     }
-}
-
-/// Largest distance of a joint from its goal, rad; the joint, and when, s.
-fn worst_tracking(robot: &Robot, samples: &[Sample]) -> Option<(f64, usize, f64)> {
-    let errors = samples.iter().flat_map(|sample| {
-        robot.joints.iter().enumerate().filter_map(move |(index, joint)| {
-            let ServoGoal::Move { position, .. } = sample.goals[index] else { return None };
-            let goal_rad = joint.servo.as_ref()?.angle_of(f64::from(position));
-            let error_rad = (goal_rad - sample.state.joints[index].position_rad).abs();
-            Some((error_rad, index, sample.times.began.as_secs_f64()))
-        })
-    });
-    errors.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn print_replay(robot: &Robot, replay: &Replay) {
@@ -113,15 +154,16 @@ const GAPS_NAMED: usize = 5;
 
 fn print_not_judged(replay: &Replay) {
     if let Some(first) = replay.gaps.first() {
-        let cycles: u64 = replay.gaps.iter().map(|gap| gap.end() - gap.start() + 1).sum();
         let named = |gap: &std::ops::RangeInclusive<u64>| match gap.end() - gap.start() {
             0 => gap.start().to_string(),
             _ => format!("{} to {}", gap.start(), gap.end()),
         };
         let mut names: Vec<String> = replay.gaps.iter().take(GAPS_NAMED).map(named).collect();
-        if replay.gaps.len() > GAPS_NAMED {
-            names.push(format!("{} more gaps", replay.gaps.len() - GAPS_NAMED));
+        let left = replay.gap_count - u64::try_from(names.len()).unwrap_or(replay.gap_count);
+        if left > 0 {
+            names.push(format!("{left} more gaps"));
         }
+        let cycles = replay.dropped;
         say!("NOT JUDGED: {cycles} cycles that were dropped from the recording: {}", names.join(", "));
         let behind = replay.cycles - replay.cycles_run_again;
         if behind > 0 {

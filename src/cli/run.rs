@@ -11,7 +11,7 @@ use super::guard::Guard;
 use super::load::{Loaded, load};
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
-use super::ports::{self, Choice};
+use super::ports::{self, Choice, PortOption};
 use super::poses;
 #[cfg(debug_assertions)]
 use super::provoke;
@@ -20,15 +20,15 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{
-    BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, refuse_inputs, write_whole,
-};
+use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
+use crate::config::UnitFile;
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Plan};
 use crate::operator::Repertoire;
+use crate::output::{Outputs, Place, Writing};
 use crate::recording::{Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
@@ -62,6 +62,7 @@ impl Kind {
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
+    let [page, record, report_place] = places(options, unit.as_ref())?;
     let mut loaded = load(&options.robot, unit.as_ref())?;
     options.unit.take_physics_off(&mut loaded.file.robot);
     let robot = &loaded.file.robot;
@@ -85,16 +86,6 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
     let signals = Signals::catch()?;
     let (motion, move_for_s, driver) = plan(options, kind, &loaded)?;
-    let page_file = options.html.as_deref().map(|path| check_writable(path, "--html")).transpose()?;
-    options.record.as_deref().map(|path| check_writable(path, "--record")).transpose()?;
-    let outputs = [&options.html, &options.record, &options.report].map(Option::as_ref);
-    if (0..3).any(|a| (0..a).any(|b| outputs[a].is_some() && outputs[a] == outputs[b])) {
-        return Err(BadInput(
-            "--html, --record and --report: expected a file of its own for each".to_owned(),
-        )
-        .into());
-    }
-    let report_file = options.report.as_deref().map(|path| check_writable(path, "--report")).transpose()?;
     let ports = match &choice {
         Choice::Simulated { is_virtual } => AnyPorts::Simulated(SimPorts::of(
             simulated_world(robot, options.faults.as_deref(), options.seed)?,
@@ -110,9 +101,13 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         }
     };
     // A page is made from a recording; one that was not asked for is gone afterwards.
-    let passing_file = page_file.filter(|_| options.record.is_none()).map(beside_page);
-    let recording_place = options.record.as_deref().or(passing_file.as_deref());
-    let (recording, file) = recording_place.map(RecordingFile::create).transpose()?.unzip();
+    let is_passing = record.is_none();
+    let recording = match (record, &page) {
+        (Some(place), _) => Some(RecordingFile::begin(place)?),
+        (None, Some(page)) => Some(RecordingFile::for_page(page)?),
+        (None, None) => None,
+    };
+    let (recording, file) = recording.unzip();
 
     match &driver {
         Driver::Plan => {
@@ -139,7 +134,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     let file = file.map(provoke::Sink::new);
     let recorder = recording.as_ref().zip(file);
     let recorder =
-        recorder.map(|(of, file)| recorder_into(file, of.written(), robot, &plan, options)).transpose()?;
+        recorder.map(|(of, file)| recorder_into(file, of.name(), robot, &plan, options)).transpose()?;
     let ended = said_afterwards(|| match ports {
         AnyPorts::Simulated(ports) => Ok(run_recorded(robot, plan, ports, recorder, terminal(None))?),
         AnyPorts::Serial(ports, guard) => {
@@ -151,25 +146,26 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
             )
         }
     });
-    if ended.is_err() {
-        recording.iter().for_each(RecordingFile::discard);
+    let (mut report, mut recording) = match ended {
+        Ok(report) => (report, recording),
+        Err(error) => {
+            recording.into_iter().for_each(RecordingFile::discard);
+            return Err(error);
+        }
+    };
+    if let Some(recording) = &mut recording {
+        keep(recording, &mut report);
     }
-    let mut report = ended?;
-    let recorded = recording.map(|recording| keep(&recording, &mut report));
-    if passing_file.is_some() {
+    if is_passing {
         // The recording behind a page is no result of its own, unless it is not whole.
         report.recording =
             report.recording.filter(|recording| recording.error.is_some() || recording.dropped > 0);
     }
-    let written = report_file.map_or(Ok(()), |path| write_report(path, &report));
+    let written = report_place.map_or(Ok(()), |place| write_report(&place, &report));
     print_summary(robot, &report);
     written?;
-    if let (Some(page), Some(recorded)) = (page_file, recorded) {
-        let written = write_page(&recorded, page);
-        if passing_file.is_some() {
-            let _ = fs::remove_file(recorded);
-        }
-        written?;
+    if let (Some(page), Some(recording)) = (page, recording) {
+        write_page(recording.read_back(), recording.name(), &page)?;
     }
     Ok(exit_code(report.outcome))
 }
@@ -313,33 +309,46 @@ pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultSc
     })
 }
 
-/// Puts a recording that is whole in its place, and says in the report where it is; returns that.
-fn keep(recording: &RecordingFile, report: &mut Report) -> PathBuf {
+/// Where page, recording and report go; none of these is a file that the run reads.
+fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Place>; 3]> {
+    let unit_path = unit::path(&options.robot, options.unit.unit.as_deref());
+    let files = [Some(&options.robot), unit_path.as_ref(), options.faults.as_ref()].into_iter().flatten();
+    let files = files.map(PathBuf::as_path).chain(options.driver.script());
+    let named = options.unit.ports.iter().map(PortOption::path);
+    let noted = unit.iter().flat_map(|unit| unit.unit.devices()).map(Path::new);
+    let mut outputs = Outputs::of_reading(files.chain(named).chain(noted));
+    let mut claim = |option: &str, path: &Option<PathBuf>, writing| {
+        path.as_deref().map(|path| outputs.claim(option, path, writing)).transpose()
+    };
+    let page = claim("--html", &options.html, Writing::Whole)?;
+    let record = claim("--record", &options.record, Writing::Recording)?;
+    let report = claim("--report", &options.report, Writing::Whole)?;
+    if let (Some(_), Some(record)) = (&page, record.as_ref().filter(|record| record.is_stream())) {
+        let path = record.path().display();
+        return Err(BadInput(format!(
+            "--record {path}: no file, and the page of --html is made from the recording: name a file, or leave one out"
+        ))
+        .into());
+    }
+    Ok([page, record, report])
+}
+
+/// Puts a recording that is whole in its place, and says in the report where it is.
+fn keep(recording: &mut RecordingFile, report: &mut Report) {
     if let Some(of) = &mut report.recording
         && of.error.is_none()
     {
         match recording.keep() {
-            Ok(place) => {
-                of.file = place.display().to_string();
-                return place.to_owned();
-            }
+            Ok(()) => recording.name().clone_into(&mut of.file),
             Err(error) => of.error = Some(format!("it could not be put in its place: {error}")),
         }
     }
-    recording.written().to_owned()
 }
 
-/// Where a recording is kept until the page is made of it.
-fn beside_page(page: &Path) -> PathBuf {
-    let mut beside = page.as_os_str().to_owned();
-    beside.push(".mcap");
-    beside.into()
-}
-
-/// Records into `sink`, which is the file at `path`.
+/// Records into `sink`, which is the file called `name`.
 fn recorder_into(
     sink: impl Write + Send + 'static,
-    path: &Path,
+    name: &str,
     robot: &Robot,
     plan: &RunPlan,
     options: &RunArguments,
@@ -358,27 +367,13 @@ fn recorder_into(
         &options.robot.display().to_string(),
         u64::try_from(started_ns).unwrap_or_default(),
     );
-    Recorder::start(robot, header, robot_text, path.display().to_string(), sink, options.unit.is_virtual)
+    Recorder::start(robot, header, robot_text, name.to_owned(), sink, options.unit.is_virtual)
         .context("the recording could not be started")
 }
 
-/// A report that could not be written is better known before the robot has walked.
-fn check_writable<'p>(path: &'p Path, option: &str) -> Result<&'p Path> {
-    refuse_inputs(path)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if path.file_name().is_none() || path.is_dir() || !folder.is_dir() {
-        return Err(BadInput(format!(
-            "{option} {}: expected a file in a folder that exists",
-            path.display()
-        ))
-        .into());
-    }
-    Ok(path)
-}
-
-fn write_report(path: &Path, report: &Report) -> Result<()> {
+fn write_report(place: &Place, report: &Report) -> Result<()> {
     let text = serde_json::to_string_pretty(report).context("the report could not be put into JSON")?;
-    write_whole(path, &(text + "\n"))
+    write_whole(place, &(text + "\n"))
 }
 
 fn print_summary(robot: &Robot, report: &Report) {

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::campaign::{CampaignArguments, try_faults};
 use super::load::load;
-use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
+use super::{BadInput, COMPLETED, write_whole};
 use crate::model::ReflexMode;
+use crate::output::{Outputs, Place, Writing};
 use crate::plot::{self, FallRow};
 use crate::trial::{
     FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried,
@@ -68,12 +69,15 @@ pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
 
 /// Tries falls, and says how they went.
 fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
+    let mut outputs = Outputs::of_reading([robot_file]);
+    let mut place = |option: &str, path: &Option<PathBuf>| {
+        path.as_deref().map(|path| outputs.claim(option, path, Writing::Whole)).transpose()
+    };
+    let picture = place("--picture", &options.picture)?;
+    let kept = place("--kept", &options.kept)?;
     let loaded = load(robot_file, None)?;
     let robot = &loaded.file.robot;
     let trials = Trials::new(robot).map_err(bad_input)?;
-    for path in [&options.picture, &options.kept].into_iter().flatten() {
-        refuse_inputs(path)?;
-    }
     let tried =
         trials.try_all(options.runs, options.seed, |done| show(done, options.runs)).map_err(bad_input)?;
     let summary = Summary::of(&tried);
@@ -85,14 +89,14 @@ fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
         say!("{tables}");
     }
     let ways = [("passive: limp", ReflexMode::Passive), ("reflex", ReflexMode::Reflex)];
-    if let Some(path) = &options.picture {
+    if let Some(place) = &picture {
         let falls = tried.iter().filter(|tried| tried.off.fallen_s.is_some() && tried.reflex.is_some());
-        write_picture(path, &trials, hardest("--picture", "a fall", falls)?, &ways)?;
+        write_picture(place, &trials, hardest("--picture", "a fall", falls)?, &ways)?;
     }
-    if let Some(path) = &options.kept {
+    if let Some(place) = &kept {
         let kept = tried.iter().filter(|tried| tried.off.fallen_s.is_none());
         write_picture(
-            path,
+            place,
             &trials,
             hardest("--kept", "withstood", kept)?,
             &[("kept its feet", ReflexMode::Off)],
@@ -159,7 +163,7 @@ fn hardest<'t>(option: &str, what: &str, trials: impl Iterator<Item = &'t Tried>
 
 /// Draws `scene`, met in each of these ways, one below the other.
 fn write_picture(
-    path: &Path,
+    place: &Place,
     trials: &Trials,
     scene: &Scene,
     ways: &[(&'static str, ReflexMode)],
@@ -169,7 +173,7 @@ fn write_picture(
         Ok(FallRow { name, impact_n: observed.impact_n, track: observed.track })
     });
     let rows: Vec<FallRow> = rows.collect::<Result<_>>()?;
-    write_whole(path, &plot::fall(trials.robot(), scene, &rows)?)?;
-    say!("picture written to {}", path.display());
+    write_whole(place, &plot::fall(trials.robot(), scene, &rows)?)?;
+    say!("picture written to {}", place.path().display());
     Ok(())
 }

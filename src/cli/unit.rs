@@ -1,20 +1,20 @@
 //! Which built robot is meant: finding its unit file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
 use crate::config::{self, UnitFile, default_unit_path};
 
-/// The unit file the user named, or else the one beside the robot file, if there is one.
+/// Where the unit file is: as the user named it, or else beside the robot file, if there is one.
+pub(super) fn path(robot_file: &Path, named: Option<&Path>) -> Option<PathBuf> {
+    let beside = || Some(default_unit_path(robot_file)).filter(|beside| beside.exists());
+    named.map(Path::to_owned).or_else(beside)
+}
+
+/// The unit file that is there.
 pub(super) fn find(robot_file: &Path, named: Option<&Path>) -> Result<Option<UnitFile>> {
-    let beside = default_unit_path(robot_file);
-    let path = match named {
-        Some(path) => path,
-        None if beside.exists() => &beside,
-        None => return Ok(None),
-    };
-    Ok(Some(config::load_unit(path)?))
+    Ok(path(robot_file, named).map(|path| config::load_unit(&path)).transpose()?)
 }
 
 #[cfg(test)]

@@ -40,6 +40,14 @@ pub struct Unit {
     pub joints: Vec<UnitJoint>,
 }
 
+impl Unit {
+    /// Paths of all its serial devices.
+    pub fn devices(&self) -> impl Iterator<Item = &str> {
+        let buses = self.buses.iter().map(|bus| bus.device.as_str());
+        buses.chain(self.imu.iter().map(|imu| imu.device.as_str()))
+    }
+}
+
 /// Where a bus of the robot file is plugged in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct UnitBus {

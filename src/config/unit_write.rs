@@ -1,14 +1,15 @@
 //! Writes unit files: whole or not at all, and never over the one before.
 //!
 //! The new text goes into a file beside the old one and onto the disk before it takes the old one's name, so
-//! that there is a whole unit file under that name at every moment, whatever happens.
+//! that there is a whole unit file under that name at every moment, whatever happens. It has the rights of the old one.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::unit::{Unit, VERSION};
+use crate::output;
 
 /// More old unit files than anybody keeps.
 const BACKUPS_MAX: u32 = 100_000;
@@ -19,8 +20,7 @@ const BACKUPS_MAX: u32 = 100_000;
 /// # Errors
 /// Why it could not be written; the file at `path` is as it was then.
 pub fn write_unit(path: &Path, unit: &Unit) -> io::Result<Option<PathBuf>> {
-    let text = text_of(unit)?;
-    replace(&real(path), |file| file.write_all(text.as_bytes()), keep_old)
+    output::replace(&real(path), text_of(unit)?.as_bytes(), keep_old)
 }
 
 /// The same, and the file that is there is given up: for the next step of a work whose first step was kept with
@@ -29,8 +29,7 @@ pub fn write_unit(path: &Path, unit: &Unit) -> io::Result<Option<PathBuf>> {
 /// # Errors
 /// As [`write_unit`].
 pub fn rewrite_unit(path: &Path, unit: &Unit) -> io::Result<()> {
-    let text = text_of(unit)?;
-    replace(&real(path), |file| file.write_all(text.as_bytes()), |_| Ok(None)).map(|_| ())
+    output::replace(&real(path), text_of(unit)?.as_bytes(), |_| Ok(()))
 }
 
 fn text_of(unit: &Unit) -> io::Result<String> {
@@ -41,31 +40,6 @@ fn text_of(unit: &Unit) -> io::Result<String> {
 /// A link goes on pointing to the file it points to.
 fn real(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// Replaces the file at `path` by what `fill` writes, once `keep` has kept it.
-fn replace(
-    path: &Path,
-    fill: impl FnOnce(&mut File) -> io::Result<()>,
-    keep: impl FnOnce(&Path) -> io::Result<Option<PathBuf>>,
-) -> io::Result<Option<PathBuf>> {
-    let part = with_end(path, &format!(".{}.part", std::process::id()));
-    let replaced = write_synced(&part, fill).and_then(|()| keep(path)).and_then(|old| {
-        fs::rename(&part, path)?;
-        Ok(old)
-    });
-    if replaced.is_err() {
-        // It would only be in the way; whether it can be taken away or not, the error is the one above.
-        let _ = fs::remove_file(&part);
-    }
-    sync_folder(path);
-    replaced
-}
-
-fn write_synced(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    fill(&mut file)?;
-    file.sync_all()
 }
 
 /// Gives the file at `path` a second name, the next free one.
@@ -83,8 +57,7 @@ fn keep_old(path: &Path) -> io::Result<Option<PathBuf>> {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             // Some file systems know no second names (the boot partition of a Raspberry Pi, for one).
             Err(_) => {
-                let old = fs::read(path)?;
-                write_synced(&backup, |file| file.write_all(&old))?;
+                output::copy_new(path, &backup)?;
                 return Ok(Some(backup));
             }
         }
@@ -98,25 +71,11 @@ fn with_end(path: &Path, end: &str) -> PathBuf {
     name.into()
 }
 
-/// Brings the new name onto the disk too. Where a system cannot do that, it does it by itself.
-fn sync_folder(path: &Path) {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if let Ok(folder) = File::open(folder) {
-        let _ = folder.sync_all();
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::os::unix::fs::PermissionsExt;
 
-    /// An empty folder of this test alone.
-    fn folder(test: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("hippocamp-{}-{test}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        folder
-    }
+    use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
         let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
@@ -125,50 +84,51 @@ mod tests {
         names
     }
 
-    fn put(path: &Path, text: &str) -> io::Result<Option<PathBuf>> {
-        replace(path, |file| file.write_all(text.as_bytes()), keep_old)
+    fn unit(robot_file: &str) -> Unit {
+        Unit { robot_file: robot_file.to_owned(), ..Unit::default() }
     }
 
     #[test]
     fn every_write_keeps_the_one_before() {
-        let folder = folder("keeps");
-        let path = folder.join("a.unit.toml");
-        assert_eq!(put(&path, "first").unwrap(), None);
-        assert_eq!(put(&path, "second").unwrap(), Some(folder.join("a.unit.toml.1")));
-        assert_eq!(put(&path, "third").unwrap(), Some(folder.join("a.unit.toml.2")));
-        assert_eq!(names(&folder), ["a.unit.toml", "a.unit.toml.1", "a.unit.toml.2"]);
-        let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.unit.toml");
+        assert_eq!(write_unit(&path, &unit("first")).unwrap(), None);
+        let old = fs::canonicalize(folder.path()).unwrap().join("a.unit.toml.1");
+        assert_eq!(write_unit(&path, &unit("second")).unwrap(), Some(old.clone()));
+        assert_eq!(write_unit(&path, &unit("third")).unwrap(), Some(old.with_extension("2")));
+        rewrite_unit(&path, &unit("fourth")).unwrap();
+        assert_eq!(names(folder.path()), ["a.unit.toml", "a.unit.toml.1", "a.unit.toml.2"]);
+        let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
         assert_eq!(
             [text("a.unit.toml.1"), text("a.unit.toml.2"), text("a.unit.toml")],
-            ["first", "second", "third"]
+            ["first", "second", "fourth"].map(|robot_file| text_of(&unit(robot_file)).unwrap())
         );
-        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
-    fn a_write_that_fails_half_way_leaves_the_old_file_and_nothing_else() {
-        let folder = folder("fails");
-        let path = folder.join("a.unit.toml");
-        put(&path, "whole").unwrap();
-        let fill = |file: &mut File| {
-            file.write_all(b"hal")?;
-            Err(io::Error::from(io::ErrorKind::StorageFull))
-        };
-        let result = replace(&path, fill, keep_old);
-        assert_eq!(result.unwrap_err().kind(), io::ErrorKind::StorageFull);
-        assert_eq!(names(&folder), ["a.unit.toml"]);
-        assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
-        fs::remove_dir_all(folder).unwrap();
+    fn the_new_file_has_the_rights_of_the_old_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.unit.toml");
+        let mode = |name: &str| fs::metadata(folder.path().join(name)).unwrap().permissions().mode() & 0o777;
+        write_unit(&path, &unit("first")).unwrap();
+        for private in [0o600, 0o640, 0o604] {
+            fs::set_permissions(&path, fs::Permissions::from_mode(private)).unwrap();
+            write_unit(&path, &unit("second")).unwrap();
+            assert_eq!(mode("a.unit.toml"), private);
+            rewrite_unit(&path, &unit("third")).unwrap();
+            assert_eq!(mode("a.unit.toml"), private);
+        }
+        let old = ["a.unit.toml.1", "a.unit.toml.2", "a.unit.toml.3"].map(mode);
+        assert_eq!(old, [0o600, 0o640, 0o604], "nor do the old ones change");
     }
 
     #[test]
     fn a_folder_in_the_way_is_an_error_and_leaves_nothing() {
-        let folder = folder("in-the-way");
-        assert!(put(&folder.join("absent/a.unit.toml"), "text").is_err());
-        fs::create_dir(folder.join("a.unit.toml")).unwrap();
-        assert!(put(&folder.join("a.unit.toml"), "text").is_err());
-        let left = names(&folder);
+        let folder = tempfile::tempdir().unwrap();
+        assert!(write_unit(&folder.path().join("absent/a.unit.toml"), &unit("a")).is_err());
+        fs::create_dir(folder.path().join("a.unit.toml")).unwrap();
+        assert!(write_unit(&folder.path().join("a.unit.toml"), &unit("a")).is_err());
+        let left = names(folder.path());
         assert!(left.iter().all(|name| !name.ends_with(".part")), "{left:?}");
-        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -1,21 +1,25 @@
 //! A recording as one page that plays it: no network, nothing to install.
 //!
-//! Comes in: a [`Recording`]. Goes out: the text of an HTML page, the data inside it thinned to about 50
-//! frames a second. The page draws the robot by its own forward kinematics from the measured joint angles.
+//! Comes in: the cycles of a recording, one after the other, into a [`Page`]. Goes out: the text of an HTML page, the data
+//! inside it thinned to about 50 frames a second, or fewer for a long run. The page draws the robot by its own forward
+//! kinematics from the measured joint angles.
 
 use serde::Serialize;
 
 use crate::bus::ServoGoal;
 use crate::model::{Chain, Robot};
-use crate::recording::{Ending, Recording, Sample};
-use crate::signals::ImuReading;
+use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::Telemetry;
 
-/// Frames a second, about.
+/// Frames a second, about, at most.
 const FRAME_HZ: f64 = 50.0;
+/// Joint angles on a page, at most: of a horse those of 20 minutes. In a longer run frames are further apart.
+const ANGLES_MAX: usize = 1_000_000;
+/// Frames of a page, at least and at most, whatever the robot.
+const FRAMES: (usize, usize) = (100, 65_536);
 
 /// The page, with a mark where the data go.
-const PAGE: &str = include_str!("page.html");
+const TEMPLATE: &str = include_str!("page.html");
 const MARK: &str = "\"DATA\"";
 
 /// What the page is given. Lengths in mm, angles in degrees, times in s.
@@ -27,7 +31,7 @@ struct Data<'a> {
     chains: Vec<Limb<'a>>,
     trunk_low: [f64; 3],
     trunk_high: [f64; 3],
-    activities: Vec<String>,
+    activities: &'a [String],
     /// One a frame, as are all arrays below.
     time: Vec<f64>,
     activity: Vec<usize>,
@@ -61,74 +65,164 @@ struct Hinge<'a> {
     range: [f64; 2],
 }
 
-/// The page that plays `recording`.
+/// The page that plays a `recording` that is in memory.
 pub fn page(recording: &Recording) -> String {
-    // A number that is none becomes null; nothing else can fail.
-    let json = serde_json::to_string(&data(recording)).unwrap_or_else(|_| "null".to_owned());
-    // Inside a script element only '<' could end it.
-    PAGE.replacen(MARK, &json.replace('<', "\\u003c"), 1)
+    let mut page = Page::new(&recording.robot);
+    recording.samples.iter().for_each(|sample| page.look(sample));
+    page.end(&recording.header, &recording.ending)
 }
 
-fn data(recording: &Recording) -> Data<'_> {
-    let robot = &recording.robot;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 20: at most 1000 Hz")]
-    let every = (robot.rate_hz / FRAME_HZ).round().max(1.0) as usize;
-    let frames: Vec<&Sample> = recording.samples.iter().step_by(every).collect();
-    let mut activities: Vec<String> = Vec::new();
-    let activity = frames.iter().map(|sample| index_of(&mut activities, format!("{:?}", sample.activity)));
-    let activity = activity.collect();
-    let (low, high) = robot.root_extent();
-    Data {
-        robot: &robot.name,
-        task: recording.header.words(),
-        ended: ended(recording),
-        chains: robot.chains.iter().map(|chain| limb(robot, chain)).collect(),
-        trunk_low: (low * 1e3).to_array(),
-        trunk_high: (high * 1e3).to_array(),
-        activities,
-        time: frames.iter().map(|sample| rounded(sample.times.began.as_secs_f64(), 1e3)).collect(),
-        activity,
-        trunk: frames
-            .iter()
-            .map(|sample| {
-                (sample.trunk_in_world(robot).0 * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0))
-            })
-            .collect(),
-        turn: frames
-            .iter()
-            .map(|sample| sample.trunk_in_world(robot).1.to_array().map(|part| rounded(part, 1e5)))
-            .collect(),
-        measured: (0..robot.joints.len())
-            .map(|joint| {
-                let angle = |sample: &&Sample| degrees(sample.state.joints[joint].position_rad);
-                frames.iter().map(angle).collect()
-            })
-            .collect(),
-        goal: (0..robot.joints.len()).map(|joint| goals(&frames, joint)).collect(),
-        attitude: robot.imu.as_ref().map(|_| {
-            let angles = |of: fn(&ImuReading) -> f64| {
-                let angle = |sample: &&Sample| sample.state.body.is_known.then(|| degrees(of(&sample.imu)));
-                frames.iter().map(angle).collect()
-            };
-            [angles(|imu| imu.roll_rad), angles(|imu| imu.pitch_rad)]
-        }),
-        contact: (0..robot.chains.len()).map(|chain| contact(&frames, chain)).collect(),
+/// A page that is being made.
+pub struct Page<'r> {
+    robot: &'r Robot,
+    telemetry: Telemetry,
+    has_truth: bool,
+    /// Cycles so far, and how many lie between two frames.
+    cycles: u64,
+    every: u64,
+    frames_max: usize,
+    activities: Vec<String>,
+    frames: Vec<Frame>,
+}
+
+/// What a page shows of one cycle.
+struct Frame {
+    time: f64,
+    activity: usize,
+    trunk: [f64; 3],
+    turn: [f64; 4],
+    /// Of each joint: measured angle, and goal.
+    joints: Vec<(f64, Option<f64>)>,
+    attitude: Option<[f64; 2]>,
+    /// Of each chain.
+    contact: Vec<char>,
+}
+
+impl<'r> Page<'r> {
+    /// Of a run of `robot`.
+    pub fn new(robot: &'r Robot) -> Page<'r> {
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1 to 20: at most 1000 Hz"
+        )]
+        let every = (robot.rate_hz / FRAME_HZ).round().max(1.0) as u64;
+        Page {
+            robot,
+            telemetry: Telemetry::new(robot),
+            has_truth: false,
+            cycles: 0,
+            every,
+            frames_max: (ANGLES_MAX / robot.joints.len().max(1)).clamp(FRAMES.0, FRAMES.1),
+            activities: Vec::new(),
+            frames: Vec::new(),
+        }
+    }
+
+    /// Takes over the next cycle.
+    pub fn look(&mut self, sample: &Sample) {
+        self.has_truth |= sample.truth.is_some();
+        self.telemetry.observe(self.robot, &sample.record());
+        if self.cycles.is_multiple_of(self.every) {
+            if self.frames.len() >= self.frames_max {
+                self.thin_out();
+            }
+            let activity = index_of(&mut self.activities, format!("{:?}", sample.activity));
+            self.frames.push(frame(self.robot, sample, activity));
+        }
+        self.cycles += 1;
+    }
+
+    /// Keeps every other frame.
+    fn thin_out(&mut self) {
+        let mut is_kept = false;
+        self.frames.retain(|_| {
+            is_kept = !is_kept;
+            is_kept
+        });
+        self.every *= 2;
+    }
+
+    /// The whole page of a run with this `header`, which ended so.
+    pub fn end(self, header: &RunHeader, ending: &Ending) -> String {
+        // A number that is none becomes null; nothing else can fail.
+        let json = serde_json::to_string(&self.data(header, ending)).unwrap_or_else(|_| "null".to_owned());
+        // Inside a script element only '<' could end it.
+        TEMPLATE.replacen(MARK, &json.replace('<', "\\u003c"), 1)
+    }
+
+    fn data(&self, header: &RunHeader, ending: &Ending) -> Data<'_> {
+        let (robot, frames) = (self.robot, &self.frames);
+        let (low, high) = robot.root_extent();
+        let joints = 0..robot.joints.len();
+        Data {
+            robot: &robot.name,
+            task: header.words(),
+            ended: self.ended(ending),
+            chains: robot.chains.iter().map(|chain| limb(robot, chain)).collect(),
+            trunk_low: (low * 1e3).to_array(),
+            trunk_high: (high * 1e3).to_array(),
+            activities: &self.activities,
+            time: frames.iter().map(|frame| frame.time).collect(),
+            activity: frames.iter().map(|frame| frame.activity).collect(),
+            trunk: frames.iter().map(|frame| frame.trunk).collect(),
+            turn: frames.iter().map(|frame| frame.turn).collect(),
+            measured: joints
+                .clone()
+                .map(|joint| frames.iter().map(|frame| frame.joints[joint].0).collect())
+                .collect(),
+            goal: joints.map(|joint| frames.iter().map(|frame| frame.joints[joint].1).collect()).collect(),
+            attitude: robot.imu.as_ref().map(|_| {
+                let angles = |of: usize| frames.iter().map(|frame| Some(frame.attitude?[of])).collect();
+                [angles(0), angles(1)]
+            }),
+            contact: (0..robot.chains.len())
+                .map(|chain| frames.iter().map(|frame| frame.contact[chain]).collect())
+                .collect(),
+        }
+    }
+
+    /// How the run ended, and what the trunk did where that is known.
+    fn ended(&self, ending: &Ending) -> String {
+        let ended = match ending {
+            Ending::Outcome(outcome) => {
+                let entry = |key: &str| outcome.get(key).map_or("", String::as_str);
+                format!("{}: {}", entry("outcome"), entry("reason"))
+            }
+            Ending::CutShort { .. } => "the recording was cut short".to_owned(),
+        };
+        let body = self.telemetry.body_report().filter(|_| self.has_truth);
+        body.map_or(ended.clone(), |body| format!("{ended}; {body}"))
     }
 }
 
-/// How the run ended, and what the trunk did where that is known.
-fn ended(recording: &Recording) -> String {
-    let ended = match &recording.ending {
-        Ending::Outcome(outcome) => {
-            let entry = |key: &str| outcome.get(key).map_or("", String::as_str);
-            format!("{}: {}", entry("outcome"), entry("reason"))
-        }
-        Ending::CutShort { .. } => "the recording was cut short".to_owned(),
+fn frame(robot: &Robot, sample: &Sample, activity: usize) -> Frame {
+    let (place, turn) = sample.trunk_in_world(robot);
+    let joint = |joint: usize| {
+        let goal = sample.goals[joint] != ServoGoal::Limp;
+        (
+            degrees(sample.state.joints[joint].position_rad),
+            goal.then(|| degrees(sample.state.goal_rad[joint])),
+        )
     };
-    let mut telemetry = Telemetry::new(&recording.robot);
-    recording.samples.iter().for_each(|sample| telemetry.observe(&recording.robot, &sample.record()));
-    let body = telemetry.body_report().filter(|_| recording.has_truth());
-    body.map_or(ended.clone(), |body| format!("{ended}; {body}"))
+    let contact = |chain: usize| match sample.targets.feet.iter().find(|foot| foot.chain == chain) {
+        None => '-',
+        Some(foot) if foot.is_swing => 'a',
+        Some(_) => 's',
+    };
+    Frame {
+        time: rounded(sample.times.began.as_secs_f64(), 1e3),
+        activity,
+        trunk: (place * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0)),
+        turn: turn.to_array().map(|part| rounded(part, 1e5)),
+        joints: (0..robot.joints.len()).map(joint).collect(),
+        attitude: sample
+            .state
+            .body
+            .is_known
+            .then(|| [sample.imu.roll_rad, sample.imu.pitch_rad].map(degrees)),
+        contact: (0..robot.chains.len()).map(contact).collect(),
+    }
 }
 
 fn limb<'a>(robot: &'a Robot, chain: &'a Chain) -> Limb<'a> {
@@ -144,22 +238,6 @@ fn limb<'a>(robot: &'a Robot, chain: &'a Chain) -> Limb<'a> {
         rotation: chain.root_rotation.to_array(),
         joints: joints.collect(),
     }
-}
-
-fn goals(frames: &[&Sample], joint: usize) -> Vec<Option<f64>> {
-    let goal = |sample: &&Sample| {
-        (sample.goals[joint] != ServoGoal::Limp).then(|| degrees(sample.state.goal_rad[joint]))
-    };
-    frames.iter().map(goal).collect()
-}
-
-fn contact(frames: &[&Sample], chain: usize) -> String {
-    let letter = |sample: &&Sample| match sample.targets.feet.iter().find(|foot| foot.chain == chain) {
-        None => '-',
-        Some(foot) if foot.is_swing => 'a',
-        Some(_) => 's',
-    };
-    frames.iter().map(letter).collect()
 }
 
 fn index_of(names: &mut Vec<String>, name: String) -> usize {

@@ -49,9 +49,29 @@ pub struct ServoHeader {
     pub reversed: bool,
 }
 
+/// More sweeps of inverse kinematics than any run has; each takes its time.
+const SWEEPS_MAX: u32 = 100;
+
 impl RunHeader {
     /// Version of the recordings this program writes and reads.
     pub const VERSION: u32 = 2;
+
+    /// Whether this program can run a controller by it.
+    ///
+    /// # Errors
+    /// Why not.
+    pub(super) fn check(&self) -> Result<(), String> {
+        if self.version != RunHeader::VERSION {
+            let (found, known) = (self.version, RunHeader::VERSION);
+            return Err(format!("its layout is version {found}, this program reads version {known}"));
+        }
+        match self.ik {
+            Method::Ccd { sweeps } if sweeps > SWEEPS_MAX => {
+                Err(format!("{sweeps} sweeps of inverse kinematics: expected {SWEEPS_MAX} at most"))
+            }
+            Method::Ccd { .. } | Method::CcdThenFinish => Ok(()),
+        }
+    }
 
     /// For a run of `robot` as `plan` says.
     pub fn new(robot: &Robot, plan: &RunPlan, robot_file: &str, started_unix_ns: u64) -> RunHeader {

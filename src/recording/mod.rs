@@ -23,11 +23,14 @@
 //! Attachments: `robot.toml`, the robot file; `run.json`, a [`RunHeader`]. Metadata `outcome`: how it ended.
 //! With these a replay needs nothing else.
 
+mod decode;
 mod header;
+mod lengths;
 pub mod messages;
 mod orders;
 mod reader;
 mod recorder;
+mod records;
 mod sample;
 mod scene;
 mod strokes;
@@ -36,8 +39,10 @@ mod topics;
 mod writer;
 
 pub use header::{RunHeader, ServoHeader};
-pub use reader::{Ending, ReadError, Recording};
+pub(crate) use orders::gait_is_of;
+pub use reader::{Cycles, Ending, ReadError, RecordedRun, Recording, open, read};
 pub use recorder::{Recorder, RecordingReport};
+pub use records::{CHUNK_MAX, RECORD_MAX};
 pub use sample::{BusSample, Sample};
 pub use strokes::StrokeFields;
 pub use task::Task;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::strokes::StrokeFields;
+use crate::model::Robot;
 use crate::motion::{Command, GaitChoice, Order, Posture};
 
 /// An [`Order`] in the fields of a message.
@@ -85,6 +86,23 @@ impl TryFrom<OrderFields> for Order {
             Word::Stop => Order::Stop,
             Word::StopAtOnce => Order::StopAtOnce,
         })
+    }
+}
+
+/// Whether `robot` has the gait or the pose that `order` names by its place in the robot file.
+pub(super) fn is_of(order: Order, robot: &Robot) -> bool {
+    match order {
+        Order::Drive(command) => gait_is_of(command.gait, robot),
+        Order::Take(pose) => robot.motion.figure().is_none_or(|figure| pose < figure.poses.len()),
+        Order::Go | Order::Perform(_) | Order::Stop | Order::StopAtOnce => true,
+    }
+}
+
+/// Whether `robot` has this gait.
+pub(crate) fn gait_is_of(choice: GaitChoice, robot: &Robot) -> bool {
+    match (choice, robot.motion.horse()) {
+        (GaitChoice::Gait(gait), Some(horse)) => gait < horse.gaits.len(),
+        _ => true,
     }
 }
 

@@ -23,6 +23,8 @@ use crate::units::Time;
 
 /// What is written more than this long ago survives whatever happens.
 const CHUNK: Duration = Duration::from_secs(1);
+/// A chunk ends sooner where its messages are this many bytes: readers hold one chunk in memory.
+const CHUNK_BYTES: usize = 8 << 20;
 /// Most scene messages a second.
 const SCENE_HZ: f64 = 50.0;
 
@@ -41,6 +43,7 @@ pub(super) struct RecordingWriter<W: Write> {
     /// Channel of each topic, in the order of [`TOPICS`].
     channels: Vec<u16>,
     chunk_began: Time,
+    chunk_bytes: usize,
     scene_every: u64,
     json: Vec<u8>,
 }
@@ -89,16 +92,17 @@ impl<W: Write> RecordingWriter<W> {
             mcap,
             channels,
             chunk_began: Time(0),
+            chunk_bytes: 0,
             scene_every,
             json: Vec::new(),
         })
     }
 
-    /// Writes one cycle; ends the chunk once it spans a second.
+    /// Writes one cycle; ends the chunk before it once that spans a second, or is large.
     pub(super) fn write(&mut self, sample: &Sample) -> Result<(), McapError> {
-        if sample.times.began.since(self.chunk_began) >= CHUNK {
+        if sample.times.began.since(self.chunk_began) >= CHUNK || self.chunk_bytes >= CHUNK_BYTES {
             self.mcap.flush()?;
-            self.chunk_began = sample.times.began;
+            (self.chunk_began, self.chunk_bytes) = (sample.times.began, 0);
         }
         let at = Time(self.started_unix_ns.saturating_add(sample.times.began.0));
         let stamp = Stamp::from(at);
@@ -151,6 +155,7 @@ impl<W: Write> RecordingWriter<W> {
         let Some((_, channel)) = channel else { return Ok(()) };
         self.json.clear();
         serde_json::to_writer(&mut self.json, &message(&self.robot)).map_err(std::io::Error::from)?;
+        self.chunk_bytes += self.json.len();
         let header = MessageHeader {
             channel_id: *channel,
             // Runs of more than 2^32 cycles wrap; the loop's own message has the whole number.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -12,6 +12,7 @@ use super::error::{Address, ServiceError};
 use super::registers::{Access, Family, RegisterInfo, baud_of_code, decode_bytes};
 use super::servo::Servo;
 use crate::model::Protocol;
+use crate::output;
 use crate::units::ServoId;
 
 /// Version of the schema.
@@ -154,16 +155,7 @@ impl Backup {
     /// # Errors
     /// When there is a file already, or it cannot be written.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        if path.try_exists()? {
-            return Err(io::Error::new(io::ErrorKind::AlreadyExists, "is there already; give another name"));
-        }
-        let mut part = path.as_os_str().to_owned();
-        part.push(".part");
-        let written = File::create(&part).and_then(|mut file| {
-            file.write_all(self.to_toml().as_bytes())?;
-            file.sync_all()
-        });
-        written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| drop(fs::remove_file(&part)))
+        output::write_new(path, self.to_toml().as_bytes())
     }
 
     /// Reads a file that [`Backup::save`] wrote.

@@ -18,7 +18,9 @@ use crate::common::{Memory, ROBOT_FILE, horse, plan, recorder};
 /// Starts a run without end and returns once 15 s of it are over.
 fn running(name: &str) -> (Child, PathBuf) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_file(&file);
+    for old in [file.clone(), file.with_extension("mcap.part")] {
+        let _ = std::fs::remove_file(old);
+    }
     let mut child = Command::new(env!("CARGO_BIN_EXE_hippocamp"))
         .args(["run", ROBOT_FILE, "--virtual", "--for", "1e9", "--record"])
         .arg(&file)

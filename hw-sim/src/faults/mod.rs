@@ -14,6 +14,7 @@ use crate::convert::nanoseconds;
 use crate::error::BuildError;
 
 pub(crate) use pushes::Pushes;
+pub use reader::words;
 pub use script::{
     FaultError, FaultKind, FaultScript, GroundChange, Mistake, ScriptedFault, ScriptedPush, Target,
 };

@@ -94,6 +94,11 @@ static KINDS: [Kind; 22] = [
     }),
 ];
 
+/// The words of all kinds.
+pub fn words() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|kind| kind.word)
+}
+
 /// How long a push lasts that does not say, s: a shove with a hand.
 const PUSH_S: f64 = 0.1;
 

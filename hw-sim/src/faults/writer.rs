@@ -62,7 +62,9 @@ fn one(fault: &ScriptedFault) -> String {
         FaultKind::Push(push) => {
             key("impulse_n_s", push.impulse_n_s);
             for_s = Some(push.for_s);
-            push.towards_rad.into_iter().for_each(|towards_rad| key("direction_deg", towards_rad.to_degrees()));
+            push.towards_rad
+                .into_iter()
+                .for_each(|towards_rad| key("direction_deg", towards_rad.to_degrees()));
             push.every_s.into_iter().for_each(|every_s| key("every_s", every_s));
             let [x, y, z] = push.place_m.map(|metres| metres * 1000.0);
             let _ = writeln!(text, "place_mm = [{x:?}, {y:?}, {z:?}]");

@@ -62,7 +62,7 @@ impl Bus {
         servo.is_awake()
             && !self.is_unplugged(now_ns)
             && !self.faults.is_silent(now_ns, id)
-            && self.faults.wrong_id(now_ns, id).is_none()
+            && self.faults.wrong_id(now_ns, id).is_none_or(|wrong_id| wrong_id == id)
             && self.is_tuned(servo)
     }
 }

@@ -4,6 +4,8 @@
 //! not answer where it should is looked for on the other buses, so that two adapters that were swapped, or a
 //! plug on the wrong bus, are told as what they are.
 
+use std::time::Duration;
+
 use super::Buses;
 use super::disagreement::{BusDevice, Disagreement, StartError};
 use crate::bus::TransactionError;
@@ -36,6 +38,8 @@ const SET_DELAY: &str =
     "it counts 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
 /// Limp goals are sent this often, in case one is lost.
 const LIMP_TRIES: u32 = 4;
+/// A line is left alone for so long before it is told to let go without being asked: replies that are late are over then.
+const LIMP_REST: Duration = Duration::from_millis(100);
 
 impl<P: Ports> Buses<P> {
     /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
@@ -235,6 +239,20 @@ impl<P: Ports> Buses<P> {
 
     fn bus_device(&self, robot: &Robot, bus: usize) -> BusDevice {
         BusDevice { bus: robot.buses[bus].name.clone(), device: self.ports.device(bus).map(str::to_owned) }
+    }
+
+    /// Takes the torque off all servos without asking any, and without knowing whether one has heard it: where replies
+    /// come so late that they run into the next request, servos hear only a host that leaves them time to finish.
+    pub fn limp_unheard(&mut self) {
+        for _ in 0..LIMP_TRIES {
+            let rests = self.ports.now() + LIMP_REST;
+            self.ports.wait_until(rests);
+            for (index, line) in self.lines.iter_mut().enumerate() {
+                // A port that is gone is tried again.
+                let _ = self.ports.discard_input(index);
+                let _ = self.ports.send(index, line.client.begin_limp());
+            }
+        }
     }
 
     /// Takes the torque off all servos, outside the pipeline: for ends the motion has no part in. True if every

@@ -257,6 +257,15 @@ impl BusClient {
         &self.request
     }
 
+    /// Begins a write that takes the torque off every servo, which none answers.
+    pub(super) fn begin_limp(&mut self) -> &[u8] {
+        self.restart(Awaited::Nothing);
+        let Inbox { ids, registers, .. } = &self.inbox;
+        let values = ids.iter().map(|id| (*id, 0));
+        self.codec.sync_write(&mut self.request, registers.torque_enable, values);
+        &self.request
+    }
+
     /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
     pub(super) fn miss_cycle(&mut self) -> &[Slot] {
         self.restart(Awaited::Feedback(None));

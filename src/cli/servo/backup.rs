@@ -7,10 +7,13 @@ use anyhow::{Context, Result};
 use super::find::{find, find_or_at};
 use super::{Consent, Which};
 use crate::cli::confirm::confirm;
+use crate::output::{Outputs, Writing};
 use crate::service::{Backup, ServicePort, backup as kept};
 
 /// Keeps every register in `file`.
 pub(super) fn backup(which: &Which, file: &Path) -> Result<()> {
+    let mut outputs = Outputs::of_reading([&which.port]);
+    outputs.claim("the backup", file, Writing::New)?;
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     let backup = Backup::of(&mut servo)?;

@@ -8,6 +8,7 @@ use crate::cli::BadInput;
 use crate::cli::ports::PortOption;
 use crate::cli::unit;
 use crate::config::{Unit, UnitBus, UnitFile, default_unit_path, write_unit};
+use crate::output::{Outputs, Writing};
 
 /// The unit file, read and to be written.
 pub(super) struct UnitNotes {
@@ -23,6 +24,7 @@ impl UnitNotes {
     /// When it is there and is none, or another robot's.
     pub(super) fn open(robot_file: &Path, named: Option<&Path>) -> Result<UnitNotes> {
         let path = named.map_or_else(|| default_unit_path(robot_file), Path::to_owned);
+        Outputs::of_reading([robot_file]).claim("the unit file", &path, Writing::UnitFile)?;
         let robot_name = robot_file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let file = if path.exists() { unit::find(robot_file, Some(&path))? } else { None };
         let unit = match &file {

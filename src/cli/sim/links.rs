@@ -48,7 +48,9 @@ impl Links {
             path.symlink_metadata().is_ok()
                 && !fs::read_link(path).is_ok_and(|target| target.starts_with("/dev/pts"))
         };
-        if let Some(taken) = names.map(|name| folder.join(name)).find(is_in_the_way) {
+        // A link is made under the second name, and then has the first.
+        let mut names = names.flat_map(|name| [folder.join(name), folder.join(format!("{name}.new"))]);
+        if let Some(taken) = names.find(is_in_the_way) {
             return Err(BadInput(format!(
                 "{} is there already, and no link of hippocamp sim's: move it away, or give another folder with --link",
                 taken.display()

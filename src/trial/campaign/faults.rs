@@ -122,3 +122,33 @@ fn push(chance: &mut Chance, robot: &Robot) -> FaultKind {
         every_s: None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::collections::BTreeSet;
+
+    use hw_sim::FaultScript;
+
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn every_kind_is_drawn_and_can_be_written_and_read_again() {
+        let text = include_str!("../../../config/horse.toml");
+        let robot = config::parse(text, "horse.toml").unwrap().robot;
+        let mut kinds = BTreeSet::new();
+        for number in 0..400 {
+            let faults = draw(&mut Chance::new(1, number), &robot, true, 26.0, 20.0);
+            assert!(!faults.is_empty() && faults.len() <= MOST);
+            assert!(faults.iter().all(|fault| (0.0..=26.0).contains(&fault.at_s)));
+            kinds.extend(faults.iter().map(|fault| fault.kind.name()));
+            let text = FaultScript::of(faults.clone()).to_toml();
+            let again = crate::simulation::fault_script(&robot, &text, "drawn").unwrap();
+            assert_eq!(FaultScript::of(again.faults).to_toml(), text);
+        }
+        let known: BTreeSet<&str> = hw_sim::faults::words().collect();
+        assert_eq!(kinds, known);
+    }
+}

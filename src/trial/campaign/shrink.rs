@@ -114,3 +114,45 @@ fn of_fault(index: usize, with: impl Fn(&mut ScriptedFault) + 'static) -> Cut {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use hw_sim::faults::FaultKind;
+
+    use super::*;
+    use crate::capability::Capability;
+    use crate::config;
+    use crate::trial::campaign::play;
+
+    /// A robot that safety stops for heat, among faults that have nothing to do with that.
+    #[test]
+    fn what_is_left_is_the_one_guilty_fault() {
+        let text = include_str!("../../../config/tentacle.toml");
+        let robot = config::parse(text, "tentacle.toml").unwrap().robot;
+        let subject = Subject::new(robot.clone(), Capability::of(&robot).unwrap()).unwrap();
+        let mut episode = Episode::draw(&subject, 3, 0);
+        (episode.end_s, episode.has_physics, episode.sits) = (6.0, false, true);
+        let template = episode.faults[0].clone();
+        let fault =
+            |at_s, kind| ScriptedFault { at_s, for_s: Some(0.05), kind, target: template.target.clone() };
+        let hot = ScriptedFault { for_s: Some(4.0), ..fault(1.5, FaultKind::Hot { celsius: 100.0 }) };
+        episode.faults = vec![
+            fault(1.0, FaultKind::Silent),
+            fault(1.2, FaultKind::Noise),
+            hot,
+            fault(2.0, FaultKind::BitFlip),
+            fault(2.5, FaultKind::Echo),
+        ];
+        let is_still = |episode: &Episode| {
+            play(&subject, episode).is_ok_and(|played| played.reason.contains("its limit is"))
+        };
+        assert!(is_still(&episode));
+        let smallest = smallest_by(&episode, &is_still);
+        assert_eq!(smallest.faults.len(), 1, "{:?}", smallest.faults);
+        assert!(matches!(smallest.faults[0].kind, FaultKind::Hot { .. }));
+        assert!(smallest.faults[0].for_s < Some(4.0) && smallest.orders.is_empty(), "{smallest:?}");
+        assert!(is_still(&smallest));
+    }
+}

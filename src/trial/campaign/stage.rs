@@ -127,15 +127,19 @@ pub(super) fn play_until(
     wanted: Option<Wrong>,
 ) -> Result<Played, TrialError> {
     let robot = episode.robot(subject);
-    let faults = episode.script();
+    let (scene, ended) = run(&robot, episode, wanted)?;
+    Ok(judge_after(&robot, episode, scene, ended))
+}
+
+fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene, Ended), TrialError> {
     let seed = episode.world_seed;
     let pose_rad = match episode.sits {
         true => resting_pose_rad(&episode.plan).to_vec(),
-        false => any_pose_rad(&robot, seed),
+        false => any_pose_rad(robot, seed),
     };
-    let world = simulation::world_from_pose(&robot, &pose_rad, seed, &faults)?;
+    let world = simulation::world_from_pose(robot, &pose_rad, seed, &episode.script())?;
     let ports = SimPorts::on_virtual_clock(world);
-    let judge = Judge::new(&robot, episode.end_s + PATIENCE_S);
+    let judge = Judge::new(robot, episode.end_s + PATIENCE_S);
     let scene = RefCell::new(Scene { ports, judge, is_given_up: false, wanted });
     let plan = RunPlan {
         motion: episode.plan.clone(),
@@ -144,13 +148,24 @@ pub(super) fn play_until(
         driver: None,
     };
     let operator = Driver { scene: &scene, episode };
-    let run = || run_recorded(&robot, plan, Watched(&scene), None, operator);
+    let run = || run_recorded(robot, plan, Watched(&scene), None, operator);
     let ended = match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(report)) => Ended::Reported(Box::new(report)),
         Ok(Err(error)) => Ended::NotStarted(error),
         Err(panic) => Ended::Panicked(words_of(&*panic)),
     };
-    Ok(judge_after(&robot, episode, scene.into_inner(), ended))
+    let scene = scene.into_inner();
+    let ended = if scene.is_given_up { Ended::GivenUp } else { ended };
+    Ok((scene, ended))
+}
+
+/// What an episode's run reports; none where it did not begin.
+#[cfg(test)]
+pub(super) fn report_of(subject: &Subject, episode: &Episode) -> Option<crate::telemetry::Report> {
+    match run(&episode.robot(subject), episode, None).ok()?.1 {
+        Ended::Reported(report) => Some(*report),
+        _ => None,
+    }
 }
 
 /// Looks on for a while when the run is over: nothing may come alive again.
@@ -158,7 +173,6 @@ fn judge_after(robot: &Robot, episode: &Episode, scene: Scene, ended: Ended) -> 
     let Scene { mut ports, mut judge, is_given_up, .. } = scene;
     judge.look(ports.world());
     let virtual_s = ports.now().as_secs_f64();
-    let ended = if is_given_up { Ended::GivenUp } else { ended };
     judge.judge_end(robot, episode, &ended);
     if !is_given_up {
         for _ in 0..AFTER_STEPS {

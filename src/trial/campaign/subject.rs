@@ -23,7 +23,8 @@ impl Subject {
     /// Where it exists on paper only.
     pub fn new(robot: Robot, capability: Capability) -> Result<Subject, TrialError> {
         if robot.buses.is_empty() || robot.joints.iter().any(|joint| joint.servo.is_none()) {
-            let said = format!("{}: it has no servos that could go wrong: it exists on paper only", robot.name);
+            let said =
+                format!("{}: it has no servos that could go wrong: it exists on paper only", robot.name);
             return Err(TrialError::Unfit(said));
         }
         Ok(Subject { robot, capability })
@@ -36,7 +37,8 @@ impl Subject {
 
     /// A number that other robots have not, by its name: their episodes have nothing in common.
     pub(super) fn stream(&self) -> u64 {
-        self.robot.name.bytes().fold(0_u64, |sum, byte| sum.wrapping_mul(31).wrapping_add(u64::from(byte))) << 32
+        self.robot.name.bytes().fold(0_u64, |sum, byte| sum.wrapping_mul(31).wrapping_add(u64::from(byte)))
+            << 32
     }
 
     /// What it can do.

@@ -92,7 +92,9 @@ impl Judge {
             && report.joints.range_violations == 0
             && report.joints.rate_violations == 0;
         if is_clean && (self.has(Wrong::Range) || self.has(Wrong::Rate) || self.has(Wrong::Snap)) {
-            self.find(Wrong::Report, now_s, || "goals left their limits, and the report counts none".to_owned());
+            self.find(Wrong::Report, now_s, || {
+                "goals left their limits, and the report counts none".to_owned()
+            });
         }
         let is_quiet = episode.faults.iter().all(|fault| !may_cost_replies(fault.kind));
         for (index, bus) in report.buses.iter().enumerate() {
@@ -101,7 +103,9 @@ impl Judge {
             let name = &robot.buses[index].name;
             if told * REPLIES_TIMES + REPLIES_SLACK < truly {
                 self.find(Wrong::Report, now_s, || {
-                    format!("bus {name}: servos could not be reached {truly} times, the report counts {told} lost")
+                    format!(
+                        "bus {name}: servos could not be reached {truly} times, the report counts {told} lost"
+                    )
                 });
             }
             if is_quiet && report.servo_restarts == 0 && told > REPLIES_SLACK {

@@ -205,13 +205,14 @@ impl Eye {
     /// Inside the range; or, until it was inside once, no further out than the joint has been since the start.
     fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
         let ((low, high), shaft) = (self.range, truth.position_counts);
-        self.has_been_inside |= shaft >= low - ROUNDING_COUNTS && shaft <= high + ROUNDING_COUNTS;
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
+            self.has_been_inside = true;
             return None;
         }
         if !self.has_been_inside {
             // Where the shaft itself hangs further out, a goal there leads it nowhere.
-            let bound = (self.bound.0.min(shaft) - ROUNDING_COUNTS, self.bound.1.max(shaft) + ROUNDING_COUNTS);
+            let bound =
+                (self.bound.0.min(shaft) - ROUNDING_COUNTS, self.bound.1.max(shaft) + ROUNDING_COUNTS);
             if goal >= bound.0 && goal <= bound.1 {
                 // Nor does it go out again.
                 self.bound = (low.min(goal), high.max(goal));

@@ -1,0 +1,66 @@
+//! Every file that a command writes goes through here, so that none takes the place of a file that is needed.
+//!
+//! Comes in: the files a command reads, and the places it is to write to. Goes out: a [`Place`] for each, or why not,
+//! before the command has done anything; then files that are whole, or not there at all.
+//!
+//! A place is refused where the command reads it, where another output of the command goes, where something of the name
+//! is in the way that a recording has until it is whole, and where no file can be. Files are told apart by device and
+//! number, so that links and other spellings of a name are found. Everything else that is a file is replaced.
+
+mod part;
+mod place;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+pub(crate) use part::{copy_new, named_part, replace, write_new};
+use place::Id;
+pub(crate) use place::{OutputError, Place, Writing};
+
+/// The files of one command.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    inputs: Vec<(PathBuf, Id)>,
+    /// What each output was asked for by, and where it goes.
+    claimed: Vec<(String, Id)>,
+}
+
+impl Outputs {
+    /// Of a command that reads `inputs`. One that is not there is left to whoever reads it.
+    pub(crate) fn of_reading<P: AsRef<Path>>(inputs: impl IntoIterator<Item = P>) -> Outputs {
+        let known = |path: P| {
+            let found = fs::metadata(path.as_ref()).ok()?;
+            Some((path.as_ref().to_owned(), Id::of(&found)))
+        };
+        Outputs { inputs: inputs.into_iter().filter_map(known).collect(), claimed: Vec::new() }
+    }
+
+    /// The place for the file at `path`, which `option` asks for. Writes nothing.
+    ///
+    /// # Errors
+    /// Why no such file is written there.
+    pub(crate) fn claim(
+        &mut self,
+        option: &str,
+        path: &Path,
+        writing: Writing,
+    ) -> Result<Place, OutputError> {
+        let refused = |why: String| OutputError { what: format!("{option} {}", path.display()), why };
+        let (place, ids) = Place::find(path, writing).map_err(refused)?;
+        for id in &ids {
+            if let Some((input, _)) = self.inputs.iter().find(|(_, input)| input == id) {
+                return Err(refused(format!(
+                    "this command reads that file ({}): name another to write to",
+                    input.display()
+                )));
+            }
+            if let Some((other, _)) = self.claimed.iter().find(|(_, claimed)| claimed == id) {
+                return Err(refused(format!(
+                    "{other} is written there: expected a file of its own for each"
+                )));
+            }
+        }
+        self.claimed.extend(ids.into_iter().map(|id| (format!("{option} {}", path.display()), id)));
+        Ok(place)
+    }
+}

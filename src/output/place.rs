@@ -1,0 +1,210 @@
+//! Where an output goes, and what is there before.
+
+use std::ffi::OsString;
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Access, access};
+use tempfile::TempPath;
+
+use super::part;
+
+/// Why an output is refused. Nothing was written.
+#[derive(Debug, thiserror::Error)]
+#[error("{what}: {why}")]
+pub(crate) struct OutputError {
+    pub(super) what: String,
+    pub(super) why: String,
+}
+
+/// How an output comes to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Writing {
+    /// At once and whole; takes the place of a file that is no robot, unit, fault or script file.
+    Whole,
+    /// Bit by bit in FILE.part, which becomes FILE once it is whole.
+    Recording,
+    /// The command's own unit file, which is read, changed and written.
+    UnitFile,
+    /// Where nothing is yet.
+    New,
+}
+
+/// Which file, whatever it is called; or, of one that is not there, which name in which folder.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Id {
+    File(u64, u64),
+    Name(u64, u64, OsString),
+}
+
+impl Id {
+    pub(super) fn of(found: &Metadata) -> Id {
+        Id::File(found.dev(), found.ino())
+    }
+
+    fn of_name(path: &Path) -> io::Result<Id> {
+        let folder = fs::metadata(folder_of(path))?;
+        let name = path.file_name().unwrap_or_default().to_owned();
+        Ok(Id::Name(folder.dev(), folder.ino(), name))
+    }
+}
+
+/// Where one output goes.
+#[derive(Debug)]
+pub(crate) struct Place {
+    named: PathBuf,
+    /// The file that is written or replaced, links followed; none for a device, a pipe, or where standard output goes,
+    /// which are written to as they are.
+    file: Option<PathBuf>,
+}
+
+impl Place {
+    /// The place that is called `path`, and which files are written there.
+    pub(super) fn find(path: &Path, writing: Writing) -> Result<(Place, Vec<Id>), String> {
+        let Some(found) = look(path)? else {
+            let mut ids = vec![Id::of_name(path).map_err(|error| error.to_string())?];
+            ids.extend(part_id(path, writing)?);
+            return Ok((Place { named: path.to_owned(), file: Some(path.to_owned()) }, ids));
+        };
+        if writing == Writing::New {
+            return Err("is there already; give another name".to_owned());
+        }
+        let id = Id::of(&found);
+        if is_stream(&found, &id) {
+            return Ok((Place { named: path.to_owned(), file: None }, vec![id]));
+        }
+        // A link goes on pointing to the file it points to.
+        let real = fs::canonicalize(path).map_err(|error| error.to_string())?;
+        let is_toml = |path: &Path| path.extension().is_some_and(|extension| extension == "toml");
+        if writing != Writing::UnitFile && (is_toml(path) || is_toml(&real)) {
+            return Err("is there already, and no command writes over .toml files".to_owned());
+        }
+        access(&real, Access::WRITE_OK).map_err(|error| {
+            format!("{}; allow it to be written, or name another file", io::Error::from(error))
+        })?;
+        check_folder(&real)?;
+        let mut ids = vec![id];
+        ids.extend(part_id(&real, writing)?);
+        Ok((Place { named: path.to_owned(), file: Some(real) }, ids))
+    }
+
+    /// As the user named it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.named
+    }
+
+    /// True of a device, a pipe, or where standard output goes.
+    pub(crate) fn is_stream(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Puts `text` there: all of it, or nothing.
+    ///
+    /// # Errors
+    /// Why not; what was there before is there still.
+    pub(crate) fn write(&self, text: &[u8]) -> io::Result<()> {
+        match &self.file {
+            Some(file) => part::replace(file, text, |_| Ok(())),
+            None => part::append(&self.named, text),
+        }
+    }
+
+    /// Begins a recording there, as FILE.part; or writes to what is there, if that is no file.
+    ///
+    /// # Errors
+    /// Why not: among others, that there is a FILE.part.
+    pub(crate) fn begin_recording(&self) -> io::Result<(File, Option<TempPath>)> {
+        match &self.file {
+            Some(file) => {
+                let (opened, mut part) = part::begin_named(file)?;
+                // A recording that is cut short can be read as far as it goes.
+                part.disable_cleanup(true);
+                Ok((opened, Some(part)))
+            }
+            None => Ok((part::open_stream(&self.named)?, None)),
+        }
+    }
+
+    /// Puts the whole recording at `part`, which was begun here, in its place.
+    ///
+    /// # Errors
+    /// Why not; it is at `part` still.
+    pub(crate) fn end_recording(&self, part: TempPath) -> io::Result<()> {
+        match &self.file {
+            Some(file) => part::put(part, file),
+            None => Ok(()),
+        }
+    }
+
+    /// A file without a name, for what is needed only until the output is made.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn nameless(&self) -> io::Result<File> {
+        match &self.file {
+            Some(file) => tempfile::tempfile_in(folder_of(file)),
+            None => tempfile::tempfile(),
+        }
+    }
+}
+
+/// Where a recording is until it is whole, and what stands in its way there.
+fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
+    if writing != Writing::Recording {
+        return Ok(None);
+    }
+    let part = part::named_part(file);
+    if fs::symlink_metadata(&part).is_ok() {
+        let part = part.display();
+        return Err(format!(
+            "{part} is there, and a recording has that name until it is whole. If a run left it, 'hippocamp replay \
+             {part}' reads it; then move it away or delete it, or name another file"
+        ));
+    }
+    Id::of_name(&part).map(Some).map_err(|error| error.to_string())
+}
+
+/// What is at `path`, links followed; none where a file could be made.
+fn look(path: &Path) -> Result<Option<Metadata>, String> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err("is a folder; expected a file".to_owned()),
+        Ok(found) if found.file_type().is_block_device() => {
+            Err("is a disk; expected a file in a folder".to_owned())
+        }
+        Ok(found) => Ok(Some(found)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.to_string()),
+        Err(_) if fs::symlink_metadata(path).is_ok() => {
+            Err("is a link to nothing; delete it, or name another file".to_owned())
+        }
+        Err(_) => {
+            check_folder(path)?;
+            Ok(None)
+        }
+    }
+}
+
+fn check_folder(path: &Path) -> Result<(), String> {
+    let folder = folder_of(path);
+    if path.file_name().is_none() || !folder.is_dir() {
+        return Err("expected a file in a folder that exists".to_owned());
+    }
+    access(folder, Access::WRITE_OK | Access::EXEC_OK)
+        .map_err(|error| format!("the folder {}: {}", folder.display(), io::Error::from(error)))
+}
+
+/// The folder that `path` is in.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// True of a device, a pipe, and the file that standard output or error already goes to.
+fn is_stream(found: &Metadata, id: &Id) -> bool {
+    let is_own = |stream: BorrowedFd<'_>| {
+        let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());
+        stream.is_ok_and(|stream| Id::of(&stream) == *id)
+    };
+    !found.is_file() || is_own(io::stdout().as_fd()) || is_own(io::stderr().as_fd())
+}
