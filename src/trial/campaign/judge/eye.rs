@@ -178,8 +178,14 @@ impl Eye {
             self.is_excused = true;
             return None;
         }
-        // A goal that the servo has set itself is nobody's command: one that holds where it stands.
         let is_ours = truth.goal_taken == Some(truth.goal);
+        if truth.torque_on && !is_ours && !comes_on {
+            // A goal that the servo has set itself is nobody's command: its watchdog has it hold where it stands. From
+            // there its joint may be brought in again.
+            let goal = counts(truth.goal);
+            self.bound = (self.range.0.min(goal), self.range.1.max(goal));
+            self.has_been_inside = false;
+        }
         if !truth.torque_on || !is_ours || !(takes || comes_on) {
             return None;
         }
@@ -200,11 +206,12 @@ impl Eye {
         found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
     }
 
-    /// Inside the range; or, until it was inside once, no further out than the joint has been since the start.
+    /// Inside the range; or, until goal and shaft were inside, no further out than the shaft and the goal before.
     fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
         let ((low, high), shaft) = (self.range, truth.position_counts);
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
-            self.has_been_inside = true;
+            self.has_been_inside |= shaft >= low && shaft <= high;
+            self.bound = self.range;
             return None;
         }
         if !self.has_been_inside {
