@@ -2,9 +2,9 @@
 //! of the servos of a controller that is killed under it.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may panic, and says why it is skipped")]
 
-mod rig;
 #[path = "service/machine.rs"]
 mod machine;
+mod rig;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,7 +59,8 @@ fn the_guard_outlives_its_controller_and_nothing_starts_by_itself() {
 /// The folder with a unit file for `systemd-analyze`, whose program is there.
 fn installed(folder: &Path) -> PathBuf {
     let path = folder.join("hippocamp@.service");
-    let text = unit_text().replace("/usr/local/bin/hippocamp ", concat!(env!("CARGO_BIN_EXE_hippocamp"), " "));
+    let text =
+        unit_text().replace("/usr/local/bin/hippocamp ", concat!(env!("CARGO_BIN_EXE_hippocamp"), " "));
     fs::write(&path, text).unwrap();
     path
 }
@@ -72,13 +73,12 @@ fn systemd_finds_no_fault_with_it_and_little_that_it_exposes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let unit = installed(folder.path());
-    for arguments in [&["verify"][..], &["security", "--offline=true", "--no-pager", "--threshold", EXPOSURE_MAX]] {
+    for arguments in
+        [&["verify"][..], &["security", "--offline=true", "--no-pager", "--threshold", EXPOSURE_MAX]]
+    {
         let output = Command::new("systemd-analyze").args(arguments).arg(&unit).output().unwrap();
-        let said = format!(
-            "{}{}",
-            String::from_utf8_lossy(&output.stdout),
-            String::from_utf8_lossy(&output.stderr)
-        );
+        let said =
+            format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "systemd-analyze {}: {said}", arguments[0]);
         // Lines it does not understand are only warned of.
         assert!(!said.contains("nknown") && !said.contains("ignoring"), "{said}");
