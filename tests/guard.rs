@@ -4,6 +4,7 @@
 mod rig;
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Output};
 
@@ -72,6 +73,45 @@ fn a_safe_end_leaves_no_guard_behind() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(processes_with(&rig.robot_file).is_empty());
     assert!(!said(&output).contains("guard"), "{}", said(&output));
+}
+
+/// Real-time priority of a process' first thread; 0 where it has none (proc(5), rt_priority).
+fn real_time_priority(process: u32) -> u32 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    let (_, fields) = stat.rsplit_once(") ").unwrap();
+    fields.split(' ').nth(37).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
+    let rig = Rig::new("horse.toml", "");
+    let child = rig.start("run", &["--for", "60"]);
+    rig.wait_for_torque(true);
+    let [controller, guard] = [child.id(), guard_of(&rig, &child)].map(real_time_priority);
+    signal(child.id(), "KILL");
+    rig.wait_for_torque(false);
+    child.wait_with_output().unwrap();
+    if controller == 0 {
+        eprintln!(
+            "skipped: this user may not have real-time priorities ('rtprio 80' in limits.conf permits them)"
+        );
+        return;
+    }
+    assert!(guard > controller, "{guard} and {controller}");
+}
+
+#[test]
+fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
+    let rig = Rig::new("horse.toml", "");
+    let device = rig.server.as_ref().unwrap().paths()[0].clone();
+    let earlier = serialport::new(device.to_str().unwrap(), 1_000_000).exclusive(true);
+    let earlier = serialport::TTYPort::open(&earlier).unwrap();
+    let mut child = rig.start("jog", &["left_hind.hip", "-85"]);
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(said.any(|line| line.contains("is in use")), "it did not wait");
+    drop(earlier);
+    let rest: Vec<String> = said.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{rest:?}");
 }
 
 #[test]

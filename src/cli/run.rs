@@ -388,6 +388,9 @@ fn print_summary(robot: &Robot, report: &Report) {
         report.late_cycles,
         LATE_SHARE * robot.period_s() * 1e3
     );
+    if let Some(slowest) = &report.loop_times.slowest {
+        say!("  {slowest}");
+    }
     say!(
         "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",
         report.joints.range_violations,

@@ -16,6 +16,8 @@ pub(super) struct JointSafety {
     /// The lowest and the highest goal, rad, of those that its servo may hold: the last one that it confirmed by a reply,
     /// and all that were sent since.
     pub(super) held_rad: (f64, f64),
+    /// True if it answered the exchange before the last.
+    was_heard: bool,
     /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
     /// has.
     pub(super) is_lost: bool,
@@ -32,6 +34,7 @@ impl JointSafety {
             torque_on_s: None,
             has_started: false,
             held_rad: (0.0, 0.0),
+            was_heard: false,
             is_lost: false,
             recall: Recall::default(),
             trip: Trip::NONE,
@@ -78,7 +81,7 @@ impl JointSafety {
 
     /// The servo holds the last goal and no other.
     fn hold_last_goal(&mut self) {
-        self.held_rad = (self.limiter.goal_rad(), self.limiter.goal_rad());
+        (self.held_rad, self.was_heard) = ((self.limiter.goal_rad(), self.limiter.goal_rad()), true);
     }
 
     /// Without torque a joint is where it is, and would start from there.
@@ -107,13 +110,16 @@ impl JointSafety {
         self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
     }
 
-    /// A servo that answered the last exchange holds the goal that came with it.
+    /// A servo that answers exchange after exchange holds the goal that came with the last. The first answer after a
+    /// silence says less: the servo may have begun to hear between the goal and the question of one request.
     fn note_sent(&mut self, measured: &JointState) {
         let goal_rad = self.limiter.goal_rad();
         let (low, high) = self.held_rad;
-        self.held_rad = match measured.age_s <= 0.0 {
+        let is_heard = measured.age_s <= 0.0;
+        self.held_rad = match is_heard && self.was_heard {
             true => (goal_rad, goal_rad),
             false => (low.min(goal_rad), high.max(goal_rad)),
         };
+        self.was_heard = is_heard;
     }
 }

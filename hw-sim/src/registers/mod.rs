@@ -150,8 +150,8 @@ pub(crate) struct RegisterFile {
     bytes: Vec<u8>,
     /// Which entry of the table each address belongs to.
     owner: Vec<Option<u16>>,
-    /// Which addresses are a whole register of one plain byte: most, and most often asked for.
-    is_plain: Vec<bool>,
+    /// The number in the register each address belongs to, 0 where there is none: asked for far more often than changed.
+    numbers: Vec<i64>,
 }
 
 impl RegisterFile {
@@ -162,12 +162,10 @@ impl RegisterFile {
             table: Vec::new(),
             bytes: vec![0; end],
             owner: vec![None; end],
-            is_plain: vec![false; end],
+            numbers: vec![0; end],
         };
         for (index, register) in table.iter().enumerate() {
             file.owner[usize::from(register.address)..register.end()].fill(u16::try_from(index).ok());
-            file.is_plain[usize::from(register.address)] =
-                register.size == 1 && register.encoding == Encoding::Unsigned;
         }
         file.table = table;
         for index in 0..file.table.len() {
@@ -184,20 +182,19 @@ impl RegisterFile {
 
     /// The number in the register that starts at `address`; 0 where the model has none.
     pub(crate) fn get(&self, address: u16) -> i64 {
-        let place = usize::from(address);
-        if self.is_plain.get(place) == Some(&true) {
-            return i64::from(self.bytes[place]);
-        }
-        self.at(address)
-            .map_or(0, |register| register.decode(&self.bytes[usize::from(register.address)..register.end()]))
+        self.numbers.get(usize::from(address)).copied().unwrap_or(0)
     }
 
     /// Puts the nearest number the register can hold; nothing where the model has none.
     pub(crate) fn set(&mut self, address: u16, value: i64) {
+        if self.get(address) == value {
+            return;
+        }
         if let Some(&register) = self.at(address) {
-            let bytes = register.encode(value);
-            self.bytes[usize::from(register.address)..register.end()]
-                .copy_from_slice(&bytes[..usize::from(register.size)]);
+            let (bytes, places) = (register.encode(value), usize::from(register.address)..register.end());
+            let bytes = &bytes[..usize::from(register.size)];
+            self.bytes[places.clone()].copy_from_slice(bytes);
+            self.numbers[places].fill(register.decode(bytes));
         }
     }
 
@@ -214,7 +211,8 @@ impl RegisterFile {
     /// Takes over what `other`, of the same table, holds in the registers whose address lies in `addresses`.
     pub(crate) fn copy(&mut self, other: &RegisterFile, addresses: std::ops::Range<u16>) {
         let places = usize::from(addresses.start)..usize::from(addresses.end).min(self.bytes.len());
-        self.bytes[places.clone()].copy_from_slice(&other.bytes[places]);
+        self.bytes[places.clone()].copy_from_slice(&other.bytes[places.clone()]);
+        self.numbers[places.clone()].copy_from_slice(&other.numbers[places]);
     }
 
     /// One byte, if a register has it.

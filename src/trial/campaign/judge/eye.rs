@@ -20,8 +20,6 @@ const ROUNDING_COUNTS: f64 = 1.001;
 pub(super) struct Limits {
     /// Length of a cycle, s.
     pub(super) period_s: f64,
-    /// A silence earns no longer leap than this time does, s.
-    pub(super) longest_s: f64,
     /// Share of the no-load speed that is the rate limit.
     pub(super) rate_share: f64,
 }
@@ -180,8 +178,14 @@ impl Eye {
             self.is_excused = true;
             return None;
         }
-        // A goal that the servo has set itself is nobody's command: one that holds where it stands.
         let is_ours = truth.goal_taken == Some(truth.goal);
+        if truth.torque_on && !is_ours && !comes_on {
+            // A goal that the servo has set itself is nobody's command: its watchdog has it hold where it stands. From
+            // there its joint may be brought in again.
+            let goal = counts(truth.goal);
+            self.bound = (self.range.0.min(goal), self.range.1.max(goal));
+            self.has_been_inside = false;
+        }
         if !truth.torque_on || !is_ours || !(takes || comes_on) {
             return None;
         }
@@ -202,11 +206,12 @@ impl Eye {
         found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
     }
 
-    /// Inside the range; or, until it was inside once, no further out than the joint has been since the start.
+    /// Inside the range; or, until goal and shaft were inside, no further out than the shaft and the goal before.
     fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
         let ((low, high), shaft) = (self.range, truth.position_counts);
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
-            self.has_been_inside = true;
+            self.has_been_inside |= shaft >= low && shaft <= high;
+            self.bound = self.range;
             return None;
         }
         if !self.has_been_inside {
@@ -231,8 +236,9 @@ impl Eye {
         ))
     }
 
-    /// No further from the goal before than the rate allows for the time between the two; or to where the shaft is,
-    /// which gives the motor less to do and not more.
+    /// No further from the goal before than the rate allows for one period, or for two where one write was lost, which a
+    /// servo that answers cannot show: neither a silence nor a late cycle earns a longer leap. A goal at no torque moves
+    /// nothing.
     fn judge_rate(
         &mut self,
         now_s: f64,
@@ -240,19 +246,14 @@ impl Eye {
         goal: f64,
         truth: &ServoTruth,
     ) -> Option<(Wrong, String)> {
-        // Motion goes on by one period a cycle, and a cycle after a late one may come soon after it.
-        let time_s = since_s.clamp(self.limits.period_s, self.limits.longest_s);
+        let time_s = since_s.clamp(self.limits.period_s, 2.0 * self.limits.period_s);
         let allowed = self.rate_s * time_s + ROUNDING_COUNTS;
         let before = counts(self.before.goal);
         let leap = (goal - before).abs();
-        if leap <= allowed {
+        if leap <= allowed || truth.torque_limit == 0 {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
-        // The controller knows where it was a cycle ago; it may turn at its no-load speed.
-        if off <= 1.5 * allowed {
-            return None;
-        }
         self.watch_throw(now_s, goal, truth, false);
         Some((
             Wrong::Rate,
