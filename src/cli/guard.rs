@@ -10,10 +10,9 @@
 //! - a beat cannot be written: the guard is gone, or hangs; the controller stops the robot.
 //!
 //! At a safe end the controller kills its guard, which then has nothing left to do.
-#![allow(clippy::print_stdout, reason = "a word to the controller")]
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, IsTerminal, Write};
+use std::io::{BufRead, BufReader, IsTerminal};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -32,6 +31,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::BadInput;
 use super::ports::{PortOption, devices};
+use super::say::complain;
 use crate::bus::Buses;
 use crate::bus::serial::{Device, SerialPorts};
 use crate::config;
@@ -207,7 +207,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     // What keeps other programs from the processors must not keep the guard from the servos. It is nobody's concern
     // whether that is permitted: the controller says so of itself.
     let _ = platform::request_real_time(None);
-    println!("{READY}");
+    say!("{READY}");
 
     let what = match listen(pipe.as_fd())? {
         Found::Gone => "the controller did not end safely".to_owned(),
@@ -271,7 +271,9 @@ fn is_limp(robot: &Robot, device: &Device) -> bool {
 
 /// To the terminal, if there still is one.
 fn tell(words: &str) {
-    let _ = writeln!(std::io::stderr(), "\nhippocamp: {words}");
+    // The controller may have left the cursor behind a status line.
+    complain("");
+    complain(&format!("hippocamp: {words}"));
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::load::load;
-use super::{BadInput, COMPLETED, refuse_inputs, write_whole};
+use super::{BadInput, COMPLETED, refuse_inputs, say, write_whole};
 use crate::model::ReflexMode;
 use crate::plot::{self, FallRow};
 use crate::trial::{
@@ -21,7 +21,7 @@ const BAR: u64 = 40;
 #[derive(Debug, clap::Args)]
 pub(super) struct TryArguments {
     /// The robot file.
-    robot: PathBuf,
+    pub(super) robot: PathBuf,
     /// How many trials.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     runs: u64,
@@ -33,10 +33,10 @@ pub(super) struct TryArguments {
     is_json: bool,
     /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
     #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
+    pub(super) picture: Option<PathBuf>,
     /// Draw how it kept its feet against the hardest push that did not throw it, to this file (SVG).
     #[arg(long, value_name = "FILE")]
-    kept: Option<PathBuf>,
+    pub(super) kept: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -61,9 +61,9 @@ pub(super) fn try_falls(options: &TryArguments) -> Result<u8> {
     let tables = format!("{}\n\n{summary}", headline(options, &trials));
     if options.is_json {
         let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
-        say!("{}", serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
+        say::lines(&serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
     } else {
-        say!("{tables}");
+        say::lines(&tables);
     }
     let ways = [("passive: limp", ReflexMode::Passive), ("reflex", ReflexMode::Reflex)];
     if let Some(path) = &options.picture {
@@ -119,6 +119,7 @@ fn headline(options: &TryArguments, trials: &Trials) -> String {
 }
 
 /// A bar on a terminal; elsewhere nothing but the end.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done: u64, of: u64) {
     let mut err = std::io::stderr().lock();
     if !err.is_terminal() {

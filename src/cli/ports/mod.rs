@@ -10,6 +10,7 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result};
 
+use super::say::complain;
 use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::Device;
@@ -177,9 +178,8 @@ pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
     Ok(ports)
 }
 
-#[allow(clippy::print_stderr, reason = "warnings of the command")]
 pub(super) fn warn(text: &str) {
-    eprintln!("hippocamp: warning: {text}");
+    complain(&format!("hippocamp: warning: {text}"));
 }
 
 /// Each for a bus of the robot, each bus once.
