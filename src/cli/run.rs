@@ -1,6 +1,5 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,10 +19,11 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, write_whole};
+use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, Several, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::config::UnitFile;
+use crate::input::read_text;
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Plan};
@@ -301,11 +301,15 @@ fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
 
 pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
     let file_name = path.display().to_string();
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
+    let text = read_text(path).map_err(|error| {
+        BadInput(format!("{file_name}: expected a fault script that can be read; this one cannot: {error}"))
+    })?;
     simulation::fault_script(robot, &text, &file_name).map_err(|error| {
-        let count = error.mistakes.len();
+        let count = error.count();
         let counted = if count == 1 { "1 mistake".to_owned() } else { format!("{count} mistakes") };
-        BadInput(format!("{error}\n{counted}; nothing was started")).into()
+        let mut lines = error.lines();
+        lines.push(format!("{counted}; nothing was started"));
+        Several { lines, is_input: true }.into()
     })
 }
 
@@ -356,7 +360,7 @@ fn recorder_into(
     // A recording that outgrows a limit of the system's breaks off; it must not kill the controller.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("signals could not be caught")?;
-    let robot_text = fs::read_to_string(&options.robot)
+    let robot_text = read_text(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
     let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
