@@ -75,7 +75,7 @@ impl JointObserver {
                     // A goal that goes back to where the joint is makes no servo turn fast.
                     let from_measured_counts = (angle_rad - measured.position_rad).abs() / servo.count_rad();
                     let is_given_up = from_measured_counts <= allowed;
-                    if f64::from((goal - before).abs()) > allowed + 1e-9 && !is_given_up {
+                    if (f64::from(goal) - f64::from(before)).abs() > allowed + 1e-9 && !is_given_up {
                         self.report.rate_violations += 1;
                     }
                 }
