@@ -62,8 +62,7 @@ pub fn good(file: &Path, cycles: u32) -> Vec<u8> {
     let outcome = [("outcome", "completed".to_owned()), ("cycles", cycles.to_string())];
     let written = recorder.finish(outcome.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());
     assert_eq!(written.error, None);
-    let bytes = memory.0.lock().expect("nobody panics in here").clone();
-    bytes
+    memory.0.lock().expect("nobody panics in here").clone()
 }
 
 /// The recording of these `bytes` with chunks that are not packed, and without sums, so that what is changed in it is

@@ -87,7 +87,7 @@ enum Command {
     ///
     /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
     /// the servos answered, which must give the same goals. Exit codes: 0 all of it agrees, 1 something differs,
-    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short.
+    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short or damaged.
     #[command(
         after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
     )]
@@ -479,7 +479,8 @@ struct RunArguments {
     /// a period after its time; the robot then goes on from where it is.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
+    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until it is
+    /// whole; a FILE.part that is there already is not written over.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Write a page that plays the run to this file; opens in any browser, without a network.

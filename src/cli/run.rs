@@ -29,7 +29,7 @@ use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Plan};
 use crate::operator::Repertoire;
 use crate::output::{Outputs, Place, Writing};
-use crate::recording::{Recorder, RunHeader, Task};
+use crate::recording::{RECORD_MAX, Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
@@ -331,6 +331,15 @@ fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Pla
         let path = record.path().display();
         return Err(BadInput(format!(
             "--record {path}: no file, and the page of --html is made from the recording: name a file, or leave one out"
+        ))
+        .into());
+    }
+    let bytes = fs::metadata(&options.robot).map_or(0, |found| found.len());
+    if (page.is_some() || record.is_some()) && bytes > RECORD_MAX {
+        let path = options.robot.display();
+        return Err(BadInput(format!(
+            "{path}: {bytes} bytes; a recording has the robot file inside, and none of more than {RECORD_MAX} is read back: \
+             take out comments, or run without --record and --html"
         ))
         .into());
     }
