@@ -334,7 +334,7 @@ fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Pla
         ))
         .into());
     }
-    let bytes = fs::metadata(&options.robot).map_or(0, |found| found.len());
+    let bytes = std::fs::metadata(&options.robot).map_or(0, |found| found.len());
     if (page.is_some() || record.is_some()) && bytes > RECORD_MAX {
         let path = options.robot.display();
         return Err(BadInput(format!(
