@@ -4,9 +4,10 @@ use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::say::complain;
+
 /// Does `work`. A panic in it, on any thread, says nothing at first: names for a backtrace take tenths of a second to
 /// look up, which the servos of a loop that panicked do not have. It is said afterwards, backtrace included.
-#[allow(clippy::print_stderr, reason = "what the panic hook would have printed")]
 pub(super) fn said_afterwards<R>(work: impl FnOnce() -> R) -> R {
     let kept = Arc::new(Mutex::new(Vec::new()));
     let keeping = Arc::clone(&kept);
@@ -20,11 +21,11 @@ pub(super) fn said_afterwards<R>(work: impl FnOnce() -> R) -> R {
     let done = work();
     panic::set_hook(usual);
     for (thread, said, backtrace) in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        eprintln!("thread '{thread}' {said}");
-        match backtrace.status() {
-            BacktraceStatus::Captured => eprintln!("{backtrace}"),
-            _ => eprintln!("note: RUST_BACKTRACE=1 shows where it came from"),
-        }
+        let backtrace = match backtrace.status() {
+            BacktraceStatus::Captured => backtrace.to_string(),
+            _ => "note: RUST_BACKTRACE=1 shows where it came from".to_owned(),
+        };
+        format!("thread '{thread}' {said}\n{backtrace}").lines().for_each(complain);
     }
     done
 }

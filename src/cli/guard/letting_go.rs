@@ -1,6 +1,5 @@
 //! The guard's work: to take the torque off, bus by bus, as soon as each can be reached.
 
-use std::io::Write;
 use std::os::fd::OwnedFd;
 use std::time::Duration;
 
@@ -9,6 +8,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::bus::Buses;
 use crate::bus::serial::{Device, OpenCause, SerialPorts};
+use crate::cli::say::complain;
 use crate::model::Robot;
 use crate::platform::{monotonic, sleep_until};
 
@@ -141,7 +141,9 @@ fn only_bus(robot: &Robot, bus: usize) -> Robot {
 
 /// To the terminal, if there still is one.
 fn tell(words: &str) {
-    let _ = writeln!(std::io::stderr(), "\nhippocamp: {words}");
+    // The controller may have left the cursor behind a status line.
+    complain("");
+    complain(&format!("hippocamp: {words}"));
 }
 
 #[cfg(test)]

@@ -11,7 +11,6 @@
 //! - a beat cannot be written: the guard is gone, or hangs; the controller stops the robot.
 //!
 //! At a safe end the controller kills its guard, which then has nothing left to do.
-#![allow(clippy::print_stdout, reason = "a word to the controller")]
 
 mod letting_go;
 mod patience;
@@ -214,7 +213,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     // What keeps other programs from the processors, the controller's loop among them, must not keep the guard from the
     // servos. It is nobody's concern whether that is permitted: the controller says so of itself.
     platform::request_guard_priority();
-    println!("{READY}");
+    say!("{READY}");
 
     let found = listen(pipe.as_fd(), &source)?;
     let what = match found {

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 
+use super::say::complain;
 use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
 use crate::bus::serial::{Device, OpenCause, OpenError};
@@ -204,9 +205,8 @@ fn open_when_free(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts,
     }
 }
 
-#[allow(clippy::print_stderr, reason = "warnings of the command")]
 pub(super) fn warn(text: &str) {
-    eprintln!("hippocamp: warning: {text}");
+    complain(&format!("hippocamp: warning: {text}"));
 }
 
 /// Each for a bus of the robot, each bus once.

@@ -62,6 +62,33 @@ impl Clearance {
         }
     }
 
+    /// The first arm, by its place among the arms, that is nearer to an earlier one, or to the base (none), than it should
+    /// be with these `angles` of all joints, rad; and by how much, m.
+    pub fn too_near(&mut self, angles: &[f64]) -> Option<(usize, Option<usize>, f64)> {
+        self.arms.iter_mut().for_each(|arm| arm.begin(angles));
+        let distance_m = self.distance_m / (1.0 + RESERVE_SHARE);
+        let pairs = || (0..GROUPS).flat_map(|group| (0..GROUPS).map(move |others| (group, others))).skip(1);
+        for (index, arm) in self.arms.iter().enumerate() {
+            for (other_index, other) in self.arms[..index].iter().enumerate() {
+                let least_m = distance_m + arm.radius_m + other.radius_m;
+                let is_m = pairs()
+                    .map(|(group, others)| arm.nearest(group, other, others).now_m)
+                    .fold(f64::INFINITY, f64::min);
+                if is_m < least_m {
+                    return Some((index, Some(other_index), least_m - is_m));
+                }
+            }
+            let Some((center, radius_m)) = self.base else { continue };
+            let least_m = distance_m + arm.radius_m + radius_m;
+            let is_m =
+                (1..GROUPS).map(|group| arm.nearest_to(group, center).now_m).fold(f64::INFINITY, f64::min);
+            if is_m < least_m {
+                return Some((index, None, least_m - is_m));
+            }
+        }
+        None
+    }
+
     /// The arms are limp, or their joints are turned one by one: what comes next begins where it is.
     pub fn pass(&mut self) {
         self.last = None;
