@@ -26,7 +26,7 @@ fn unit_text() -> String {
 fn value(key: &str) -> String {
     let text = unit_text();
     let values = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
-    values.last().unwrap_or_default().to_owned()
+    values.next_back().unwrap_or_default().to_owned()
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::interrupt;
 use super::load::load;
 use super::run::fault_script;
 use super::trial::{BAR, TryArguments, bad_input};
-use super::{BadInput, COMPLETED, FAILED, write_whole};
+use super::{BadInput, COMPLETED, FAILED, say, write_whole};
 use crate::model::{OnTrip, StopAction};
 use crate::output::{Outputs, Writing};
 use crate::platform::process_time;
@@ -104,7 +104,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
         )
         .map_err(bad_input)?;
     failed.map_or(Ok(()), Err)?;
-    say!("{tally}");
+    say::lines(&tally.to_string());
     for (index, subject) in campaign.subjects().iter().enumerate() {
         let hours = tally.robots_s.get(&index).copied().unwrap_or_default() / 3600.0;
         say!("  {}: {hours:.2} virtual hours", subject.robot().name);
@@ -208,7 +208,7 @@ fn again(options: &TryArguments, path: &Path, faults: &Path) -> Result<u8> {
 }
 
 fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
-    say!("{}", episode.script().to_toml());
+    say::lines(&episode.script().to_toml());
     for ordered in &episode.orders {
         say!("# at {:.3} s: {:?}", ordered.at_s, ordered.order);
     }
@@ -230,6 +230,7 @@ fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
 }
 
 /// A bar on a terminal; elsewhere nothing.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done_s: f64, of_s: f64, wrong: u64) {
     let mut err = std::io::stderr().lock();
     if !err.is_terminal() {
@@ -251,6 +252,7 @@ fn show(done_s: f64, of_s: f64, wrong: u64) {
 }
 
 /// Makes room for a line where the bar is.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn clear_bar() {
     let mut err = std::io::stderr().lock();
     if err.is_terminal() {
