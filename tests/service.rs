@@ -25,7 +25,7 @@ fn unit_text() -> String {
 /// The last value of `key` in the unit file; empty where it has none.
 fn value(key: &str) -> String {
     let text = unit_text();
-    let values = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+    let mut values = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
     values.next_back().unwrap_or_default().to_owned()
 }
 
