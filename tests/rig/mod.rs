@@ -66,16 +66,15 @@ impl Rig {
 
     /// `hippocamp COMMAND ROBOT --unit UNIT`, with these more arguments.
     pub(crate) fn start(&self, command: &str, arguments: &[&str]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_hippocamp"))
-            .arg(command)
-            .arg(&self.robot_file)
-            .args(arguments)
-            .arg("--unit")
-            .arg(&self.unit_file)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        self.command(command, arguments).spawn().unwrap()
+    }
+
+    /// The same, not started yet.
+    pub(crate) fn command(&self, name: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
+        command.arg(name).arg(&self.robot_file).args(arguments).arg("--unit").arg(&self.unit_file);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
     }
 
     /// How many servos truly have torque.
