@@ -16,8 +16,8 @@ use crate::signals::Permission;
 use crate::telemetry::{Outcome, Report};
 use crate::trial::campaign::{Episode, Subject};
 
-/// The joint whose servo is written to: a hip.
-const HIP: usize = 1;
+/// The joint whose servo is written to: a hock, which has 110 degrees.
+const HOCK: usize = 3;
 
 static SUBJECT: LazyLock<Subject> = LazyLock::new(|| {
     let robot = config::parse(include_str!("../../../../../config/horse.toml"), "horse.toml").unwrap().robot;
@@ -47,7 +47,7 @@ impl Bench {
         bench
     }
 
-    /// With torque on the hip, where it is.
+    /// With torque on the hock, where it is.
     fn awake() -> Bench {
         let mut bench = Bench::new();
         let middle = bench.range().0.midpoint(bench.range().1);
@@ -57,9 +57,9 @@ impl Bench {
         bench
     }
 
-    /// Goals of the hip, counts.
+    /// Goals of the hock, counts.
     fn range(&self) -> (f64, f64) {
-        let joint = &self.robot.joints[HIP];
+        let joint = &self.robot.joints[HOCK];
         let (a, b) = joint.goal_range_rad();
         let (a, b) = (joint.servo.unwrap().count_of(a), joint.servo.unwrap().count_of(b));
         (a.min(b), a.max(b))
@@ -67,11 +67,11 @@ impl Bench {
 
     /// Degrees as counts.
     fn counts(&self, degrees: f64) -> f64 {
-        degrees.to_radians() / self.robot.joints[HIP].servo.unwrap().count_rad()
+        degrees.to_radians() / self.robot.joints[HOCK].servo.unwrap().count_rad()
     }
 
     fn servo(&mut self) -> &mut ServoTruth {
-        &mut self.truths[HIP]
+        &mut self.truths[HOCK]
     }
 
     fn look(&mut self) {
@@ -81,7 +81,7 @@ impl Bench {
         self.judge.look_at(self.now_s, |_, place| truths[place]);
     }
 
-    /// A cycle in which the hip takes a goal, and has torque.
+    /// A cycle in which the hock takes a goal, and has torque.
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand counts")]
     fn tell(&mut self, goal: f64, torque_limit: i64) {
         let servo = self.servo();
