@@ -46,6 +46,11 @@ enum Bender {
 }
 
 impl Limbs {
+    /// How often so far arms were moved apart that came too near to each other.
+    pub fn corrections(&self) -> u64 {
+        self.clearance.as_ref().map_or(0, Clearance::corrections)
+    }
+
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
         let (bending, clearance) = match &robot.motion {

@@ -89,7 +89,8 @@ mod tests {
     fn a_thread_that_computes_has_had_the_processor_and_pages() {
         let mut meter = Meter::default();
         let before = meter.usage();
-        let mut pages = vec![0_u8; 1 << 20];
+        // More than the allocator ever keeps for later, so that each page is new.
+        let mut pages = vec![0_u8; 40 << 20];
         while meter.usage().since(&before).processor < Duration::from_millis(2) {
             pages.fill(std::hint::black_box(1));
         }

@@ -163,5 +163,21 @@ fn arms_that_lie_in_each_other_are_refused_before_they_push_each_other_for_ever(
         assert_eq!(code, Some(2), "{to}: {stderr}");
         assert!(stderr.contains(says) && stderr.contains("mm less, or roots further apart"), "{stderr}");
     }
+    // Parked they are apart, and in every stroke in each other's way.
+    let crowded = shipped_with("config/octopus.toml", &[("clearance_mm = 8", "clearance_mm = 100")]);
+    let path = written(folder.path(), "crowded.toml", crowded);
+    let (_, stderr, code) = texts(&bounded(&["check", text(&path)]).output().unwrap());
+    assert_eq!((stderr.as_str(), code), ("", Some(0)));
     assert!(config::load(Path::new("config/octopus.toml")).is_ok());
+}
+
+#[test]
+fn a_push_that_throws_the_robot_far_ends_its_run_and_not_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = "[[fault]]\nkind = \"push\"\nat_s = 1\nfor_s = 100\nforce_n = 1e4\n[ground]\nfriction = 0\n";
+    let path = written(folder.path(), "thrown.toml", script);
+    let arguments = ["run", HORSE, "--virtual", "--for", "0", "--faults", text(&path)];
+    let (stdout, stderr, code) = texts(&bounded(&arguments).output().unwrap());
+    assert_eq!(code, Some(3), "{stderr}");
+    assert!(stdout.contains("STOPPED BY SAFETY") && !stderr.contains("panicked"), "{stdout}{stderr}");
 }

@@ -93,10 +93,15 @@ impl Machine {
         machine
     }
 
+    /// A command in the machine.
+    pub(crate) fn run(&self, command: &[&str]) -> std::io::Result<Output> {
+        let first = self.first.to_string();
+        Command::new("nsenter").args(["--target", &first, "--all"]).args(command).output()
+    }
+
     /// `systemctl` in the machine.
     pub(crate) fn systemctl(&self, arguments: &[&str]) -> std::io::Result<Output> {
-        let first = self.first.to_string();
-        Command::new("nsenter").args(["--target", &first, "--all", "systemctl"]).args(arguments).output()
+        self.run(&[&["systemctl"], arguments].concat())
     }
 
     /// What `systemctl` says of a `property` of `unit`.

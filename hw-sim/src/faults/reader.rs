@@ -132,6 +132,8 @@ const STEPS_MAX: usize = 1000;
 /// Longest piece of the script repeated in a mistake, characters.
 const PIECE_SHOWN: usize = 60;
 
+/// Hardest push, N: some hundred times the weight of a robot on a bench.
+const FORCE_MAX_N: f64 = 1e4;
 /// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
 const TIME_MAX_S: f64 = 8.64e6;
 
@@ -281,9 +283,15 @@ impl<'a> Section<'a> {
                 self.mistake("force_n", "no such key beside impulse_n_s: one of them tells how strong it is");
                 0.0
             }
-            (Some(_), None) => for_s * self.number("force_n", "the force of the push in N", &(1e-6..=1e4)),
+            (Some(_), None) => {
+                for_s * self.number("force_n", "the force of the push in N", &(1e-6..=FORCE_MAX_N))
+            }
             (None, _) => self.number("impulse_n_s", "force times time of the push in N s", &(1e-6..=1e4)),
         };
+        if self.value("impulse_n_s").is_some() && impulse_n_s > for_s * FORCE_MAX_N {
+            let expected = format!("a push of at most {FORCE_MAX_N} N: a weaker one, or over a longer for_s");
+            self.mistake("impulse_n_s", expected);
+        }
         let direction = self.optional("direction_deg", DIRECTION, &(-360.0..=360.0));
         let every_s = self.optional("every_s", "after how many s it comes again", &(1e-3..=TIME_MAX_S));
         let place_m = self.value("place_mm").map_or([0.0; 3], |value| {

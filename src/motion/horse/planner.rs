@@ -203,7 +203,7 @@ impl Planner {
                 steady.recount_lift_offs(now_s);
                 match gait {
                     Some(gait) if gait != present && !strides.is_changing(now_s) => {
-                        self.try_to_change_gait(plan, walk, &steady, now_s, wish, reach, search)
+                        self.try_to_change_gait(plan, walk, (&steady, now_s), wish, reach, search)
                     }
                     Some(gait) if gait != present => {
                         // Another gait is just being taken: the speed can follow, within what that one can do.
@@ -223,8 +223,7 @@ impl Planner {
         &mut self,
         plan: &HorsePlan,
         walk: &mut Walk,
-        steady: &Walk,
-        now_s: f64,
+        (steady, now_s): (&Walk, f64),
         wish: Wish,
         reach: &Reachable,
         search: &mut Search,

@@ -39,6 +39,7 @@ pub struct Clearance {
     period_s: f64,
     /// What was done in the cycle before; none where arms were limp.
     last: Option<Mode>,
+    corrections: u64,
 }
 
 /// Who asks for the angles.
@@ -59,7 +60,13 @@ impl Clearance {
             distance_m: (1.0 + RESERVE_SHARE) * tentacle.clearance_m,
             period_s: robot.period_s(),
             last: None,
+            corrections: 0,
         }
+    }
+
+    /// How often so far two arms, or an arm and the base, were moved apart.
+    pub fn corrections(&self) -> u64 {
+        self.corrections
     }
 
     /// The first arm, by its place among the arms, that is nearer to an earlier one, or to the base (none), than it should
@@ -114,18 +121,19 @@ impl Clearance {
 
     fn part(&mut self, mode: Mode) {
         for _ in 0..PASSES {
-            let mut is_good = true;
+            let mut corrections = 0;
             self.visit_pairs(
                 |a, b, near, short_m| {
-                    is_good = false;
+                    corrections += 1;
                     near.part(a, b, short_m);
                 },
                 mode,
                 GOOD_M,
             );
-            if is_good {
+            if corrections == 0 {
                 return;
             }
+            self.corrections += corrections;
         }
         // Where that did not help, who is too near stays where it is: then all distances are what they were.
         for _ in 0..=self.arms.len() {

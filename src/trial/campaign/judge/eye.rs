@@ -3,15 +3,9 @@
 use hw_sim::ServoTruth;
 
 use super::Wrong;
+use super::throw::Throw;
 use crate::model::{Joint, Servo};
 
-/// A goal further than this from the shaft when torque comes on, or when it leaps, may throw the shaft, degrees.
-const FAR_DEG: f64 = 5.0;
-/// A motor held to less than this share of its stall torque throws nothing: what comes on slowly pushes.
-const STRONG_SHARE: f64 = 0.3;
-/// A shaft that goes so far towards such a goal within so long was thrown, degrees and s: three times the slow rate.
-const THROWN_DEG: f64 = 5.0;
-const THROWN_S: f64 = 0.05;
 /// What an encoder and rounding leave open, counts.
 const ROUNDING_COUNTS: f64 = 1.001;
 
@@ -53,15 +47,6 @@ pub(super) struct Eye {
     reach_since_s: Option<f64>,
     before: ServoTruth,
     throw: Option<Throw>,
-}
-
-/// A goal far from the shaft at full torque, all at once: the shaft is watched.
-#[derive(Debug, Clone, Copy)]
-struct Throw {
-    since_s: f64,
-    from: f64,
-    goal: f64,
-    by_torque: bool,
 }
 
 impl Eye {
@@ -200,7 +185,7 @@ impl Eye {
             return found;
         }
         if is_first {
-            self.watch_throw(now_s, goal, truth, true);
+            self.throw = self.throw_of(now_s, goal, truth, "its torque came on").or(self.throw);
             return found;
         }
         found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
@@ -254,7 +239,7 @@ impl Eye {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
-        self.watch_throw(now_s, goal, truth, false);
+        self.throw = self.throw_of(now_s, goal, truth, "its goal leapt").or(self.throw);
         Some((
             Wrong::Rate,
             format!(
@@ -270,36 +255,19 @@ impl Eye {
         ))
     }
 
-    /// Watches the shaft from now on, if this goal may throw it.
-    fn watch_throw(&mut self, now_s: f64, goal: f64, truth: &ServoTruth, by_torque: bool) {
-        // Where the shaft was before: the motor has had the time since the last look.
+    /// What this goal may do to the shaft, which was where it was at the last look: the motor has had the time since.
+    fn throw_of(&self, now_s: f64, goal: f64, truth: &ServoTruth, cause: &'static str) -> Option<Throw> {
         let from = self.before.position_counts;
-        let is_far = (goal - from).abs() * self.degrees > FAR_DEG;
-        if is_far && self.torque_share(truth) >= STRONG_SHARE {
-            self.throw = Some(Throw { since_s: now_s, from, goal, by_torque });
-        }
+        Throw::of(now_s, (from, goal), self.degrees, self.torque_share(truth), cause)
     }
 
     fn judge_throw(&mut self, now_s: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
         let throw = self.throw?;
-        let way = (truth.position_counts - throw.from) * (throw.goal - throw.from).signum() * self.degrees;
-        if way >= THROWN_DEG {
-            self.throw = None;
-            let cause = if throw.by_torque { "its torque came on" } else { "its goal leapt" };
-            let off = (throw.goal - throw.from).abs() * self.degrees;
-            return Some((
-                Wrong::Snap,
-                format!(
-                    "{}: {cause} with the goal {off:.1} degrees off the shaft, which went {way:.1} degrees within {:.0} ms",
-                    self.name,
-                    (now_s - throw.since_s) * 1e3 + 1e3 * self.limits.period_s
-                ),
-            ));
-        }
-        if !truth.torque_on || now_s - throw.since_s > THROWN_S {
+        let found = throw.thrown(now_s, truth.position_counts, self.degrees);
+        if found.is_some() || !truth.torque_on || throw.is_over(now_s) {
             self.throw = None;
         }
-        None
+        Some((Wrong::Snap, format!("{}: {}", self.name, found?)))
     }
 
     fn torque_share(&self, truth: &ServoTruth) -> f64 {

@@ -7,6 +7,7 @@ mod end;
 mod eye;
 #[cfg(test)]
 mod tests;
+mod throw;
 
 use hw_sim::{ServoTruth, World};
 

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod ends;
+
 use std::sync::LazyLock;
 
 use hw_sim::ServoTruth;
@@ -14,11 +16,11 @@ use crate::signals::Permission;
 use crate::telemetry::{Outcome, Report};
 use crate::trial::campaign::{Episode, Subject};
 
-/// The joint whose servo is written to: a hip, from -100 to 30 degrees or so.
-const HIP: usize = 1;
+/// The joint whose servo is written to: a hock, which has 110 degrees.
+const HOCK: usize = 3;
 
 static SUBJECT: LazyLock<Subject> = LazyLock::new(|| {
-    let robot = config::parse(include_str!("../../../../config/horse.toml"), "horse.toml").unwrap().robot;
+    let robot = config::parse(include_str!("../../../../../config/horse.toml"), "horse.toml").unwrap().robot;
     let capability = crate::capability::Capability::of(&robot).unwrap();
     Subject::new(robot, capability).unwrap()
 });
@@ -45,7 +47,7 @@ impl Bench {
         bench
     }
 
-    /// With torque on the hip, where it is.
+    /// With torque on the hock, where it is.
     fn awake() -> Bench {
         let mut bench = Bench::new();
         let middle = bench.range().0.midpoint(bench.range().1);
@@ -55,9 +57,9 @@ impl Bench {
         bench
     }
 
-    /// Goals of the hip, counts.
+    /// Goals of the hock, counts.
     fn range(&self) -> (f64, f64) {
-        let joint = &self.robot.joints[HIP];
+        let joint = &self.robot.joints[HOCK];
         let (a, b) = joint.goal_range_rad();
         let (a, b) = (joint.servo.unwrap().count_of(a), joint.servo.unwrap().count_of(b));
         (a.min(b), a.max(b))
@@ -65,11 +67,11 @@ impl Bench {
 
     /// Degrees as counts.
     fn counts(&self, degrees: f64) -> f64 {
-        degrees.to_radians() / self.robot.joints[HIP].servo.unwrap().count_rad()
+        degrees.to_radians() / self.robot.joints[HOCK].servo.unwrap().count_rad()
     }
 
     fn servo(&mut self) -> &mut ServoTruth {
-        &mut self.truths[HIP]
+        &mut self.truths[HOCK]
     }
 
     fn look(&mut self) {
@@ -79,7 +81,7 @@ impl Bench {
         self.judge.look_at(self.now_s, |_, place| truths[place]);
     }
 
-    /// A cycle in which the hip takes a goal, and has torque.
+    /// A cycle in which the hock takes a goal, and has torque.
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand counts")]
     fn tell(&mut self, goal: f64, torque_limit: i64) {
         let servo = self.servo();
@@ -191,6 +193,25 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
     }
 }
 
+/// Its watchdog has it hold where it stands, which is outside: from there it is brought in.
+#[test]
+fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
+    for holds_itself in [true, false] {
+        let mut bench = Bench::awake();
+        let (low, _) = bench.range();
+        let outside = (low - bench.counts(2.0)).round();
+        bench.servo().position_counts = outside;
+        if holds_itself {
+            #[allow(clippy::cast_possible_truncation, reason = "a few thousand counts")]
+            let held = outside as i64;
+            bench.servo().goal = held;
+        }
+        bench.look();
+        bench.tell(outside + 1.0, 1000);
+        assert_eq!(bench.found().is_empty(), holds_itself);
+    }
+}
+
 #[test]
 fn a_servo_that_obeys_what_was_meant_for_another_is_excused() {
     let mut bench = Bench::awake();
@@ -215,123 +236,4 @@ fn a_shaft_that_is_thrown_is_a_snap_and_one_that_is_pushed_slowly_is_none() {
         bench.look();
         assert_eq!(bench.found() == [Wrong::Snap], is_snap, "at {torque_limit}");
     }
-}
-
-#[test]
-fn nothing_comes_alive_after_the_run() {
-    let mut bench = Bench::awake();
-    assert_eq!(bench.end(&Ended::GivenUp), []);
-    let goal = bench.servo().goal;
-    bench.look();
-    assert_eq!(bench.found(), []);
-    #[allow(clippy::cast_precision_loss, reason = "a few thousand counts")]
-    bench.tell(goal as f64, 1000);
-    assert_eq!(bench.found(), [Wrong::Moved]);
-    bench.servo().torque_on = false;
-    bench.look();
-    bench.servo().torque_on = true;
-    bench.look();
-    assert_eq!(bench.found(), [Wrong::Moved; 2]);
-    let servo = bench.servo();
-    (servo.torque_on, servo.torque_nm) = (false, 0.0);
-    bench.look();
-    bench.servo().torque_nm = 0.1;
-    bench.look();
-    assert_eq!(bench.found(), [Wrong::Moved; 3], "a motor turns without torque");
-}
-
-#[test]
-fn torque_after_a_limp_end_is_found_unless_the_report_tells_of_a_servo_that_cannot_be_reached() {
-    for (is_reachable, is_told, found) in [
-        (true, false, vec![Wrong::Torque]),
-        (true, true, vec![Wrong::Torque]),
-        (false, true, vec![]),
-        (false, false, vec![Wrong::Torque, Wrong::Report]),
-    ] {
-        let mut bench = Bench::awake();
-        bench.robot.stop_action = StopAction::SitThenLimp;
-        bench.servo().is_reachable = is_reachable;
-        (0..200).for_each(|_| bench.look());
-        // The servo that is told of cost as many replies.
-        let ended = report(|report| {
-            report.is_end_heard = !is_told;
-            report.buses[0].missing = if is_reachable { 0 } else { 200 };
-        });
-        let mut told: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
-        // What nothing befell cost no replies: that is another finding, of this bench alone.
-        told.retain(|wrong| *wrong != Wrong::Report || !is_reachable && !is_told);
-        told.dedup();
-        assert_eq!(told, found, "reachable {is_reachable}, told {is_told}");
-    }
-    let mut bench = Bench::awake();
-    let error = StartError::Transaction(TransactionError::NoServo { joint: 0 });
-    let found = bench.end(&Ended::NotStarted(error));
-    assert_eq!(found[0].wrong, Wrong::Torque);
-    assert!(found[0].what.contains("never began"), "{}", found[0].what);
-}
-
-#[test]
-fn a_report_that_counts_nothing_where_goals_left_their_limits_is_untrue() {
-    let mut bench = Bench::awake();
-    let (_, high) = bench.range();
-    bench.tell(high + 50.0, 1000);
-    bench.servo().torque_on = false;
-    bench.look();
-    let ended = report(|report| report.outcome = Outcome::Completed);
-    let found: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
-    assert_eq!(found, [Wrong::Range, Wrong::Report]);
-
-    // Replies that were lost and are not counted, and some that were not and are.
-    let mut bench = Bench::new();
-    bench.servo().is_reachable = false;
-    (0..500).for_each(|_| bench.look());
-    let found = bench.end(&report(|_| {}));
-    assert!(found[0].what.contains("could not be reached 500 times"), "{found:?}");
-    let found = Bench::new().end(&report(|report| report.buses[0].corrupt = 500));
-    assert!(found[0].what.contains("nothing befell any"), "{found:?}");
-}
-
-#[test]
-fn a_panic_is_found_wherever_it_was() {
-    let in_loop = report(|report| report.reason = "the loop panicked: this is a defect".to_owned());
-    for ended in [in_loop, Ended::Panicked("a panic".to_owned())] {
-        assert_eq!(Bench::new().end(&ended)[0].wrong, Wrong::Panic);
-    }
-}
-
-#[test]
-fn holds_and_runs_end() {
-    let status = |time_s, permission| Status {
-        time_s,
-        activity: Activity::Walking,
-        permission,
-        speed_m_s: 0.0,
-        yaw_rate_rad_s: 0.0,
-        gait: None,
-        stroke: None,
-        frozen: 0,
-        outage: None,
-        late_cycles: 0,
-        hottest_c: 0.0,
-        lowest_v: 0.0,
-        is_imu_lost: false,
-        is_recording_lost: false,
-    };
-    let mut bench = Bench::new();
-    // Hold after hold, each as long as it may be.
-    for hold in 0..4 {
-        let at_s = 4.0 * f64::from(hold);
-        for (after_s, permission) in
-            [(0.0, Permission::Hold), (2.2, Permission::Hold), (2.3, Permission::Move)]
-        {
-            assert!(!bench.judge.note(&status(at_s + after_s, permission)));
-        }
-    }
-    assert!(!bench.judge.note(&status(20.0, Permission::Hold)));
-    assert!(bench.judge.note(&status(45.0, Permission::Hold)));
-    assert_eq!(bench.found(), [Wrong::Endless]);
-    let mut bench = Bench::new();
-    assert!(!bench.judge.note(&status(40.0, Permission::Stop)));
-    assert!(bench.judge.note(&status(150.0, Permission::Stop)));
-    assert_eq!(bench.found(), [Wrong::Endless]);
 }

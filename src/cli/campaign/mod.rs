@@ -1,41 +1,40 @@
 //! `hippocamp try --faults`: robots run over and over while everything goes wrong.
 
+mod episode;
+
 use std::fs::{self, File, OpenOptions};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use anyhow::{Context, Result};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::interrupt;
 use super::load::load;
-use super::run::fault_script;
 use super::trial::{BAR, TryArguments, bad_input};
-use super::{BadInput, COMPLETED, FAILED, write_whole};
-use crate::model::{OnTrip, StopAction};
-use crate::output::{Outputs, Writing};
+use super::{BadInput, COMPLETED, FAILED, say};
 use crate::platform::process_time;
-use crate::trial::campaign::{Campaign, Episode, Judged, Played, Subject, Tally, Wrong, play};
+use crate::trial::campaign::{Campaign, Episode, Judged, Subject, Tally, play};
+use episode::{again, tell_of, write_finding};
 
 /// Where a campaign keeps what is done, in its folder.
 const KEPT: &str = "episodes.jsonl";
 
-/// An episode as it is written beside its faults: one that was drawn, and what of it was changed.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    robot: String,
+/// The first line of what is kept: what the numbers below belong to.
+#[derive(Debug, Serialize)]
+struct Head<'a> {
     seed: u64,
-    number: u64,
-    found: Vec<String>,
-    end_s: f64,
-    physics: bool,
-    sits: bool,
-    stops_holding: bool,
-    trips_freeze: bool,
-    /// Times of the orders that are left.
-    orders_s: Vec<f64>,
+    robots: Vec<std::borrow::Cow<'a, str>>,
+}
+
+impl<'a> Head<'a> {
+    fn of(options: &'a TryArguments) -> Head<'a> {
+        Head {
+            seed: options.seed,
+            robots: options.robots.iter().map(|path| path.to_string_lossy()).collect(),
+        }
+    }
 }
 
 /// Tries robots while everything goes wrong, or plays one episode again.
@@ -69,8 +68,22 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
     fs::create_dir_all(folder).with_context(|| format!("{} could not be made", folder.display()))?;
     let kept = folder.join(KEPT);
     let mut tally = Tally::default();
-    match fs::read_to_string(&kept) {
-        Ok(text) if options.campaign.resume => tally.take_up(&text),
+    let head =
+        serde_json::to_string(&Head::of(options)).context("the campaign could not be put into JSON")?;
+    let is_new = match fs::read_to_string(&kept) {
+        Ok(text) if options.campaign.resume => {
+            let first = text.lines().next().unwrap_or_default();
+            if first != head {
+                let said = format!(
+                    "{}: expected {head} in its first line, the same robots in the same order and the same seed; it has \
+                     {first}",
+                    kept.display()
+                );
+                return Err(BadInput(said).into());
+            }
+            tally.take_up(&text);
+            false
+        }
         Ok(_) => {
             let said = format!(
                 "{} is there already: go on with --resume, or name another folder with --out",
@@ -78,13 +91,16 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
             );
             return Err(BadInput(said).into());
         }
-        Err(_) => {}
-    }
+        Err(_) => true,
+    };
     let mut log = OpenOptions::new()
         .create(true)
         .append(true)
         .open(&kept)
         .with_context(|| format!("{} could not be opened", kept.display()))?;
+    if is_new {
+        writeln!(log, "{head}").with_context(|| format!("{} could not be written", kept.display()))?;
+    }
     let is_to_stop = interrupt::catch()?;
     let begun = process_time();
     let before_s = tally.virtual_s;
@@ -104,7 +120,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
         )
         .map_err(bad_input)?;
     failed.map_or(Ok(()), Err)?;
-    say!("{tally}");
+    say::lines(&tally.to_string());
     for (index, subject) in campaign.subjects().iter().enumerate() {
         let hours = tally.robots_s.get(&index).copied().unwrap_or_default() / 3600.0;
         say!("  {}: {hours:.2} virtual hours", subject.robot().name);
@@ -138,98 +154,8 @@ fn keep(
     Ok(())
 }
 
-/// Writes the smallest episode of a finding to a folder of its own, and says how to play it again.
-fn write_finding(
-    options: &TryArguments,
-    campaign: &Campaign,
-    judged: &Judged,
-    (wrong, episode, played): (Wrong, &Episode, &Played),
-) -> Result<()> {
-    let path = &options.robots[judged.subject];
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let folder = options.campaign.out.join(format!("{}-{stem}-{}", wrong.name(), judged.number));
-    fs::create_dir_all(&folder).with_context(|| format!("{} could not be made", folder.display()))?;
-    let written = Written {
-        robot: path.display().to_string(),
-        seed: options.seed,
-        number: judged.number,
-        found: played.findings.iter().map(said).collect(),
-        end_s: episode.end_s,
-        physics: episode.has_physics,
-        sits: episode.sits,
-        stops_holding: episode.stop_action == StopAction::Hold,
-        trips_freeze: episode.on_trip == OnTrip::Freeze,
-        orders_s: episode.orders.iter().map(|ordered| ordered.at_s).collect(),
-    };
-    let (faults, file) = (folder.join("faults.toml"), folder.join("episode.toml"));
-    let text = toml::to_string(&written).context("an episode could not be put into TOML")?;
-    let mut outputs = Outputs::of_reading(&options.robots);
-    for (path, text) in [(&faults, &episode.script().to_toml()), (&file, &text)] {
-        write_whole(&outputs.claim("--out", path, Writing::Whole)?, text)?;
-    }
-    clear_bar();
-    let robot = campaign.subjects()[judged.subject].robot();
-    say!("{}, episode {}: {}", robot.name, judged.number, wrong.name());
-    played.findings.iter().for_each(|finding| say!("  {}", said(finding)));
-    say!(
-        "  again: hippocamp try {} --faults {} --episode {}",
-        path.display(),
-        faults.display(),
-        file.display()
-    );
-    Ok(())
-}
-
-fn said(finding: &crate::trial::campaign::Finding) -> String {
-    format!("{} at {:.3} s: {}", finding.wrong.name(), finding.time_s, finding.what)
-}
-
-/// Plays the episode at `path` again, with the faults at `faults`.
-fn again(options: &TryArguments, path: &Path, faults: &Path) -> Result<u8> {
-    let [robot] = &options.robots[..] else {
-        return Err(BadInput("--episode: expected one robot, whose episode it is".to_owned()).into());
-    };
-    let subject = subject(robot)?;
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
-    let written: Written =
-        toml::from_str(&text).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
-    let mut episode = Episode::draw(&subject, written.seed, written.number);
-    if faults != Path::new("random") {
-        episode.faults = fault_script(subject.robot(), faults)?.faults;
-    }
-    episode.end_s = written.end_s;
-    episode.has_physics = written.physics && subject.robot().physics.is_some();
-    episode.sits = written.sits;
-    episode.stop_action = if written.stops_holding { StopAction::Hold } else { StopAction::SitThenLimp };
-    episode.on_trip = if written.trips_freeze { OnTrip::Freeze } else { OnTrip::Stop };
-    let is_left = |at_s: f64| written.orders_s.iter().any(|left_s| (left_s - at_s).abs() < 1e-9);
-    episode.orders.retain(|ordered| is_left(ordered.at_s));
-    tell_of(&play(&subject, &episode)?, &episode)
-}
-
-fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
-    say!("{}", episode.script().to_toml());
-    for ordered in &episode.orders {
-        say!("# at {:.3} s: {:?}", ordered.at_s, ordered.order);
-    }
-    say!(
-        "# told to stop at {:.3} s; physics {}, sits {}, {:?}, {:?}",
-        episode.end_s,
-        episode.has_physics,
-        episode.sits,
-        episode.stop_action,
-        episode.on_trip
-    );
-    let outcome = played.outcome.map_or("not started", crate::telemetry::Outcome::name);
-    say!("{outcome} after {:.2} s: {}", played.virtual_s, played.reason);
-    played.findings.iter().for_each(|finding| say!("{}", said(finding)));
-    if played.findings.is_empty() {
-        say!("nothing found");
-    }
-    Ok(if played.findings.is_empty() { COMPLETED } else { FAILED })
-}
-
 /// A bar on a terminal; elsewhere nothing.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done_s: f64, of_s: f64, wrong: u64) {
     let mut err = std::io::stderr().lock();
     if !err.is_terminal() {
@@ -251,6 +177,7 @@ fn show(done_s: f64, of_s: f64, wrong: u64) {
 }
 
 /// Makes room for a line where the bar is.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn clear_bar() {
     let mut err = std::io::stderr().lock();
     if err.is_terminal() {

@@ -1,0 +1,122 @@
+//! How runs end, before the judge.
+
+use super::*;
+
+#[test]
+fn nothing_comes_alive_after_the_run() {
+    let mut bench = Bench::awake();
+    assert_eq!(bench.end(&Ended::GivenUp), []);
+    let goal = bench.servo().goal;
+    bench.look();
+    assert_eq!(bench.found(), []);
+    #[allow(clippy::cast_precision_loss, reason = "a few thousand counts")]
+    bench.tell(goal as f64, 1000);
+    assert_eq!(bench.found(), [Wrong::Moved]);
+    bench.servo().torque_on = false;
+    bench.look();
+    bench.servo().torque_on = true;
+    bench.look();
+    assert_eq!(bench.found(), [Wrong::Moved; 2]);
+    let servo = bench.servo();
+    (servo.torque_on, servo.torque_nm) = (false, 0.0);
+    bench.look();
+    bench.servo().torque_nm = 0.1;
+    bench.look();
+    assert_eq!(bench.found(), [Wrong::Moved; 3], "a motor turns without torque");
+}
+
+#[test]
+fn torque_after_a_limp_end_is_found_unless_the_report_tells_of_a_servo_that_cannot_be_reached() {
+    for (is_reachable, is_told, found) in [
+        (true, false, vec![Wrong::Torque]),
+        (true, true, vec![Wrong::Torque]),
+        (false, true, vec![]),
+        (false, false, vec![Wrong::Torque, Wrong::Report]),
+    ] {
+        let mut bench = Bench::awake();
+        bench.robot.stop_action = StopAction::SitThenLimp;
+        bench.servo().is_reachable = is_reachable;
+        (0..200).for_each(|_| bench.look());
+        // The servo that is told of cost as many replies.
+        let ended = report(|report| {
+            report.is_end_heard = !is_told;
+            report.buses[0].missing = if is_reachable { 0 } else { 200 };
+        });
+        let mut told: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
+        // What nothing befell cost no replies: that is another finding, of this bench alone.
+        told.retain(|wrong| *wrong != Wrong::Report || !is_reachable && !is_told);
+        told.dedup();
+        assert_eq!(told, found, "reachable {is_reachable}, told {is_told}");
+    }
+    let mut bench = Bench::awake();
+    let error = StartError::Transaction(TransactionError::NoServo { joint: 0 });
+    let found = bench.end(&Ended::NotStarted(error));
+    assert_eq!(found[0].wrong, Wrong::Torque);
+    assert!(found[0].what.contains("never began"), "{}", found[0].what);
+}
+
+#[test]
+fn a_report_that_counts_nothing_where_goals_left_their_limits_is_untrue() {
+    let mut bench = Bench::awake();
+    let (_, high) = bench.range();
+    bench.tell(high + 50.0, 1000);
+    bench.servo().torque_on = false;
+    bench.look();
+    let ended = report(|report| report.outcome = Outcome::Completed);
+    let found: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
+    assert_eq!(found, [Wrong::Range, Wrong::Report]);
+
+    // Replies that were lost and are not counted, and some that were not and are.
+    let mut bench = Bench::new();
+    bench.servo().is_reachable = false;
+    (0..500).for_each(|_| bench.look());
+    let found = bench.end(&report(|_| {}));
+    assert!(found[0].what.contains("could not be reached 500 times"), "{found:?}");
+    let found = Bench::new().end(&report(|report| report.buses[0].corrupt = 500));
+    assert!(found[0].what.contains("nothing befell any"), "{found:?}");
+}
+
+#[test]
+fn a_panic_is_found_wherever_it_was() {
+    let in_loop = report(|report| report.reason = "the loop panicked: this is a defect".to_owned());
+    for ended in [in_loop, Ended::Panicked("a panic".to_owned())] {
+        assert_eq!(Bench::new().end(&ended)[0].wrong, Wrong::Panic);
+    }
+}
+
+#[test]
+fn holds_and_runs_end() {
+    let status = |time_s, permission| Status {
+        time_s,
+        activity: Activity::Walking,
+        permission,
+        speed_m_s: 0.0,
+        yaw_rate_rad_s: 0.0,
+        gait: None,
+        stroke: None,
+        frozen: 0,
+        outage: None,
+        late_cycles: 0,
+        hottest_c: 0.0,
+        lowest_v: 0.0,
+        is_imu_lost: false,
+        is_recording_lost: false,
+    };
+    let mut bench = Bench::new();
+    // Hold after hold, each as long as it may be.
+    for hold in 0..4 {
+        let at_s = 4.0 * f64::from(hold);
+        for (after_s, permission) in
+            [(0.0, Permission::Hold), (2.2, Permission::Hold), (2.3, Permission::Move)]
+        {
+            assert!(!bench.judge.note(&status(at_s + after_s, permission)));
+        }
+    }
+    assert!(!bench.judge.note(&status(20.0, Permission::Hold)));
+    assert!(bench.judge.note(&status(45.0, Permission::Hold)));
+    assert_eq!(bench.found(), [Wrong::Endless]);
+    let mut bench = Bench::new();
+    assert!(!bench.judge.note(&status(40.0, Permission::Stop)));
+    assert!(bench.judge.note(&status(150.0, Permission::Stop)));
+    assert_eq!(bench.found(), [Wrong::Endless]);
+}
