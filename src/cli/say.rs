@@ -48,13 +48,24 @@ fn write_line(out: &mut impl Write, text: &str) -> io::Result<()> {
     out.write_all(format!("{}\n", printable(text)).as_bytes())
 }
 
-/// Notes what became of writing to standard output. A reader who has gone away has seen enough.
+/// Notes what became of writing to standard output. A reader who has gone away has seen enough, and so has one whose
+/// terminal is gone.
 pub(super) fn note(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != io::ErrorKind::BrokenPipe
+        && !is_terminal_gone(&error)
     {
         LOST.get_or_init(|| error.to_string());
     }
+}
+
+/// A terminal that was closed fails as a broken disk does; but it is a device of characters.
+fn is_terminal_gone(error: &io::Error) -> bool {
+    use std::os::fd::AsFd;
+    let is_device = rustix::fs::fstat(io::stdout().as_fd()).is_ok_and(|found| {
+        rustix::fs::FileType::from_raw_mode(found.st_mode) == rustix::fs::FileType::CharacterDevice
+    });
+    error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) && is_device
 }
 
 /// What `code` becomes at the program's end: a result that did not reach standard output is no success, and is told.

@@ -7,14 +7,16 @@ use crate::signals::State;
 /// One of the two ends. `from` fields are motion time, s.
 ///
 /// ```text
-/// Limp -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
-///   |                                                        ^
-///   +--------------------------------------------------------+   told to end before there was torque
+/// Limp -> Heard -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
+///   |                                                                 ^
+///   +-----------------------------------------------------------------+   told to end before there was torque
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Ends {
     /// Waits until every servo is heard.
     Limp,
+    /// Every servo was heard: in this cycle safety says where goals start.
+    Heard,
     /// The torque rises, at a rate safety keeps, where every joint is.
     TorqueUp { from: f64 },
     /// The torque falls to nothing from this share of what is permitted, where every joint is.
@@ -35,13 +37,19 @@ impl Ends {
         pose_rad: &mut [f64],
     ) -> Option<Ends> {
         Some(match self {
-            Ends::Limp if must_end => Ends::Done,
+            Ends::Limp | Ends::Heard if must_end => Ends::Done,
             // A limp joint may be moved by hand: torque comes on only where it was heard to be just now.
-            Ends::Limp if state.is_fresh() => {
-                for (angle, joint) in pose_rad.iter_mut().zip(&state.joints) {
-                    *angle = joint.position_rad;
-                }
+            Ends::Heard if state.is_fresh() => {
+                // Where goals start: where each joint is, or at its border where it hangs a little outside.
+                pose_rad.copy_from_slice(&state.goal_rad);
                 Ends::TorqueUp { from: now_s }
+            }
+            Ends::Limp | Ends::Heard => {
+                if state.is_fresh() {
+                    Ends::Heard
+                } else {
+                    Ends::Limp
+                }
             }
             Ends::TorqueUp { from } if now_s >= from + ramp_s => return None,
             Ends::LetGo { from, .. } if now_s >= from + ramp_s => Ends::Done,
@@ -60,19 +68,19 @@ impl Ends {
     pub(super) fn torque_share(self, now_s: f64, ramp_s: f64) -> f64 {
         match self {
             Ends::LetGo { from, share } => share * (1.0 - smooth_step((now_s - from) / ramp_s)),
-            Ends::Limp | Ends::TorqueUp { .. } | Ends::Done => 1.0,
+            Ends::Limp | Ends::Heard | Ends::TorqueUp { .. } | Ends::Done => 1.0,
         }
     }
 
     /// Whether no joint is to have torque.
     pub(super) fn is_limp(self) -> bool {
-        matches!(self, Ends::Limp | Ends::Done)
+        matches!(self, Ends::Limp | Ends::Heard | Ends::Done)
     }
 
     /// What a robot is doing that does `moving` between its ends.
     pub(super) fn activity(self, moving: Activity) -> Activity {
         match self {
-            Ends::Limp => Activity::Limp,
+            Ends::Limp | Ends::Heard => Activity::Limp,
             Ends::TorqueUp { .. } => moving,
             Ends::LetGo { .. } => Activity::Stopping,
             Ends::Done => Activity::Done,

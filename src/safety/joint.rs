@@ -112,7 +112,7 @@ impl JointSafety {
 
     /// Whether the joint is on its way back to what is wanted, or it is not known yet what its servo still has.
     pub(super) fn is_waited_for(&self, measured: &JointState) -> bool {
-        let is_asked = self.is_lost && measured.age_s <= 0.0;
+        let is_asked = self.is_lost && (measured.age_s <= 0.0 || self.recall.has_begun());
         self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
     }
 

@@ -38,6 +38,11 @@ impl Recall {
         if self.has_torque() == Some(true) { Question::Goal } else { Question::Torque }
     }
 
+    /// Whether it was asked anything.
+    pub(super) fn has_begun(self) -> bool {
+        self.asked > 0 || self.torque.is_some()
+    }
+
     /// The question is asked.
     pub(super) fn note_asked(&mut self) {
         self.asked = self.asked.saturating_add(1);
