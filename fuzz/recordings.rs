@@ -26,7 +26,7 @@ struct Memory(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Memory {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().expect("nobody panics in here").extend(bytes);
+        self.0.lock().expect("no thread panics while it holds the lock").extend(bytes);
         Ok(bytes.len())
     }
 
@@ -62,7 +62,7 @@ pub fn good(file: &Path, cycles: u32) -> Vec<u8> {
     let outcome = [("outcome", "completed".to_owned()), ("cycles", cycles.to_string())];
     let written = recorder.finish(outcome.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());
     assert_eq!(written.error, None);
-    memory.0.lock().expect("nobody panics in here").clone()
+    memory.0.lock().expect("no thread panics while it holds the lock").clone()
 }
 
 /// The recording of these `bytes` with chunks that are not packed, and without sums, so that what is changed in it is
@@ -218,7 +218,7 @@ pub fn set(bytes: &mut [u8], length: Length, value: u64) {
 pub const LONG: [u64; 10] =
     [0, 1 << 20, 1 << 25, 1 << 30, (1 << 31) - 1, 1 << 32, 1 << 62, 1 << 63, u64::MAX - 8, u64::MAX];
 
-/// What a JSON message is made of.
+/// The characters of JSON messages.
 const JSON: &[u8] = b"0123456789-.eE,:[]{}\" tfn";
 
 /// The good recording `good` after the edits of `script`, each a few bytes of it: a length set, bytes written over, cut
@@ -261,12 +261,12 @@ pub fn edited(good: &[u8], lengths: &[Length], mut script: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What came of a file.
+/// The result of a look at a file.
 #[derive(Debug)]
 pub enum Found {
     NoRecording(ReadError),
     NotToBeRun(ReplayError),
-    /// What was judged, and how long the page is.
+    /// The verdict, the end of the recording, and the length of the page in bytes.
     Judged(Box<Replay>, Ending, usize),
 }
 

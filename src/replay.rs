@@ -163,7 +163,7 @@ impl<'r> Judge<'r> {
         }
     }
 
-    /// What came of it; the recording ends so.
+    /// The verdict on a recording that ends so.
     pub fn end(mut self, ending: &Ending) -> Replay {
         if ending.cycles() > self.next {
             self.note_gap(self.next..=ending.cycles() - 1);

@@ -175,7 +175,7 @@ fn a_page_destroys_no_file_of_a_like_name() {
 }
 
 #[test]
-fn a_recording_that_a_run_left_half_is_not_begun_anew_over() {
+fn a_half_recording_that_a_run_left_is_not_written_over() {
     let folder = Folder::new();
     folder.write("walk.mcap", "earlier");
     folder.write("walk.mcap.part", "half");
@@ -239,7 +239,7 @@ fn an_output_that_is_no_input_is_replaced_with_its_rights_and_a_link_to_it_stays
 }
 
 #[test]
-fn what_is_written_anew_has_the_rights_that_the_mask_leaves() {
+fn a_new_file_has_the_rights_that_the_mask_leaves() {
     let folder = Folder::new();
     let plain = File::create(folder.path("plain")).unwrap().metadata().unwrap().mode();
     folder.assert_done(
@@ -293,7 +293,7 @@ fn links_to_simulated_buses_take_no_files_place() {
         folder.write(name, "mine");
         let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
         command.args(["sim", "robot.txt", "--link", "."]).current_dir(folder.0.path());
-        // One that begins all the same is told to end.
+        // If it begins all the same, this ends it.
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let _ = child.stdin.take().unwrap().write_all(b"quit\n");
         let done = child.wait_with_output().unwrap();

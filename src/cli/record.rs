@@ -13,11 +13,11 @@ use crate::output::Place;
 /// A recording's file, from before the run until after it.
 #[derive(Debug)]
 pub(super) struct RecordingFile {
-    /// What it is called now.
+    /// Its name now.
     name: String,
     /// Where it is to be; none for one that only a page is made of, which has no name and is gone afterwards.
     place: Option<Place>,
-    /// What is to be put there; none for a device or a pipe, which is written to as it is.
+    /// The unfinished file that will be put there; none for a device or a pipe, which is written to as it is.
     part: Option<TempPath>,
     file: File,
 }
@@ -43,7 +43,7 @@ impl RecordingFile {
         Ok((RecordingFile { name: format!("behind {path}"), place: None, part: None, file }, sink))
     }
 
-    /// What it is called: that of its place once it is there.
+    /// Its name: that of its place once it is there.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
@@ -64,7 +64,7 @@ impl RecordingFile {
         }
     }
 
-    /// What was written, from its beginning.
+    /// The recording, read from its beginning.
     pub(super) fn read_back(&self) -> impl Read {
         io::BufReader::new(ReadBack { file: &self.file, offset: 0 })
     }

@@ -63,7 +63,7 @@ pub(super) fn write_page(from: impl Read, name: &str, place: &Place) -> Result<(
     write_whole(place, &page.end(&run.header, &cycles.ending()))
 }
 
-/// What is told of a recording besides what its judge finds.
+/// Figures of a recording that its judge does not give.
 #[derive(Default)]
 struct Summary {
     cycles: u64,

@@ -85,7 +85,7 @@ pub struct Page<'r> {
     frames: Vec<Frame>,
 }
 
-/// What a page shows of one cycle.
+/// One frame: the part of a cycle that a page shows.
 struct Frame {
     time: f64,
     activity: usize,

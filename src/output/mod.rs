@@ -3,9 +3,9 @@
 //! Comes in: the files a command reads, and the places it is to write to. Goes out: a [`Place`] for each, or why not,
 //! before the command has done anything; then files that are whole, or not there at all.
 //!
-//! A place is refused where the command reads it, where another output of the command goes, where something of the name
-//! is in the way that a recording has until it is whole, and where no file can be. Files are told apart by device and
-//! number, so that links and other spellings of a name are found. Everything else that is a file is replaced.
+//! A place is refused if the command reads the file there, if another output of the command goes there, if a recording
+//! finds FILE.part there already, and if no file can be there. Files are compared by device and inode number, so that links
+//! and other spellings of a name are found. Any other file is replaced.
 
 mod part;
 mod place;
@@ -21,7 +21,7 @@ pub(crate) use place::{OutputError, Place, Writing};
 #[derive(Debug)]
 pub(crate) struct Outputs {
     inputs: Vec<(PathBuf, Id)>,
-    /// What each output was asked for by, and where it goes.
+    /// Each output: the option with its path, and the file it occupies.
     claimed: Vec<(String, Id)>,
 }
 

@@ -1,4 +1,4 @@
-//! Files while they are written: beside their place, under a name that nobody else has, and only then in it.
+//! Files while they are written: beside their place, under a name that no other file has, and only then in it.
 //!
 //! A new file is made with `O_EXCL`, which follows no link and takes no file over. It has the rights and the owner of the
 //! file it will replace before anything is written to it.
@@ -15,7 +15,7 @@ use super::place::folder_of;
 
 /// Rights of a file that replaces none, less what the user's mask takes away.
 const NEW_MODE: u32 = 0o666;
-/// Who may read, write and run a file: what is kept of a file's mode.
+/// The bits of a mode that say who may read, write and run a file; only these are kept.
 const RIGHTS: u32 = 0o777;
 
 /// Where a recording that is to be at `file` is until it is whole.
@@ -83,7 +83,7 @@ pub(super) fn append(path: &Path, text: &[u8]) -> io::Result<()> {
     open_stream(path)?.write_all(text)
 }
 
-/// What is at `path`, to be written to as it is.
+/// Opens the device or pipe at `path` to write to it.
 pub(super) fn open_stream(path: &Path) -> io::Result<File> {
     OpenOptions::new().append(true).open(path)
 }

@@ -167,7 +167,7 @@ fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
     Id::of_name(&part).map(Some).map_err(|error| error.to_string())
 }
 
-/// What is at `path`, links followed; none where a file could be made.
+/// The file at `path`, links followed; none where a file could be made.
 fn look(path: &Path) -> Result<Option<Metadata>, String> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err("is a folder; expected a file".to_owned()),

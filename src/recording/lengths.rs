@@ -1,8 +1,8 @@
-//! Whether the lengths that a record tells of its own parts fit into it.
+//! Checks whether the lengths inside a record fit into it.
 
 use mcap::records::op;
 
-/// What is left of a record.
+/// The rest of a record.
 struct Rest<'b>(&'b [u8]);
 
 impl<'b> Rest<'b> {
@@ -86,7 +86,7 @@ pub(super) fn chunk_bytes(body: &[u8]) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// A text after its length, which is told `more` too large.
+    /// A text after its length, which is `more` too large.
     fn text(letters: &str, more: u32) -> Vec<u8> {
         let count = u32::try_from(letters.len()).unwrap().wrapping_add(more);
         [&count.to_le_bytes()[..], letters.as_bytes()].concat()
@@ -105,7 +105,7 @@ mod tests {
                 let mut more = [0; 5];
                 more[place] = too_much;
                 let [topic, kind, table, key, value] = more;
-                // A topic that is told a byte shorter than it is moves all that comes after it.
+                // A topic that is a byte shorter than it should be moves everything behind it.
                 assert!(!are_right(op::CHANNEL, &channel(topic, kind, table, key, value)), "{more:?}");
             }
         }
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_tells_its_own_size() {
+    fn the_size_of_a_chunk_is_read_from_its_record() {
         let chunk = |unpacked: u64, packing: &str, packed: u64, there: usize| {
             let sum = [0; 4];
             [

@@ -40,7 +40,7 @@ pub enum ReadError {
     Robot {
         /// The file.
         file: String,
-        /// What is wrong with it.
+        /// Its faults.
         source: ConfigError,
     },
 }
@@ -68,7 +68,7 @@ impl Ending {
     }
 }
 
-/// What a recording is of.
+/// The run that was recorded.
 #[derive(Debug)]
 pub struct RecordedRun {
     /// What the run was asked to do.
@@ -83,7 +83,7 @@ pub struct RecordedRun {
 pub struct Cycles<R> {
     file: String,
     records: Records<R>,
-    /// What is needed of what a channel's messages are about.
+    /// The topic of each channel that this program knows.
     topics: BTreeMap<u16, &'static str>,
     /// The messages of the cycle that is being put together, and their sequence number.
     messages: Messages,

@@ -1,7 +1,7 @@
 //! The records of a file, one after the other, in memory that does not grow with the file.
 //!
 //! Comes in: bytes that anybody may have written. Goes out: the records that a recording is read from, each whole. Every
-//! length that a file tells is held against a limit, and against what is there, before room is made for what it counts.
+//! length in a file is compared with a limit, and with the bytes that are there, before memory is taken for it.
 
 use std::io::{self, Read};
 
@@ -49,7 +49,7 @@ impl<R: Read> Records<R> {
     /// Goes on to the next record of a kind that is needed; false at the end of the file, or of its data.
     ///
     /// # Errors
-    /// What is damaged, and where. Nothing can be read behind it.
+    /// The damage, and its place. Nothing can be read behind it.
     pub(super) fn advance(&mut self) -> Result<bool, String> {
         loop {
             if let Some(chunk) = &mut self.chunk {
@@ -112,7 +112,7 @@ impl<R: Read> Records<R> {
     /// # Errors
     /// Why it is none.
     pub(super) fn record(&self) -> Result<Record<'_>, String> {
-        // What is parsed makes room for whatever the lengths inside it say.
+        // The parser takes as much memory as the lengths inside a record say.
         if !are_right(self.opcode, &self.body) {
             return Err(self.damage("the lengths inside a record are wrong"));
         }

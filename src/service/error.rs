@@ -34,7 +34,7 @@ pub enum ServiceError {
     Open {
         /// The device.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Its faults.
         cause: OpenCause,
     },
     /// The adapter is gone.
