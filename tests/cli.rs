@@ -290,7 +290,10 @@ fn a_run_completes_and_reports() {
     assert_eq!(at(&report, "/gait"), "trot");
     assert_eq!(at(&report, "/speed_m_s"), 0.05);
     assert_eq!(at(&report, "/outcome"), "completed");
-    assert!(at(&report, "/loop/work_us").is_null(), "{report}");
+    for key in ["/loop/work_us", "/loop/stages_us", "/loop/slowest", "/loop/first"] {
+        assert!(at(&report, key).is_null(), "{key}: {report}");
+    }
+    assert!(!stdout.contains("slowest"), "{stdout}");
     assert!(at(&report, "/duration_s").as_f64().is_some_and(|s| s > 3.0));
     assert!(!scratch("trot.json.part").exists(), "a half report was left behind");
 }

@@ -47,9 +47,30 @@ fn a_controller_without_its_guard_stops_and_says_why() {
         if command == "run" {
             let report = fs::read_to_string(report).unwrap();
             assert!(report.contains("\"reason\": \"the guard process is gone"), "{report}");
+            assert_slowest_cycle_is_told(&report, &said);
             // Once as it happened, once at the end.
             assert_eq!(said.matches("the guard process is gone").count(), 2, "{said}");
         }
+    }
+}
+
+/// A run in real time says where the time of its slowest cycle went.
+fn assert_slowest_cycle_is_told(report: &str, said: &str) {
+    assert!(said.contains("slowest cycle: number "), "{said}");
+    let report: serde_json::Value = serde_json::from_str(report).unwrap();
+    let slowest = &report["loop"]["slowest"];
+    let stages = slowest["stages_us"].as_object().unwrap().iter();
+    let stages: Vec<(&String, u64)> = stages.map(|(name, us)| (name, us.as_u64().unwrap())).collect();
+    let (total_us, sum_us) =
+        (slowest["total_us"].as_u64().unwrap(), stages.iter().map(|(_, us)| us).sum::<u64>());
+    // Each is cut to whole microseconds.
+    assert!(sum_us <= total_us && total_us - sum_us <= stages.len() as u64, "{slowest}");
+    assert!(slowest["processor_us"].as_u64().unwrap() > 0, "{slowest}");
+    for (name, us) in stages {
+        assert!(
+            report["loop"]["stages_us"][name]["max"].as_u64().unwrap() >= us * 98 / 100,
+            "{name}: {report}"
+        );
     }
 }
 

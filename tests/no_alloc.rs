@@ -18,6 +18,7 @@ use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
+use hippocamp::platform::{Meter, Usage};
 use hippocamp::run::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
 use hippocamp::simulation;
@@ -67,6 +68,7 @@ const FAULTS: &str = "
 /// Simulated ports, in which allocating is permitted or not.
 struct PermittingPorts {
     ports: SimPorts,
+    meter: Meter,
     permits: bool,
 }
 
@@ -78,6 +80,10 @@ impl PermittingPorts {
 }
 
 impl Ports for PermittingPorts {
+    fn usage(&mut self) -> Usage {
+        self.meter.usage()
+    }
+
     fn now(&mut self) -> Time {
         self.with(SimPorts::now)
     }
@@ -124,7 +130,10 @@ fn run_from(
     let faults = faults.replace("BUS", &robot.buses[0].name);
     let faults = FaultScript::from_toml(&faults).unwrap_or_else(|error| panic!("{error}"));
     let world = simulation::world_from_pose(robot, pose_rad, 1, &faults).unwrap_or_else(|e| panic!("{e}"));
-    let mut buses = Buses::new(robot, PermittingPorts { ports: SimPorts::on_virtual_clock(world), permits });
+    let mut buses = Buses::new(
+        robot,
+        PermittingPorts { ports: SimPorts::on_virtual_clock(world), meter: Meter::default(), permits },
+    );
     buses.prepare(robot).unwrap_or_else(|error| panic!("{error}"));
 
     let mut cycle = Cycle::new(robot, motion, Method::CcdThenFinish, 60.0, buses);
@@ -132,12 +141,15 @@ fn run_from(
     let mut deadline = cycle.buses_mut().ports_mut().now();
     let (mut activities, mut permissions) = (Vec::new(), Vec::new());
     cycle.step(Order::Go);
+    cycle.end_cycle();
     while cycle.activity() != Activity::Done {
         deadline = deadline + period;
         assert_no_alloc(|| {
             cycle.buses_mut().ports_mut().wait_until(deadline);
+            cycle.telemetry_mut().begin_cycle(deadline, deadline);
             let order = order(deadline.as_secs_f64(), cycle.activity());
             cycle.step(order);
+            cycle.end_cycle();
         });
         if activities.last() != Some(&cycle.activity()) {
             activities.push(cycle.activity());
