@@ -242,7 +242,7 @@ impl Eye {
         }
         let off = (goal - self.before.position_counts).abs();
         // The controller knows where it was a cycle ago; it may turn at its no-load speed.
-        if off <= 1.5 * allowed {
+        if off <= 1.5 * self.rate_s * self.limits.period_s + ROUNDING_COUNTS {
             return None;
         }
         self.throw = self.throw_of(now_s, goal, truth, "its goal leapt").or(self.throw);
