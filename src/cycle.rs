@@ -14,7 +14,7 @@ use crate::reflex::{Charge, Reflex, Yielding};
 use crate::safety::Safety;
 use crate::signals::{ImuReading, JointTargets, Permission, State, Targets, TrueBody};
 use crate::standing::Sag;
-use crate::telemetry::{CycleRecord, Telemetry};
+use crate::telemetry::{CycleRecord, Stage, Telemetry};
 use crate::units::Time;
 
 /// The stages either side of the buses and what they hand to each other, sized once from the robot: after
@@ -78,6 +78,11 @@ impl<'r> Controller<'r> {
     /// before. Motion goes on by one period whatever the clock says: after a late cycle the robot goes on
     /// from where it is, instead of leaping to where it should have been.
     pub fn decide(&mut self, gap_s: f64, order: Order) -> &Goals {
+        self.decide_timed(gap_s, order, |_| {})
+    }
+
+    /// The same; `ended` is called at the end of every stage.
+    fn decide_timed(&mut self, gap_s: f64, order: Order, mut ended: impl FnMut(Stage)) -> &Goals {
         let dt_s = self.robot.period_s();
         let is_new_order = order != self.order;
         self.order = order;
@@ -92,23 +97,31 @@ impl<'r> Controller<'r> {
         if charge == Charge::GivenBack {
             self.generator.begin_anew(&self.state);
         }
+        ended(Stage::Reflex);
         if charge != Charge::Reflex {
             self.generator.step(dt_s, &self.state, order, &mut self.targets);
         }
+        ended(Stage::Generator);
         if self.is_held && charge != Charge::Reflex {
             // A generator that is held leaves its targets as they are, feedback and all.
             self.limbs.hold(&self.targets, &mut self.joints);
         } else {
             self.balance.step(dt_s, self.generator.speed_m_s(), &self.state, &mut self.targets);
+            ended(Stage::Balance);
             self.limbs.solve(&self.targets, &mut self.joints);
         }
+        ended(Stage::Kinematics);
         if let Some(sag) = &mut self.sag {
             sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
         }
+        ended(Stage::Sag);
         self.yielding.step(dt_s, &self.state, &mut self.joints);
+        ended(Stage::Yielding);
         let command = self.safety.check(dt_s, gap_s, &self.joints, &mut self.state);
         self.interventions = command.interventions();
+        ended(Stage::Safety);
         counts::goals(self.robot, command, &mut self.goals);
+        ended(Stage::Counts);
         &self.goals
     }
 
@@ -222,21 +235,41 @@ impl<'r, P: Ports> Cycle<'r, P> {
         };
         let gap_s = gap.as_secs_f64();
 
-        let goals = self.controller.decide(gap_s, order);
+        let (telemetry, buses) = (&mut self.telemetry, &mut self.buses);
+        telemetry.end_stage(Stage::Orders, began);
+        let ended = |stage| telemetry.end_stage(stage, buses.ports_mut().now());
+        let goals = self.controller.decide_timed(gap_s, order, ended);
         let decided = self.buses.ports_mut().now();
         self.buses.exchange(goals, &mut self.slots);
         let exchanged = self.buses.ports_mut().now();
+        self.telemetry.end_stage(Stage::Exchange, exchanged);
         self.imu.read(self.buses.ports_mut());
+        self.end_stage(Stage::Imu);
         self.controller.learn(gap_s, &self.slots, self.imu.reading());
+        self.end_stage(Stage::Estimate);
         self.truth = self.buses.ports_mut().true_body();
         let record = CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) };
         self.telemetry.observe(self.robot, &record);
         self.telemetry.observe_buses(self.buses.statistics());
 
         let ended = self.buses.ports_mut().now();
+        self.telemetry.end_stage(Stage::Telemetry, ended);
         let work = decided.since(began) + ended.since(exchanged);
         self.telemetry.note_work(u64::try_from(work.as_micros()).unwrap_or(u64::MAX));
         self.times = Some(CycleTimes { number, began, gap, work, exchange: exchanged.since(decided) });
+    }
+
+    /// A stage is over.
+    fn end_stage(&mut self, stage: Stage) {
+        let now = self.buses.ports_mut().now();
+        self.telemetry.end_stage(stage, now);
+    }
+
+    /// The cycle's last stage, whatever is done beside the pipeline, is over.
+    pub fn end_cycle(&mut self) {
+        self.end_stage(Stage::Recording);
+        let usage = self.buses.ports_mut().usage();
+        self.telemetry.end_cycle(usage);
     }
 
     /// The last cycle.

@@ -270,7 +270,9 @@ fn repeat<P: Ports>(
     let mut last_cycles = 0;
     loop {
         cycle.buses_mut().ports_mut().wait_until(deadline);
-        let lateness = cycle.buses_mut().ports_mut().now().since(deadline);
+        let woke = cycle.buses_mut().ports_mut().now();
+        let lateness = woke.since(deadline);
+        cycle.telemetry_mut().begin_cycle(deadline, woke);
         cycle
             .telemetry_mut()
             .note_lateness(u64::try_from(lateness.as_micros()).unwrap_or(u64::MAX), lateness > late);
@@ -291,6 +293,7 @@ fn repeat<P: Ports>(
         if let Some(recorder) = recorder {
             recorder.record(&cycle.record(), cycle.times(), lateness, cycle.buses().statistics());
         }
+        cycle.end_cycle();
         if cycle.activity() == Activity::Done {
             last_cycles += 1;
             let since_s = f64::from(last_cycles) * robot.period_s();

@@ -171,7 +171,8 @@ fn one_seed_gives_one_report_and_another_seed_another() {
     let run = |seed| {
         let mut report = Scenario { seed, ..Scenario::new(&robot, "walk", 5.0) }.run();
         let none = Quantiles { p50: 0, p99: 0, p999: 0, max: 0 };
-        report.loop_times = LoopReport { work_us: None, late_us: none };
+        report.loop_times =
+            LoopReport { work_us: None, late_us: none, stages_us: None, slowest: None, first: None };
         report
     };
     let report = run(7);

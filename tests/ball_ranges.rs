@@ -81,8 +81,8 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
         controller.learn(robot.period_s(), &slots, &ImuReading::default());
         let record = controller.record(&slots);
         activity = record.activity;
-        if cycle == 0 {
-            // Nothing is heard yet.
+        if cycle < 2 {
+            // Nothing is believed yet: two replies must agree.
             continue;
         }
         for ((joints, range), is_inside) in ranges.iter().zip(&mut is_inside) {
@@ -91,7 +91,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
             assert!(!*is_inside || outside < 1e-6, "{time_s} s, {activity:?}: {outside} outside");
             *is_inside |= outside < 1e-6;
         }
-        if cycle == 1 {
+        if cycle == 2 {
             began_outside = is_inside.iter().filter(|is_inside| !**is_inside).count();
         }
     }

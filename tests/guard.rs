@@ -4,10 +4,14 @@
 mod rig;
 
 use std::fs;
+use std::io::{BufRead, BufReader};
+use std::os::fd::OwnedFd;
 use std::os::unix::process::ExitStatusExt;
-use std::process::{Child, Output};
+use std::process::{Child, Output, Stdio};
 
-use rig::{Rig, processes_with, signal};
+use hippocamp::platform::monotonic;
+use rig::{PATIENCE, Rig, processes_with, signal};
+use rustix::pipe::PipeFlags;
 
 /// The guard of `controller`.
 fn guard_of(rig: &Rig, controller: &Child) -> u32 {
@@ -72,6 +76,79 @@ fn a_safe_end_leaves_no_guard_behind() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(processes_with(&rig.robot_file).is_empty());
     assert!(!said(&output).contains("guard"), "{}", said(&output));
+}
+
+/// A pipe with room for `left` more bytes: its two ends.
+fn nearly_full_pipe(left: usize) -> (OwnedFd, OwnedFd) {
+    let (read, write) = rustix::pipe::pipe_with(PipeFlags::CLOEXEC).unwrap();
+    let size = rustix::pipe::fcntl_setpipe_size(&write, 4096).unwrap();
+    let filling = vec![b'\n'; size - left];
+    assert_eq!(rustix::io::write(&write, &filling).unwrap(), filling.len());
+    (read, write)
+}
+
+#[test]
+fn a_loop_does_not_wait_for_those_who_do_not_read_what_it_says() {
+    let rig = Rig::new("horse.toml", "");
+    let jog = |stdout: Stdio| {
+        let mut command = rig.command("jog", &["left_hind.hip", "-85"]);
+        command.stdout(stdout).spawn().unwrap()
+    };
+    let output = jog(Stdio::piped()).wait_with_output().unwrap();
+    // What is said before the loop begins has room, and nothing else.
+    let said = String::from_utf8(output.stdout).unwrap();
+    let before = said.lines().take_while(|line| !line.contains("real-time priority"));
+    let before = before.map(|line| line.len() + 1).sum();
+    let (read, write) = nearly_full_pipe(before);
+    let mut child = jog(write.into());
+    let start = monotonic();
+    while rig.with_torque() == 0 && monotonic() - start < PATIENCE {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::yield_now();
+    }
+    let waits = rig.with_torque() == 0;
+    drop(read);
+    assert!(!waits, "the loop waits");
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// Real-time priority of a process' first thread; 0 where it has none (proc(5), rt_priority).
+fn real_time_priority(process: u32) -> u32 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    let (_, fields) = stat.rsplit_once(") ").unwrap();
+    fields.split(' ').nth(37).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
+    let rig = Rig::new("horse.toml", "");
+    let child = rig.start("run", &["--for", "60"]);
+    rig.wait_for_torque(true);
+    let [controller, guard] = [child.id(), guard_of(&rig, &child)].map(real_time_priority);
+    signal(child.id(), "KILL");
+    rig.wait_for_torque(false);
+    child.wait_with_output().unwrap();
+    if controller == 0 {
+        eprintln!(
+            "skipped: this user may not have real-time priorities ('rtprio 80' in limits.conf permits them)"
+        );
+        return;
+    }
+    assert!(guard > controller, "{guard} and {controller}");
+}
+
+#[test]
+fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
+    let rig = Rig::new("horse.toml", "");
+    let device = rig.server.as_ref().unwrap().paths()[0].clone();
+    let earlier = serialport::new(device.to_str().unwrap(), 1_000_000).exclusive(true);
+    let earlier = serialport::TTYPort::open(&earlier).unwrap();
+    let mut child = rig.start("jog", &["left_hind.hip", "-85"]);
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(said.any(|line| line.contains("is in use")), "it did not wait");
+    drop(earlier);
+    let rest: Vec<String> = said.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{rest:?}");
 }
 
 #[test]

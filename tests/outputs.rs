@@ -317,6 +317,17 @@ fn a_recording_whose_start_fails_leaves_nothing() {
 }
 
 #[test]
+fn no_recording_is_begun_that_could_not_be_read_back() {
+    let folder = Folder::new();
+    let text = folder.text("robot.txt");
+    folder.write("robot.txt", &(text + &"# a long remark\n".repeat(1 << 16)));
+    for option in ["--record", "--html"] {
+        let said = folder.assert_refused(&[&RUN[..], &[option, "new"]].concat());
+        assert!(said.contains("robot.txt: ") && said.contains("read back"), "{said}");
+    }
+}
+
+#[test]
 fn a_page_of_a_run_is_that_of_its_recording() {
     let folder = Folder::new();
     folder.assert_done(&[&RUN[..], &["--html", "alone.html"]].concat());

@@ -20,6 +20,7 @@ fn tool(name: &str) -> Option<String> {
     let tool = std::env::var(name).ok().filter(|tool| !tool.is_empty());
     if tool.is_none() {
         // Not captured, so that it is read whether the tests pass or not.
+        #[allow(clippy::disallowed_methods, reason = "not captured")]
         writeln!(std::io::stderr(), "left out: {name} is not set").unwrap();
     }
     tool

@@ -1,9 +1,12 @@
 //! The only places where a number may lose range or fraction. In: any number. Out: the nearest one that fits.
 
-/// Nearest whole number; saturates, and NaN becomes 0.
+/// Largest whole number that is made of any other: some can be added to it, and its sign changed.
+const LARGEST: i64 = 1 << 61;
+
+/// Nearest whole number; at most 2^61 in size, and NaN becomes 0. A body that a script throws far enough measures anything.
 #[expect(clippy::cast_possible_truncation, reason = "`as` saturates, and the value is already whole")]
 pub(crate) fn round_to_i64(value: f64) -> i64 {
-    value.round() as i64
+    (value.round() as i64).clamp(-LARGEST, LARGEST)
 }
 
 /// Nearest byte.
@@ -29,4 +32,22 @@ pub(crate) fn length_u16(length: usize) -> u16 {
 /// A length as an 8-bit field.
 pub(crate) fn length_u8(length: usize) -> u8 {
     u8::try_from(length).unwrap_or(u8::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_is_rounded_can_be_counted_on_with() {
+        for value in [f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 9.3e18, -9.3e18] {
+            let whole = round_to_i64(value);
+            assert_eq!(whole.signum().to_string(), if value > 0.0 { "1" } else { "-1" });
+            assert!(whole.checked_abs().is_some() && whole.checked_mul(3).is_some(), "{value}");
+        }
+        assert_eq!(
+            [round_to_i64(f64::NAN), round_to_i64(-2.5), round_to_i64(1e15)],
+            [0, -3, 1_000_000_000_000_000]
+        );
+    }
 }

@@ -4,6 +4,7 @@
 //! event queue. All buses share it, so all are exchanged at the same time without a thread per bus.
 
 use crate::model::Robot;
+use crate::platform::Usage;
 use crate::signals::TrueBody;
 use crate::units::Time;
 
@@ -27,6 +28,11 @@ pub enum PortError {
 pub trait Ports {
     /// The present time. Monotonic.
     fn now(&mut self) -> Time;
+
+    /// What the loop's thread, which calls this, has had of the machine; nothing where time is virtual.
+    fn usage(&mut self) -> Usage {
+        Usage::default()
+    }
 
     /// Throws away whatever bytes have arrived on `bus` and were not yet received.
     ///

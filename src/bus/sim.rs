@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 use hw_sim::World;
 
 use super::port::{PortError, Ports};
+use crate::platform::{Meter, Usage};
 use crate::signals::TrueBody;
 use crate::units::Time;
 
@@ -14,6 +15,7 @@ pub struct SimPorts {
     world: World,
     /// When the run began on the real clock; none on a virtual one.
     real_start: Option<Instant>,
+    meter: Meter,
 }
 
 impl std::fmt::Debug for SimPorts {
@@ -25,13 +27,13 @@ impl std::fmt::Debug for SimPorts {
 impl SimPorts {
     /// Ports of `world` on its own clock: waiting takes no time, and neither does computing.
     pub fn on_virtual_clock(world: World) -> SimPorts {
-        SimPorts { world, real_start: None }
+        SimPorts { world, real_start: None, meter: Meter::default() }
     }
 
     /// Ports of `world` paced by the real clock, from now on.
     #[allow(clippy::disallowed_methods, reason = "these ports own the clock")]
     pub fn on_real_clock(world: World) -> SimPorts {
-        SimPorts { world, real_start: Some(Instant::now()) }
+        SimPorts { world, real_start: Some(Instant::now()), meter: Meter::default() }
     }
 
     /// Ports of `world` on its own clock or paced by the real one.
@@ -72,6 +74,10 @@ impl Ports for SimPorts {
         let real_ns =
             self.real_start.map_or(0, |start| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX));
         Time(self.world.now_ns().max(real_ns))
+    }
+
+    fn usage(&mut self) -> Usage {
+        self.real_start.map_or(Usage::default(), |_| self.meter.usage())
     }
 
     fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {

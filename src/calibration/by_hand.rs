@@ -22,7 +22,8 @@ pub(super) fn sweep_all<P: Ports, H: Person>(
     if left.is_empty() {
         return Ok(());
     }
-    bench.person.hear("\nNow each joint by hand, one after the other; all are limp.");
+    bench.person.hear("");
+    bench.person.hear("Now each joint by hand, one after the other; all are limp.");
     let mut to_mount = Vec::new();
     for place in left {
         if !sweep_one(bench, unit, place, is_unattended)? {

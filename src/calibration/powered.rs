@@ -33,8 +33,9 @@ pub(super) fn check_all<P: Ports, H: Person>(
     if left.is_empty() {
         return (Ok(()), true);
     }
+    person.hear("");
     person.hear(&format!(
-        "\nNow each joint turns by itself: {:.0} degrees, at {:.0} % of its torque, one after the other; all others are \
+        "Now each joint turns by itself: {:.0} degrees, at {:.0} % of its torque, one after the other; all others are \
          limp. Have the robot on its stand, all limbs free, and a hand on the power switch.",
         TURN_RAD.to_degrees(),
         100.0 * TORQUE_SHARE

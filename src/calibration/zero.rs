@@ -105,7 +105,8 @@ fn show_pose<P: Ports, H: Person>(bench: &mut Bench<'_, P, H>, missing: &[usize]
     let robot = bench.robot;
     let pose = marked_pose_rad(robot);
     let person = &mut *bench.person;
-    person.hear("The marked pose: every joint in the middle of its range. Seen from the right side, front to the right:\n");
+    person.hear("The marked pose: every joint in the middle of its range. Seen from the right side, front to the right:");
+    person.hear("");
     figure(robot, &pose).iter().for_each(|line| person.hear(line));
     person.hear("");
     for &index in missing {

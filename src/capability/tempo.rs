@@ -11,6 +11,11 @@ const RATE_SHARE: f64 = 0.5;
 const ACCELERATION_SHARE: f64 = 0.4;
 /// Strokes looked at, after a first in which the arms get under way: a sway does not repeat.
 const STROKES: f64 = 3.0;
+/// Steps they are looked at in, at the most: a thousand a stroke.
+const STEPS_MAX: f64 = 4000.0;
+/// So often are arms moved apart at the most, which takes a while each time: those that come near to each other in a stroke
+/// now and then stay far below.
+const CORRECTIONS_MAX: u64 = 10_000;
 /// Faster strokes are not worth the name, times the robot file's tempo.
 const TEMPO_MAX: f64 = 4.0;
 
@@ -20,18 +25,19 @@ pub(super) fn of_strokes(robot: &Robot, plan: &TentaclePlan) -> [f64; 3] {
 }
 
 fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
+    let begin_s = plan.settings.stroke_time_s.max(2.0);
+    let end_s = begin_s + STROKES * plan.settings.stroke_time_s;
+    let robot = &robot.with_period_of_at_least(end_s / STEPS_MAX);
     let dt_s = robot.period_s();
     let mut performer = Performer::new(robot, plan);
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     let state = State::new(robot);
-    let begin_s = plan.settings.stroke_time_s.max(2.0);
-    let end_s = begin_s + STROKES * plan.settings.stroke_time_s;
     // Angles of the last two cycles, rad.
     let mut last = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
     let mut tempo = TEMPO_MAX;
     let mut now_s = 0.0;
-    while now_s < end_s {
+    while now_s < end_s && limbs.corrections() < CORRECTIONS_MAX {
         performer.step(dt_s, &state, StrokeCommand::of(stroke));
         performer.write(&mut targets);
         limbs.solve(&targets, &mut joints);
@@ -47,7 +53,8 @@ fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
         last[0].copy_from_slice(&joints.angles_rad);
         now_s += dt_s;
     }
-    tempo
+    // What was not looked at to its end is not known to go faster than the file has it.
+    if now_s < end_s { tempo.min(1.0) } else { tempo }
 }
 
 /// The highest tempo at which a joint that does so at tempo 1 keeps its limits: speed grows with it, acceleration with

@@ -33,6 +33,11 @@ const ACCELERATION_SHARE: f64 = 0.7;
 const TRIES: u32 = 12;
 const FOUND: f64 = 1e-3;
 
+/// Strides looked at: the last is measured, those before it settle.
+const STRIDES: f64 = 3.0;
+/// Steps they are looked at in, at the most: a swing has fifty of them even in the slowest gait there can be.
+const STEPS_MAX: f64 = 3000.0;
+
 /// Top speeds of the gaits of `plan`.
 pub fn of_gaits(robot: &Robot, plan: &HorsePlan) -> Vec<TopSpeed> {
     let gaits = &plan.settings.gaits;
@@ -86,8 +91,9 @@ fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) ->
 
 /// What the most loaded joint does in a steady stride at `speed_m_s`, as a share of what it may, and the joint.
 fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) -> (f64, Option<usize>) {
-    let dt_s = robot.period_s();
     let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
+    let robot = &robot.with_period_of_at_least(STRIDES * period_s / STEPS_MAX);
+    let dt_s = robot.period_s();
     let mut walk = Walk::cruising(plan, gait, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
@@ -98,8 +104,7 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
     let mut before = joints.angles_rad.clone();
     let mut worst = (0.0, None);
     let mut cycle = 0_u32;
-    // Two strides to settle, one to measure.
-    while f64::from(cycle) * dt_s < 3.0 * period_s {
+    while f64::from(cycle) * dt_s < STRIDES * period_s {
         let s = f64::from(cycle) * dt_s;
         before.copy_from_slice(&joints.angles_rad);
         walk.advance(s);
@@ -109,7 +114,7 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
             let speed = (joints.angles_rad[index] - before[index]) / dt_s;
             let acceleration = (speed - speeds[index]) / dt_s;
             speeds[index] = speed;
-            if s >= 2.0 * period_s {
+            if s >= (STRIDES - 1.0) * period_s {
                 let rate = RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
                 let share = speed.abs() / rate;
                 let share = if rate.is_finite() {

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, TryRecvError};
 use time::OffsetDateTime;
 use toml::value::Date;
@@ -13,7 +13,7 @@ use super::guard::Guard;
 use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, PortOption};
 use super::sim::typed;
-use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY};
+use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY, say};
 use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
 use crate::model::Robot;
@@ -58,7 +58,8 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
                 true => format!("what was done is kept in {path}: the same command goes on from there"),
                 false => "nothing was kept yet: the same command begins again".to_owned(),
             };
-            super::complain(&anyhow!("{error}\n{kept}"));
+            say::complain(&format!("hippocamp: {error}"));
+            say::complain(&kept);
             Ok(code)
         }
     }
@@ -91,7 +92,7 @@ fn unit_to_go_on_with(
     if unit.robot_file != file_name {
         let expected =
             format!("{file_name:?}, the robot file it is used with; name another unit file with --unit");
-        return Err(config::ConfigError { faults: vec![file.fault("robot_file", expected)] }.into());
+        return Err(config::ConfigError::from(file.fault("robot_file", expected)).into());
     }
     match options.again.as_deref() {
         Some([]) => unit.joints.clear(),

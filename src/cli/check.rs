@@ -43,20 +43,23 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
         }
         Capability::Figure(figure, capability) => {
             print_poses(figure, capability);
-            say!("\nWeight held in the heaviest of these poses, shared by both feet:");
+            say!();
+            say!("Weight held in the heaviest of these poses, shared by both feet:");
             print_load_table(robot, &capability.loads);
         }
     }
     print_buses(robot);
     if let Some((place, text)) = urdf {
         write_whole(&place, &text)?;
-        say!("\nURDF written to {}", place.path().display());
+        say!();
+        say!("URDF written to {}", place.path().display());
     }
     Ok(())
 }
 
 fn print_joints(robot: &Robot) {
-    say!("\n{:<24} {:>16}  {:>9}  servo", "joint", "range deg", "rate deg/s");
+    say!();
+    say!("{:<24} {:>16}  {:>9}  servo", "joint", "range deg", "rate deg/s");
     for joint in &robot.joints {
         let (low, high) = joint.range_rad;
         let range = format!("{:.1} .. {:.1}", low.to_degrees(), high.to_degrees());
@@ -78,7 +81,8 @@ fn print_joints(robot: &Robot) {
 }
 
 fn print_legs(capability: &HorseCapability) {
-    say!("\n{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
+    say!();
+    say!("{:<24} {:>16}  neutral foot point, mm from the body's origin", "leg", "E mm");
     for (name, reach) in LEG_NAMES.iter().zip(&capability.reaches) {
         let place = reach.neutral_in_body * 1e3;
         say!(
@@ -93,7 +97,8 @@ fn print_legs(capability: &HorseCapability) {
 }
 
 fn print_gaits(robot: &Robot, horse: &HorseMotion, capability: &HorseCapability) {
-    say!("\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
+    say!();
+    say!("{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s");
     for (gait, top) in horse.gaits.iter().zip(&capability.top_speeds) {
         let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
             format!("the speed or acceleration of {}", robot.joints[joint].name)
@@ -119,7 +124,8 @@ fn print_own_gaits(gaits: &[Gait]) {
 }
 
 fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
-    say!("\n{:<24} {:>16}  {:>9}  root, mm from the body's origin", "arm", "length mm", "joints");
+    say!();
+    say!("{:<24} {:>16}  {:>9}  root, mm from the body's origin", "arm", "length mm", "joints");
     for arm in &tentacle.arms {
         let chain = &robot.chains[arm.chain];
         let (length_m, root) = (chain.length_m(robot.joints_of(chain)), chain.root_m * 1e3);
@@ -136,7 +142,8 @@ fn print_arms(robot: &Robot, tentacle: &TentacleMotion) {
 }
 
 fn print_tempos(tentacle: &TentacleMotion, capability: &TentacleCapability) {
-    say!("\n{:<24} {:>16}  {:>9}", "stroke", "at tempo 1, s", "tempo max");
+    say!();
+    say!("{:<24} {:>16}  {:>9}", "stroke", "at tempo 1, s", "tempo max");
     for (stroke, tempo) in KEYED.iter().zip(capability.tempo_max) {
         say!("{:<24} {:>16.2}  {tempo:>9.2}", stroke.name(), tentacle.stroke_time_s);
     }
@@ -149,7 +156,8 @@ fn print_loads(robot: &Robot, tentacle: &TentacleMotion, loads: &[Load]) {
         Carrier::Water => format!("water, {:.0} %,", tentacle.carried_share * 100.0),
         Carrier::Counterweight => format!("a counterweight, {:.0} %,", tentacle.carried_share * 100.0),
     };
-    say!("\nWeight carried by {carried} stretched out level:");
+    say!();
+    say!("Weight carried by {carried} stretched out level:");
     print_load_table(robot, loads);
     let heavy = loads.iter().filter(|load| is_heavy(load)).count();
     if heavy > 0 {
@@ -167,8 +175,9 @@ fn is_heavy(load: &Load) -> bool {
 
 /// The poses of a figure, and where its centre of mass is over its feet.
 fn print_poses(figure: &FigureMotion, capability: &FigureCapability) {
+    say!();
     say!(
-        "\n{:<24} {:>16}  {:>9}  centre of mass, mm from the middle between the soles",
+        "{:<24} {:>16}  {:>9}  centre of mass, mm from the middle between the soles",
         "pose",
         "height mm",
         "time s"
@@ -199,10 +208,12 @@ fn print_load_table(robot: &Robot, loads: &[Load]) {
 
 fn print_buses(robot: &Robot) {
     if robot.buses.is_empty() {
-        say!("\nNo buses: this robot exists on paper only and cannot be run.");
+        say!();
+        say!("No buses: this robot exists on paper only and cannot be run.");
         return;
     }
-    say!("\n{:<24} {:>16}  {:>9} {:>10} {:>12}", "bus", "exchange ms", "wire ms", "adapter ms", "at most Hz");
+    say!();
+    say!("{:<24} {:>16}  {:>9} {:>10} {:>12}", "bus", "exchange ms", "wire ms", "adapter ms", "at most Hz");
     for bus in bus_costs::of_robot(robot) {
         say!(
             "{:<24} {:>16.3}  {:>9.3} {:>10.3} {:>12.0}",

@@ -1,10 +1,10 @@
 //! Nothing is written to a servo without saying so first.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
 use anyhow::Result;
 
-use super::{BadInput, interrupt};
+use super::{BadInput, interrupt, say};
 
 /// Says `what` is about to be done and asks whether to, unless `yes`.
 ///
@@ -19,8 +19,7 @@ pub(super) fn confirm(what: &str, yes: bool) -> Result<()> {
     if !input.is_terminal() {
         return Err(BadInput(format!("{what}: --yes does so without asking; nothing was written")).into());
     }
-    let mut output = std::io::stdout();
-    let _ = write!(output, "{what}. Do so? [y/N] ").and_then(|()| output.flush());
+    say::ask(&format!("{what}. Do so? [y/N]"));
     let mut answer = String::new();
     let _ = interrupt::while_asking(|| input.read_line(&mut answer));
     match answer.trim() {

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ports;
 use super::unit;
-use super::{BadInput, COMPLETED, DoctorArguments, FAILED, interrupt};
+use super::{BadInput, COMPLETED, DoctorArguments, FAILED, interrupt, say};
 use crate::config::{self, ConfigError, UnitFile, default_unit_path};
 use crate::doctor::{Line, Lines, Verdict, examine};
 use crate::model::Robot;
@@ -46,12 +46,11 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     let count = |verdict| lines.iter().filter(|line| line.verdict == verdict).count();
     let (faults, warnings) = (count(Verdict::Fault), count(Verdict::Warning));
     if options.is_json {
-        say!(
-            "{}",
-            serde_json::to_string_pretty(&Report { robot: &robot.name, faults, warnings, lines: &lines })?
-        );
+        let report = Report { robot: &robot.name, faults, warnings, lines: &lines };
+        say::lines(&serde_json::to_string_pretty(&report)?);
     } else {
-        say!("\n{}: {}, {}", robot.name, counted(faults, "fault"), counted(warnings, "warning"));
+        say!();
+        say!("{}: {}, {}", robot.name, counted(faults, "fault"), counted(warnings, "warning"));
     }
     if stop.load(std::sync::atomic::Ordering::Relaxed) {
         anyhow::bail!("broken off before all was looked at");

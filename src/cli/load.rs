@@ -53,7 +53,7 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
         }
         Err(error) => faults.push(cannot(&file, &error)),
     }
-    Err(ConfigError { faults }.into())
+    Err(ConfigError::of(faults).into())
 }
 
 /// The fault of a robot that cannot do what its file says.

@@ -22,6 +22,7 @@ mod poses;
 #[cfg(debug_assertions)]
 mod provoke;
 mod record;
+mod refusal;
 mod replay;
 mod run;
 mod scan;
@@ -33,15 +34,16 @@ mod strokes;
 mod trial;
 mod unit;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand, ValueEnum};
+use refusal::{BadInput, Several};
 
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::output::{OutputError, Place};
+use crate::output::Place;
 
 /// Everything was done as asked.
 const COMPLETED: u8 = 0;
@@ -85,7 +87,7 @@ enum Command {
     ///
     /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
     /// the servos answered, which must give the same goals. Exit codes: 0 all of it agrees, 1 something differs,
-    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short.
+    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short or damaged.
     #[command(
         after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
     )]
@@ -211,6 +213,39 @@ enum Command {
         #[arg(long = "port", value_name = "BUS=PATH")]
         ports: Vec<ports::PortOption>,
     },
+}
+
+impl Command {
+    /// The files that it is given, the one it is about first.
+    fn files(&self) -> Vec<&Path> {
+        let (about, others): (_, Vec<&Option<PathBuf>>) = match self {
+            Command::Check { robot, urdf } => (robot, vec![urdf]),
+            Command::Guard { robot, .. } => (robot, vec![]),
+            Command::Replay { recording, html } => (recording, vec![html]),
+            Command::Run(of) | Command::Show(of) => {
+                let outputs = [&of.report, &of.record, &of.html];
+                let inputs = [&of.unit.unit, &of.driver.script, &of.faults];
+                (&of.robot, [inputs, outputs].concat())
+            }
+            Command::Jog(of) => (&of.robot, vec![&of.unit.unit]),
+            Command::Doctor(of) => (&of.robot, vec![&of.unit]),
+            Command::Imu(ImuCommand::Setup(of) | ImuCommand::Show { options: of, .. }) => {
+                (&of.robot, vec![&of.unit])
+            }
+            Command::Calibrate(of) => (&of.robot, vec![&of.unit]),
+            Command::Monitor(of) => (&of.robot, vec![&of.unit.unit, &of.faults]),
+            Command::Plot(of) => return vec![&of.robot, &of.script],
+            Command::Setup(of) => (&of.robot, vec![&of.unit]),
+            Command::Try(of) => {
+                let options = [&of.faults, &of.campaign.episode, &of.picture, &of.kept];
+                let named = options.into_iter().flatten().filter(|path| **path != Path::new("random"));
+                return of.robots.iter().chain(named).map(PathBuf::as_path).collect();
+            }
+            Command::Sim(of) => (&of.robot, vec![&of.unit, &of.faults]),
+            Command::Scan(_) | Command::Servo(_) => return Vec::new(),
+        };
+        std::iter::once(about).chain(others.into_iter().flatten()).map(PathBuf::as_path).collect()
+    }
 }
 
 /// Which built robot, and whether it is there.
@@ -444,7 +479,8 @@ struct RunArguments {
     /// a period after its time; the robot then goes on from where it is.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay').
+    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until it is
+    /// whole; a FILE.part that is there already is not written over.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Write a page that plays the run to this file; opens in any browser, without a network.
@@ -483,20 +519,12 @@ fn write_whole(place: &Place, text: &str) -> anyhow::Result<()> {
     place.write(text.as_bytes()).with_context(|| format!("{} could not be written", place.path().display()))
 }
 
-/// Bad input: exit code 2.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-struct BadInput(String);
-
-#[allow(clippy::print_stderr, reason = "the error message of the command")]
-fn complain(error: &anyhow::Error) {
-    eprintln!("hippocamp: {error:#}");
-}
-
 /// Parses the command line, does what it says, and returns the exit code.
 pub fn main() -> ExitCode {
-    // clap itself exits with 2 on a wrong command line, and 0 on --help and --version.
-    let arguments = Arguments::parse();
+    let arguments = match refusal::parse() {
+        Ok(arguments) => arguments,
+        Err(code) => return ExitCode::from(code),
+    };
     let result = match &arguments.command {
         Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
@@ -515,18 +543,6 @@ pub fn main() -> ExitCode {
         Command::Sim(options) => sim::sim(options).map(|()| COMPLETED),
         Command::Guard { robot, ports } => guard::guard(robot, ports).map(|()| COMPLETED),
     };
-    match result {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            let is_input = error.is::<BadInput>()
-                || error.is::<OutputError>()
-                || error.is::<crate::config::ConfigError>()
-                || error.is::<crate::recording::ReadError>()
-                || error.is::<crate::service::BackupError>()
-                || error.is::<crate::service::registers::BadValue>()
-                || error.is::<crate::replay::ReplayError>();
-            complain(&error);
-            ExitCode::from(if is_input { BAD_INPUT } else { FAILED })
-        }
-    }
+    let code = result.unwrap_or_else(|error| refusal::tell(&error, &arguments.command.files()));
+    ExitCode::from(say::end(code))
 }

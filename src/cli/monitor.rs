@@ -11,10 +11,11 @@ use super::operator::Signals;
 use super::ports::{self, Choice};
 use super::run::simulated_world;
 use super::unit;
-use super::{BadInput, COMPLETED, MonitorArguments};
+use super::{BadInput, COMPLETED, MonitorArguments, say};
 use crate::bus::{Ports, SimPorts};
 use crate::model::Robot;
 use crate::monitor::{LastGoal, Monitor, Row};
+use crate::printable::printable;
 use crate::units::Time;
 
 /// Time between two looks.
@@ -71,8 +72,9 @@ fn watch(options: &MonitorArguments, robot: &Robot, ports: impl Ports, head: &st
         let time_s = monitor.ports_mut().now().since(start).as_secs_f64();
         if time_s >= show_at_s {
             show_at_s = time_s + every_s - 0.5 * LOOK_EVERY.as_secs_f64();
-            // A reader who has gone away has seen enough.
-            if screen.show(robot, head, time_s, monitor.rows()).is_err() {
+            if let Err(error) = screen.show(robot, head, time_s, monitor.rows()) {
+                // It only shows: where nothing can be shown, it is at its end.
+                say::note(Err(error));
                 return Ok(COMPLETED);
             }
         }
@@ -88,7 +90,7 @@ fn next_deadline(deadline: Time, now: Time) -> Time {
     if now.since(next).is_zero() { next } else { now }
 }
 
-/// Standard output.
+/// Standard output, on which one table takes the place of another.
 struct Screen {
     is_json: bool,
     is_terminal: bool,
@@ -96,6 +98,7 @@ struct Screen {
     drawn: usize,
 }
 
+#[allow(clippy::disallowed_methods, reason = "draws over itself, in lines made printable")]
 impl Screen {
     fn new(is_json: bool) -> Screen {
         Screen { is_json, is_terminal: !is_json && std::io::stdout().is_terminal(), drawn: 0 }
@@ -111,8 +114,8 @@ impl Screen {
         let mut out = std::io::stdout().lock();
         if self.is_json {
             let joints = rows.map(|row| JointLine::of(robot, &row)).collect();
-            serde_json::to_writer(&mut out, &Line { time_s, joints })?;
-            writeln!(out)?;
+            let json = serde_json::to_string(&Line { time_s, joints })?;
+            writeln!(out, "{}", printable(&json))?;
             return out.flush();
         }
         let mut lines = table(robot, head, time_s, rows);
@@ -125,7 +128,7 @@ impl Screen {
         }
         let clear = if self.is_terminal { "\r\x1b[2K" } else { "" };
         for line in lines {
-            writeln!(out, "{clear}{line}")?;
+            writeln!(out, "{clear}{}", printable(&line))?;
         }
         out.flush()
     }

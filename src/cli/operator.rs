@@ -73,9 +73,9 @@ impl run::Operator for Terminal {
         if let Some(OnHardware { processor, heart }) = &self.hardware {
             if self.is_first {
                 // In the first cycle, when all memory is taken and all other threads are there.
-                for note in platform::request_real_time(*processor) {
-                    say!("  {note}");
-                }
+                let notes = platform::request_real_time(*processor);
+                // A terminal that does not take them, or a pipe that nobody reads, is no reason for the loop to wait.
+                std::thread::spawn(move || notes.iter().for_each(|note| say!("  {note}")));
             }
             self.is_guard_gone |= !heart.beat();
         }

@@ -1,13 +1,18 @@
 //! Panics while the robot has torque: what they have to say can wait until it is safe.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
-use std::panic;
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Arc, Mutex, PoisonError};
+
+use super::say::complain;
 
 /// Does `work`. A panic in it, on any thread, says nothing at first: names for a backtrace take tenths of a second to
 /// look up, which the servos of a loop that panicked do not have. It is said afterwards, backtrace included.
-#[allow(clippy::print_stderr, reason = "what the panic hook would have printed")]
 pub(super) fn said_afterwards<R>(work: impl FnOnce() -> R) -> R {
+    said_to(complain, work)
+}
+
+fn said_to<R>(mut tell: impl FnMut(&str), work: impl FnOnce() -> R) -> R {
     let kept = Arc::new(Mutex::new(Vec::new()));
     let keeping = Arc::clone(&kept);
     let usual = panic::take_hook();
@@ -17,25 +22,32 @@ pub(super) fn said_afterwards<R>(work: impl FnOnce() -> R) -> R {
         let backtrace = Backtrace::capture();
         keeping.lock().unwrap_or_else(PoisonError::into_inner).push((thread, panic.to_string(), backtrace));
     }));
-    let done = work();
+    let done = panic::catch_unwind(AssertUnwindSafe(work));
     panic::set_hook(usual);
     for (thread, said, backtrace) in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        eprintln!("thread '{thread}' {said}");
-        match backtrace.status() {
-            BacktraceStatus::Captured => eprintln!("{backtrace}"),
-            _ => eprintln!("note: RUST_BACKTRACE=1 shows where it came from"),
-        }
+        let backtrace = match backtrace.status() {
+            BacktraceStatus::Captured => backtrace.to_string(),
+            _ => "note: RUST_BACKTRACE=1 shows where it came from".to_owned(),
+        };
+        format!("thread '{thread}' {said}\n{backtrace}").lines().for_each(&mut tell);
     }
-    done
+    done.unwrap_or_else(|cause| panic::resume_unwind(cause))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// One test, as the hook is everybody's.
     #[test]
-    fn a_panic_goes_on_as_it_would_and_the_usual_hook_is_back_afterwards() {
-        let caught = said_afterwards(|| panic::catch_unwind(|| panic!("a panic this test wants")));
+    fn a_panic_goes_on_as_it_would_and_is_said_whether_it_is_caught_inside_or_not() {
+        let caught = said_to(|_| {}, || panic::catch_unwind(|| panic!("a panic this test wants")));
         assert_eq!(caught.unwrap_err().downcast_ref(), Some(&"a panic this test wants"));
+
+        let mut said = Vec::new();
+        let tell = |line: &str| said.push(line.to_owned());
+        let caught = panic::catch_unwind(AssertUnwindSafe(|| said_to(tell, || panic!("another one"))));
+        assert_eq!(caught.unwrap_err().downcast_ref(), Some(&"another one"));
+        assert!(said.iter().any(|line| line == "another one"), "{said:?}");
     }
 }

@@ -109,7 +109,7 @@ impl Summary {
             }
             Ending::CutShort { reason } => {
                 say!(
-                    "CUT SHORT: {} can be read only so far, {reason}. The program that recorded it was ended, or the file \
+                    "CUT SHORT: {} can be read only in part: {reason}. The program that recorded it was ended, or the file \
                      was damaged since: if there is a better copy, replay that",
                     path.display()
                 );

@@ -1,6 +1,5 @@
 //! `hippocamp run`: stand up, walk, stop, and say how it was.
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,16 +19,17 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, write_whole};
+use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, Several, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::config::UnitFile;
+use crate::input::read_text;
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Plan};
 use crate::operator::Repertoire;
 use crate::output::{Outputs, Place, Writing};
-use crate::recording::{Recorder, RunHeader, Task};
+use crate::recording::{RECORD_MAX, Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, RunPlan, run_recorded};
 use crate::simulation;
 use crate::telemetry::{Outcome, Report};
@@ -301,11 +301,15 @@ fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
 
 pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {
     let file_name = path.display().to_string();
-    let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{file_name}: {error}")))?;
+    let text = read_text(path).map_err(|error| {
+        BadInput(format!("{file_name}: expected a fault script that can be read; this one cannot: {error}"))
+    })?;
     simulation::fault_script(robot, &text, &file_name).map_err(|error| {
-        let count = error.mistakes.len();
+        let count = error.count();
         let counted = if count == 1 { "1 mistake".to_owned() } else { format!("{count} mistakes") };
-        BadInput(format!("{error}\n{counted}; nothing was started")).into()
+        let mut lines = error.lines();
+        lines.push(format!("{counted}; nothing was started"));
+        Several { lines, is_input: true }.into()
     })
 }
 
@@ -327,6 +331,15 @@ fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Pla
         let path = record.path().display();
         return Err(BadInput(format!(
             "--record {path}: no file, and the page of --html is made from the recording: name a file, or leave one out"
+        ))
+        .into());
+    }
+    let bytes = std::fs::metadata(&options.robot).map_or(0, |found| found.len());
+    if (page.is_some() || record.is_some()) && bytes > RECORD_MAX {
+        let path = options.robot.display();
+        return Err(BadInput(format!(
+            "{path}: {bytes} bytes; a recording has the robot file inside, and none of more than {RECORD_MAX} is read back: \
+             take out comments, or run without --record and --html"
         ))
         .into());
     }
@@ -356,7 +369,7 @@ fn recorder_into(
     // A recording that outgrows a limit of the system's breaks off; it must not kill the controller.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("signals could not be caught")?;
-    let robot_text = fs::read_to_string(&options.robot)
+    let robot_text = read_text(&options.robot)
         .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same whenever it is done, and so is its recording.
     let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
@@ -388,6 +401,9 @@ fn print_summary(robot: &Robot, report: &Report) {
         report.late_cycles,
         LATE_SHARE * robot.period_s() * 1e3
     );
+    if let Some(slowest) = &report.loop_times.slowest {
+        say!("  {slowest}");
+    }
     say!(
         "  joints: {} goals outside their range, {} too fast, {} changed by safety, held for {} cycles; off their goal by {:.1} degrees at most",
         report.joints.range_violations,

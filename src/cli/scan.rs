@@ -214,6 +214,7 @@ struct Bar {
     is_shown: bool,
 }
 
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 impl Bar {
     fn new(passes: &[(Protocol, u32)], ids: usize) -> Bar {
         let all = passes.iter().map(|(protocol, baud)| pass_time(*protocol, *baud, ids)).sum();

@@ -7,6 +7,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::model::{Motion, Robot};
 use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
+use crate::printable::printable;
 use crate::run::Status;
 use crate::signals::{Outage, Permission};
 
@@ -45,6 +46,7 @@ const UNTOLD_MAX: usize = 64;
 
 impl StatusLine {
     /// Of `robot`.
+    #[allow(clippy::disallowed_methods, reason = "only looks what it is")]
     pub(super) fn start(robot: &Robot) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
@@ -102,6 +104,7 @@ impl Drop for StatusLine {
     }
 }
 
+#[allow(clippy::disallowed_methods, reason = "draws over itself, in lines made printable")]
 fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &Robot) {
     let mut out = std::io::stderr().lock();
     for line in lines {
@@ -110,6 +113,7 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
             Line::Note(words) => (words.to_owned(), false),
             Line::Outage(time_s, outage) => (format!("{time_s:6.1} s {}", outage.describe(robot)), false),
         };
+        let line = printable(&line);
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
         // A closed terminal is no reason to stop a walking robot.
         let _ = if is_passing {
@@ -126,6 +130,7 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
 }
 
 /// Columns of the terminal on standard error; where it does not tell, what all have had for fifty years.
+#[allow(clippy::disallowed_methods, reason = "only looks what it is")]
 fn terminal_columns() -> usize {
     let columns = rustix::termios::tcgetwinsize(std::io::stderr()).map_or(0, |size| usize::from(size.ws_col));
     if columns == 0 { 80 } else { columns }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::campaign::{CampaignArguments, try_faults};
 use super::load::load;
-use super::{BadInput, COMPLETED, write_whole};
+use super::{BadInput, COMPLETED, say, write_whole};
 use crate::model::ReflexMode;
 use crate::output::{Outputs, Place, Writing};
 use crate::plot::{self, FallRow};
@@ -42,10 +42,10 @@ pub(super) struct TryArguments {
     is_json: bool,
     /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
     #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
+    pub(super) picture: Option<PathBuf>,
     /// Draw how it kept its feet against the hardest push that did not throw it, to this file (SVG).
     #[arg(long, value_name = "FILE")]
-    kept: Option<PathBuf>,
+    pub(super) kept: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -84,9 +84,9 @@ fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let tables = format!("{}\n\n{summary}", headline(options, robot_file, &trials));
     if options.is_json {
         let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
-        say!("{}", serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
+        say::lines(&serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
     } else {
-        say!("{tables}");
+        say::lines(&tables);
     }
     let ways = [("passive: limp", ReflexMode::Passive), ("reflex", ReflexMode::Reflex)];
     if let Some(place) = &picture {
@@ -142,6 +142,7 @@ fn headline(options: &TryArguments, robot_file: &Path, trials: &Trials) -> Strin
 }
 
 /// A bar on a terminal; elsewhere nothing but the end.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done: u64, of: u64) {
     let mut err = std::io::stderr().lock();
     if !err.is_terminal() {

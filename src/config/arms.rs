@@ -15,6 +15,8 @@ use crate::model::{ArmSettings, GROUPS, Joint, SharedRange, TendonDrive, link_le
 
 /// Most joints of an arm: more than any bus of ids carries.
 const JOINTS_MAX: u32 = 60;
+/// Most arms: two octopuses.
+const ARMS_MAX: usize = 16;
 /// How much shorter each link is than the one before, a share of the first: w_i = w_0 (1 - 0.01 i) (3.1).
 const TAPER: f64 = 0.01;
 /// Links behind it have no length.
@@ -36,7 +38,7 @@ pub(super) fn read<'a>(
     servos: &mut ServoPlaces<'_>,
 ) -> Vec<ChainEntry<'a>> {
     let mut place = 0;
-    let arms = file.list("arm", "the arms", |section| {
+    let arms = file.list("arm", "the arms", ARMS_MAX, |section| {
         place += 1;
         Some(read_arm(section, place - 1, names, roots, servos))
     });
@@ -54,11 +56,11 @@ fn read_arm<'a>(
     let meaning = "roll, pitch and yaw of the arm in the body, in degrees: at 0 it points forward";
     let Root { name, root, rpy } = Root::read(section, "the arm's name", meaning, names, roots);
     let joints = read_joints(section);
-    let link = section.number("link_mm", "the length of the first link in mm", Limits::Positive);
+    let link = section.number("link_mm", "the length of the first link in mm", Limits::LENGTH);
     let meaning = "how much shorter each link is than the one before, as a share of the first";
     let taper = section.number_or("taper", meaning, Limits::FromToBelow(0.0, TAPER_MAX), TAPER);
     let mass_kg =
-        section.number("mass_kg", "the mass of each joint with its link in kg", Limits::NotNegative);
+        section.number("mass_kg", "the mass of each joint with its link in kg", Limits::MASS_OR_NONE);
     let links_m = || {
         let (link_mm, taper) = (link?, taper?);
         Some((0..joints?).map(|joint| link_length(2.0 * link_mm, taper, joint) / 1000.0).collect::<Vec<_>>())
@@ -190,7 +192,7 @@ fn read_settings(section: &Section<'_>, hinges: Option<usize>) -> Option<ArmSett
     let role = section.integer_or("role", meaning, 1..=4, 1).and_then(|role| u8::try_from(role).ok());
     let meaning = "the turn of the plane of walking strokes in degrees, 0 left-right, 90 up-down";
     let plane = section.number_or("stroke_plane_deg", meaning, Limits::FromTo(-180.0, 180.0), 0.0);
-    let radius = section.number("radius_mm", "the arm's radius with its skin in mm", Limits::Positive);
+    let radius = section.number("radius_mm", "the arm's radius with its skin in mm", Limits::LENGTH);
     let meaning = "the lift of every joint where the arm is parked, in degrees";
     let park = section.number_or("park_lift_deg", meaning, Limits::FromTo(-90.0, 90.0), 0.0);
     Some(ArmSettings {

@@ -7,11 +7,14 @@ use super::reader::Section;
 use crate::model::BallJoint;
 use crate::model::ball_joint::{Corner, SwingTwist};
 
+/// Most corners of a region: one every ten degrees or so.
+const CORNERS_MAX: usize = 32;
+
 /// The range in `section`, if one is given: none of it where one is and it is not good.
 pub(super) fn read(section: &Section<'_>) -> Option<Option<BallJoint>> {
     let meaning =
         "the corners of the region each joint bends in, going round it, beyond the range of its hinges";
-    let corners = section.list("ball", meaning, read_corner);
+    let corners = section.list("ball", meaning, CORNERS_MAX, read_corner);
     if corners.is_empty() {
         return Some(None);
     }

@@ -16,6 +16,9 @@ const SUPPLY_LARGEST_MOHM: u32 = 10_000;
 /// That of a small battery pack, a metre of 18 AWG copper there and back (21 milliohms a metre), and two plugs.
 const SUPPLY_MOHM: u32 = 100;
 
+/// Most buses: more than a computer has ports for.
+pub(super) const BUSES_MAX: usize = 64;
+
 /// What could be read of a bus; `bus` only if all of it was good.
 pub(super) struct BusEntry<'a> {
     pub(super) name: Option<&'a str>,
@@ -27,7 +30,7 @@ pub(super) struct BusEntry<'a> {
 pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
     let mut names = Unique::default();
     let faulty = BusEntry { name: None, protocol: None, bus: None };
-    let buses = file.list("bus", "the buses", |section| Some(read_bus(section, &mut names)));
+    let buses = file.list("bus", "the buses", BUSES_MAX, |section| Some(read_bus(section, &mut names)));
     if buses.iter().any(Option::is_none) {
         // A list that is none at all: what refers to it cannot be judged.
         return vec![faulty];

@@ -18,6 +18,10 @@ const LINK_SHORTEST_MM: f64 = 1e-6;
 /// Roots nearer to each other than this are one place: two servos do not fit.
 const ROOTS_APART_MM: f64 = 1.0;
 
+/// Most chains, and most joints of one: what is worked out of a robot when it loads grows with the square of its joints.
+const CHAINS_MAX: usize = 32;
+const JOINTS_MAX: usize = 32;
+
 /// What could be read of a chain; `limb` only if all of it was good.
 pub(super) struct ChainEntry<'a> {
     /// Key path of its table.
@@ -72,7 +76,7 @@ pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<
     let mut names = Unique::default();
     let mut roots = Roots::default();
     let mut place = 0;
-    let chains = file.list("chain", "the limbs", |section| {
+    let chains = file.list("chain", "the limbs", CHAINS_MAX, |section| {
         place += 1;
         Some(read_chain(section, place - 1, &mut names, &mut roots, servos))
     });
@@ -141,7 +145,7 @@ fn read_chain<'a>(
 
     let mut joint_names = Unique::default();
     let mut end = None;
-    let joints = section.list("joint", "the chain's joints", |joint| {
+    let joints = section.list("joint", "the chain's joints", JOINTS_MAX, |joint| {
         let link = joint.vector("link_mm", "the way to the next joint, or to the tip, in mm");
         end = link;
         read_joint(joint, name, link, &mut joint_names, servos)
@@ -187,7 +191,7 @@ fn read_joint<'a>(
     let range_rad = read_range(section, "range_deg");
     let stiffness =
         section.number("stiffness", "the joint's share of each turn", Limits::AboveToMost(0.0, 1.0));
-    let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::NotNegative);
+    let mass_kg = section.number("mass_kg", "the link's mass in kg", Limits::MASS_OR_NONE);
     let meaning = "the centre of the link's mass, from the joint, in mm";
     section.describe_default("center_mm", "", "the middle of the link");
     let center = section.vector_or("center_mm", meaning, link.unwrap_or_default() / 2.0);
@@ -237,7 +241,7 @@ fn read_axis(section: &Section<'_>) -> Option<DVec3> {
 /// A range of angles, rad, at a key in degrees.
 pub(super) fn read_range(section: &Section<'_>, key: &'static str) -> Option<(f64, f64)> {
     let [low, high] =
-        section.numbers::<2>(key, "the joint's lowest and highest angle in degrees", Limits::Any)?;
+        section.numbers::<2>(key, "the joint's lowest and highest angle in degrees", Limits::ANGLE)?;
     if low >= high {
         section.fault(key, "the lowest angle first, then a higher one, [min, max]");
         return None;

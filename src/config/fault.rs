@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use crate::printable::printable;
+
 /// One thing wrong with a robot file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
@@ -21,41 +23,63 @@ pub struct Fault {
     pub expected: String,
 }
 
+/// One line, whatever characters the file, its name and the key are made of.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
+        let mut place = self.file.clone();
         if self.line > 0 {
-            write!(f, ":{}", self.line)?;
+            place += &format!(":{}", self.line);
         }
         if let Some(column) = self.column {
-            write!(f, ":{column}")?;
+            place += &format!(":{column}");
         }
-        match (self.key.is_empty(), &self.value) {
-            (true, None) => {}
-            (true, Some(value)) => write!(f, ": {value}")?,
-            (false, None) => write!(f, ": {} is not set", self.key)?,
-            (false, Some(value)) => write!(f, ": {} = {value}", self.key)?,
-        }
-        write!(f, ": expected {}", self.expected)
+        let found = match (self.key.is_empty(), &self.value) {
+            (true, None) => String::new(),
+            (true, Some(value)) => format!(": {value}"),
+            (false, None) => format!(": {} is not set", self.key),
+            (false, Some(value)) => format!(": {} = {value}", self.key),
+        };
+        f.write_str(&printable(&format!("{place}{found}: expected {}", self.expected)))
     }
 }
 
-/// All that is wrong with a robot file, in the file's order; at least one fault.
+/// Most faults of a file that are told one by one: nobody mends more at once.
+pub(super) const FAULTS_TOLD: usize = 50;
+
+/// What is wrong with a robot file, in the file's order; at least one fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigError {
-    /// The faults.
+    /// The faults, the first 50 of the file if there are more.
     pub faults: Vec<Fault>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl ConfigError {
+    /// These faults, in the file's order.
+    pub(crate) fn of(mut faults: Vec<Fault>) -> ConfigError {
+        faults.sort_by_key(|fault| fault.line);
+        let more = faults.len().saturating_sub(FAULTS_TOLD);
+        faults.truncate(FAULTS_TOLD);
+        ConfigError { faults, more }
+    }
+
+    /// What it says, a line each: the faults, and how many there are.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines: Vec<String> = self.faults.iter().map(Fault::to_string).collect();
+        let count = self.faults.len() + self.more;
+        let counted = if count == 1 { "1 fault".to_owned() } else { format!("{count} faults") };
+        lines.push(match self.more {
+            0 => format!("{counted}; nothing was started"),
+            more => format!("and {more} more: {counted}; nothing was started"),
+        });
+        lines
+    }
 }
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for fault in &self.faults {
-            writeln!(f, "{fault}")?;
-        }
-        match self.faults.len() {
-            1 => f.write_str("1 fault; nothing was started"),
-            count => write!(f, "{count} faults; nothing was started"),
-        }
+        f.write_str(&self.lines().join("\n"))
     }
 }
 
@@ -63,6 +87,6 @@ impl std::error::Error for ConfigError {}
 
 impl From<Fault> for ConfigError {
     fn from(fault: Fault) -> ConfigError {
-        ConfigError { faults: vec![fault] }
+        ConfigError { faults: vec![fault], more: 0 }
     }
 }

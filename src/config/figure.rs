@@ -14,6 +14,9 @@ const LEG_KEYS: [&str; 2] = ["left", "right"];
 const SOFT_STOP_DEG: f64 = 5.0;
 /// Long enough for hands, s.
 const SET_DOWN_S: f64 = 5.0;
+/// Most poses, and most turns of joints in one: more than anybody gives names, and all joints there can be.
+const POSES_MAX: usize = 200;
+const TURNS_MAX: usize = 1000;
 /// Steepest trunk either way, degrees.
 const TILT_MAX_DEG: f64 = 60.0;
 /// Longest way to a pose, s.
@@ -46,8 +49,8 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
         }
         false => Some(None),
     };
-    let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
-    let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::Positive);
+    let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::LENGTH);
+    let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::LENGTH);
     if let (Some(stand), Some(sit)) = (stand, sit)
         && sit > stand
     {
@@ -60,11 +63,12 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
     let joints = named_joints(chains, legs);
     let mut names = Unique::default();
     let mut stand_pose: Option<FigurePose> = None;
-    let poses = section.list("pose", "the poses it knows by name, the first of them \"stand\"", |pose| {
-        let pose = read_pose(pose, stand? / 1000.0, joints.as_deref()?, stand_pose.as_ref(), &mut names)?;
-        stand_pose.get_or_insert_with(|| pose.clone());
-        Some(pose)
-    });
+    let poses =
+        section.list("pose", "the poses it knows by name, the first of them \"stand\"", POSES_MAX, |pose| {
+            let pose = read_pose(pose, stand? / 1000.0, joints.as_deref()?, stand_pose.as_ref(), &mut names)?;
+            stand_pose.get_or_insert_with(|| pose.clone());
+            Some(pose)
+        });
     let is_first_stand =
         poses.first().is_some_and(|first| first.as_ref().is_none_or(|first| first.name == FigurePose::STAND));
     if !is_first_stand {
@@ -115,13 +119,13 @@ fn read_pose<'a>(
     let roll =
         section.number_or("roll_deg", "the trunk's roll in degrees, left side up if positive", tilt, 0.0);
     let meaning = "how far the trunk is to the left of the middle between its feet in mm";
-    let sway = section.number_or("sway_mm", meaning, Limits::Any, 0.0);
+    let sway = section.number_or("sway_mm", meaning, Limits::PLACE, 0.0);
     let resting = |joint: &Named<'_>| 0.0_f64.clamp(joint.joint.range_rad.0, joint.joint.range_rad.1);
     let mut angles_rad = match stand {
         Some(stand) => stand.angles_rad.clone(),
         None => joints.iter().map(resting).collect(),
     };
-    let turns = section.list("turn", "angles of joints that are not the legs'", |turn| {
+    let turns = section.list("turn", "angles of joints that are not the legs'", TURNS_MAX, |turn| {
         let (joint, angle_rad) = read_turn(turn, joints)?;
         *angles_rad.get_mut(joint)? = angle_rad;
         Some(())
@@ -142,7 +146,7 @@ fn read_pose<'a>(
 fn read_turn(section: &Section<'_>, joints: &[Named<'_>]) -> Option<(usize, f64)> {
     let names: Vec<Option<&str>> = joints.iter().map(|named| Some(named.joint.name.as_str())).collect();
     let joint = section.reference("joint", "the name of a joint, its chain's before it", &names);
-    let angle = section.number("angle_deg", "its angle in degrees", Limits::Any);
+    let angle = section.number("angle_deg", "its angle in degrees", Limits::ANGLE);
     let (joint, angle) = (joint?, angle?);
     let Named { joint: turned, is_leg } = joints.get(joint)?;
     if *is_leg {

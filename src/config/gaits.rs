@@ -5,10 +5,13 @@ use super::reader::Section;
 use super::unique::Unique;
 use crate::model::{Bob, Gait};
 
+/// Most gaits of a file: the top speed of each is worked out when the robot loads.
+const GAITS_MAX: usize = 32;
+
 /// The built-in gaits and those of `[motion]`: one with a built-in gait's name takes its place.
 pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
     let mut names = Unique::default();
-    let own = motion.list("gait", "the gaits", |section| read_gait(section, &mut names));
+    let own = motion.list("gait", "the gaits", GAITS_MAX, |section| read_gait(section, &mut names));
     let mut gaits = Gait::built_in();
     for own in own.into_iter().collect::<Option<Vec<_>>>()? {
         match gaits.iter_mut().find(|gait| gait.name == own.name) {
@@ -25,13 +28,14 @@ fn read_gait<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> Option<Gait> 
         section.fault("name", format!("another name: \"{taken}\" is a choice of gait already"));
     }
     let duty_factor =
-        section.number("duty_factor", "the share of the period a foot stands", Limits::Between(0.0, 1.0));
+        section.number("duty_factor", "the share of the period a foot stands", Limits::FromTo(0.05, 0.95));
     let lags = read_lags(section);
     let bob = read_bob(section);
     let meaning = "the Froude number above which gait auto takes the next faster gait";
     section.describe_default("auto_froude_max", meaning, "none: taken by its name only");
     let is_auto = section.has("auto_froude_max");
-    let auto_froude_max = is_auto.then(|| section.number("auto_froude_max", meaning, Limits::Positive));
+    let auto_froude_max =
+        is_auto.then(|| section.number("auto_froude_max", meaning, Limits::AboveToMost(0.0, 1000.0)));
     Some(Gait {
         name: name?.to_owned(),
         duty_factor: duty_factor?,
@@ -48,7 +52,7 @@ fn read_bob(section: &Section<'_>) -> Option<Bob> {
     let rise = section.number_or(
         "bob_mm",
         "how far the trunk rises and falls, from lowest to highest, in mm",
-        Limits::NotNegative,
+        Limits::LENGTH_OR_NONE,
         0.0,
     );
     let per_stride = section.integer_or("bobs_per_stride", "how often in a stride", 1..=4, 2);

@@ -45,6 +45,7 @@ mod ball;
 mod buses;
 mod chains;
 mod fault;
+mod faults;
 mod figure;
 mod gaits;
 mod imu;
@@ -66,21 +67,25 @@ mod unit;
 mod unit_check;
 mod unit_write;
 
-use std::io;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
-use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction};
-use crate::motion::tentacle::winder;
+use crate::ik::Clearance;
+use crate::input::{self, InputError};
+use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction, TentacleMotion};
+use crate::motion::StrokeCommand;
+use crate::motion::tentacle::{TentaclePlan, winder};
 pub use fault::{ConfigError, Fault};
+use faults::Faults;
 pub use keys::{Key, robot_file_keys};
 pub(crate) use nearest::nearest;
 use number::Limits;
 use reader::{File, Section};
 pub use script::{load_script, parse_script};
-use source::Source;
+use source::{Lines, Source};
 pub use unit::{Unit, UnitBus, UnitFile, UnitImu, UnitJoint, default_unit_path, load_unit, parse_unit};
 pub use unit_write::{rewrite_unit, write_unit};
 
@@ -123,17 +128,13 @@ pub fn load(path: &Path) -> Result<RobotFile, ConfigError> {
 /// Text of the file at `path`; where it cannot be read, `expected` says what should be there.
 fn read_text(path: &Path, expected: &str) -> Result<String, ConfigError> {
     let file_name = path.display().to_string();
-    let bytes = read_regular_file(path)
-        .map_err(|error| fault_without_key(&file_name, &format!("{expected}; this one cannot: {error}")))?;
-    match String::from_utf8(bytes) {
-        Ok(text) => Ok(text),
-        Err(error) => {
-            let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
+    input::read_text(path).map_err(|error| match error {
+        InputError::NotText { line } => {
             let expected = "text in UTF-8; save the file in that encoding";
-            Err(Fault { line, ..fault_without_key(&file_name, expected) }.into())
+            Fault { line, ..fault_without_key(&file_name, expected) }.into()
         }
-    }
+        error => fault_without_key(&file_name, &format!("{expected}; this one cannot: {error}")).into(),
+    })
 }
 
 /// Checks the text of a robot file; `file_name` is its name in faults.
@@ -158,10 +159,10 @@ fn parse_with<T>(
     let document = document.get_ref();
     let file = File::new(Source::new(file_name, text, document));
     let content = file.read(document, read);
-    let (source, faults) = file.finish();
-    match content {
-        Some(content) if faults.is_empty() => Ok((content, source)),
-        _ => Err(ConfigError { faults }),
+    match (content, file.finish()) {
+        (Some(content), (source, None)) => Ok((content, source)),
+        (_, (_, Some(error))) => Err(error),
+        (None, (source, None)) => Err(source.fault("", "a file that can be read").into()),
     }
 }
 
@@ -232,7 +233,25 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     {
         file.fault("motion.pole", format!("{POLE_MEANING}: {reason}"));
     }
+    if let Motion::Tentacle(tentacle) = &robot.motion {
+        refuse_crowded_arms(file, &robot, tentacle);
+    }
     Some(robot)
+}
+
+/// Arms that lie parked have the distance that they are to keep: those that do not would push each other for ever.
+fn refuse_crowded_arms(file: &Section<'_>, robot: &Robot, tentacle: &TentacleMotion) {
+    let parked_rad = TentaclePlan::new(robot, tentacle, StrokeCommand::default()).park_pose_rad;
+    let Some((arm, other, missing_m)) = Clearance::new(robot, tentacle).too_near(&parked_rad) else { return };
+    let name = |arm: usize| &robot.chains[tentacle.arms[arm].chain].name;
+    let of = other.map_or("the base".to_owned(), |other| format!("arm {}", name(other)));
+    let expected = format!(
+        "at least {:.1} mm less, or roots further apart: parked, this arm, {}, is nearer to {of} than motion.clearance_mm \
+         allows",
+        missing_m * 1000.0,
+        name(arm)
+    );
+    file.fault(&format!("arm[{arm}].radius_mm"), expected);
 }
 
 /// What a pole must be.
@@ -264,7 +283,7 @@ fn refuse_times_within_a_few_cycles(
 
 /// Mass in kg and centre in m.
 fn read_trunk(section: &Section<'_>) -> Option<(f64, DVec3)> {
-    let mass_kg = section.number("mass_kg", "the trunk's mass in kg", Limits::Positive);
+    let mass_kg = section.number("mass_kg", "the trunk's mass in kg", Limits::MASS);
     let center = section.vector("center_mm", "the centre of the trunk's mass in the body, in mm");
     Some((mass_kg?, meters(center?)))
 }
@@ -274,32 +293,26 @@ fn meters(millimeters: DVec3) -> DVec3 {
     millimeters / 1000.0
 }
 
-/// Reads nothing but plain files: opening a serial device could already stir what hangs on it.
-fn read_regular_file(path: &Path) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("it is not a plain file"));
-    }
-    std::fs::read(path)
-}
-
 fn syntax_faults(text: &str, file_name: &str, errors: &[toml::de::Error]) -> ConfigError {
-    let mut faults: Vec<Fault> = Vec::new();
+    let lines = Lines::of(text);
+    // What follows a slip in its own line is seldom a second slip.
+    let mut first_in_line: BTreeMap<usize, &toml::de::Error> = BTreeMap::new();
     for error in errors {
-        let start = error.span().map_or(0, |span| span.start);
-        let line = source::line_of(text, start);
-        // What follows a slip in its own line is seldom a second slip.
-        if faults.iter().any(|fault| fault.line == line) {
-            continue;
-        }
-        let message = error.message().trim_end_matches(", expected nothing");
-        faults.push(Fault {
-            line,
-            column: Some(source::column_of(text, start)),
-            ..fault_without_key(file_name, &format!("TOML; {message}"))
+        first_in_line.entry(lines.line_of(start_of(error))).or_insert(error);
+    }
+    let mut faults = Faults::default();
+    for (line, error) in first_in_line {
+        faults.note(line, || {
+            let message = error.message().trim_end_matches(", expected nothing");
+            let column = Some(lines.column_of(text, start_of(error)));
+            Fault { line, column, ..fault_without_key(file_name, &format!("TOML; {message}")) }
         });
     }
-    faults.sort_by_key(|fault| fault.line);
-    ConfigError { faults }
+    faults.finish().unwrap_or_else(|| fault_without_key(file_name, "TOML").into())
+}
+
+fn start_of(error: &toml::de::Error) -> usize {
+    error.span().map_or(0, |span| span.start)
 }
 
 fn fault_without_key(file_name: &str, expected: &str) -> Fault {

@@ -23,6 +23,12 @@ const KINDS: [(&str, Kind); 3] =
 /// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
 const YAW_RATE_MAX_DEG_S: f64 = 20.0;
 
+/// Slowest swing, and slowest stroke of arms, s: as slow as anybody watches; what they take is looked at cycle by cycle.
+const SWING_MAX_S: f64 = 10.0;
+const STROKE_MAX_S: f64 = 100.0;
+/// A hundred times that of a fall.
+const ACCELERATION_MAX_M_S2: f64 = 1000.0;
+
 /// Keys of `motion.legs`, in the order of [`crate::model::LEG_NAMES`].
 const LEG_KEYS: [&str; 4] = ["left_hind", "left_fore", "right_hind", "right_fore"];
 
@@ -46,15 +52,19 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
         .section("legs", "which chain is which leg", |legs| read_legs(legs, chains, LEG_KEYS))
         .inspect(|legs| refuse_idle_chains(file, chains, legs));
 
-    let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::Positive);
-    let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::Positive);
+    let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::LENGTH);
+    let sit = section.number("sit_height_mm", "the body's sitting height in mm", Limits::LENGTH);
     if let (Some(stand), Some(sit)) = (stand, sit)
         && sit > stand
     {
         section.fault("sit_height_mm", format!("at most the standing height, {stand}"));
     }
-    let swing_time_s = section.number("swing_time_s", "a foot's time in the air in s", Limits::Positive);
-    let lift = section.number("swing_lift_mm", "a foot's height in mid-swing in mm", Limits::Positive);
+    let swing_time_s = section.number(
+        "swing_time_s",
+        "a foot's time in the air in s",
+        Limits::AboveToMost(0.0, SWING_MAX_S),
+    );
+    let lift = section.number("swing_lift_mm", "a foot's height in mid-swing in mm", Limits::LENGTH);
     let swing_ramp_share = section.number(
         "swing_ramp_share",
         "the share of the swing in which the foot gains, and again loses, its speed",
@@ -63,7 +73,7 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
     let acceleration_m_s2 = section.number(
         "acceleration_max_m_s2",
         "the trunk's largest acceleration in m/s^2",
-        Limits::Positive,
+        Limits::AboveToMost(0.0, ACCELERATION_MAX_M_S2),
     );
     let yaw_rate = section.number_or(
         "yaw_rate_max_deg_s",
@@ -163,7 +173,11 @@ fn read_tentacle(
         }
         _ => section.number("carried_share", meaning, Limits::FromTo(0.0, 1.0)),
     };
-    let stroke_time_s = section.number("stroke_time_s", "the time of one stroke in s", Limits::Positive);
+    let stroke_time_s = section.number(
+        "stroke_time_s",
+        "the time of one stroke in s",
+        Limits::AboveToMost(0.0, STROKE_MAX_S),
+    );
     // Keys that may be left out: said here, as each is read only where it is set.
     for (key, meaning, default) in OPTIONAL {
         section.describe_default(key, meaning, default);
@@ -187,12 +201,12 @@ fn read_tentacle(
         true => {
             let meaning =
                 "the radius in mm of the base, a ball round the trunk's centre, that arms keep clear of";
-            section.number("base_radius_mm", meaning, Limits::Positive).map(Some)
+            section.number("base_radius_mm", meaning, Limits::LENGTH).map(Some)
         }
         false => Some(None),
     };
     let meaning = "the distance arms keep from each other and from the base, skin to skin, in mm";
-    let clearance_mm = section.number_or("clearance_mm", meaning, Limits::NotNegative, CLEARANCE_MM);
+    let clearance_mm = section.number_or("clearance_mm", meaning, Limits::LENGTH_OR_NONE, CLEARANCE_MM);
     let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
     let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {

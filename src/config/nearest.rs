@@ -2,11 +2,19 @@
 
 /// The nearest of the known words, if any is near: at most a third of its letters wrong.
 pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    let letters = word.chars().count();
     known
+        // Words of so different lengths need no closer look, which takes its time with a long one.
+        .filter(|candidate| letters.abs_diff(candidate.chars().count()) <= wrong_at_most(candidate))
         .map(|candidate| (edits(word, candidate), candidate))
-        .filter(|(edits, candidate)| *edits <= (candidate.chars().count() / 3).max(1))
+        .filter(|(edits, candidate)| *edits <= wrong_at_most(candidate))
         .min_by_key(|(edits, _)| *edits)
         .map(|(_, candidate)| candidate)
+}
+
+/// How many letters of a word may be wrong.
+fn wrong_at_most(word: &str) -> usize {
+    (word.chars().count() / 3).max(1)
 }
 
 /// Letters to put in, take out or change to make one word the other (Levenshtein distance).

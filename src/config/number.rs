@@ -4,16 +4,20 @@ use toml::de::DeValue;
 
 /// Numbers beyond this are slips of the hand in every unit of the schema, and their squares could overflow.
 pub(super) const LARGEST: f64 = 1e9;
+/// Lengths and places beyond this, mm, and masses, kg, are no robot's, nor anything's round it: what is worked out of a
+/// robot file counts on that.
+const LENGTH_MAX_MM: f64 = 1e5;
+const MASS_MAX_KG: f64 = 1e5;
+/// Angles beyond this, degrees, are slips, too: ten turns.
+const ANGLE_MAX_DEG: f64 = 3600.0;
+/// Times beyond this, s, are after any run: 100 days.
+const TIME_MAX_S: f64 = 8.64e6;
 
 /// Which finite numbers a key takes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Limits {
     /// Every number.
     Any,
-    /// Above zero.
-    Positive,
-    /// Zero or more.
-    NotNegative,
     /// Above the first, at most the second.
     AboveToMost(f64, f64),
     /// Above the first and below the second.
@@ -25,12 +29,25 @@ pub(super) enum Limits {
 }
 
 impl Limits {
+    /// Of what has a length, mm.
+    pub(super) const LENGTH: Limits = Limits::AboveToMost(0.0, LENGTH_MAX_MM);
+    /// Of a length that may be none, mm.
+    pub(super) const LENGTH_OR_NONE: Limits = Limits::FromTo(0.0, LENGTH_MAX_MM);
+    /// Of a place along an axis, mm; and of directions.
+    pub(super) const PLACE: Limits = Limits::FromTo(-LENGTH_MAX_MM, LENGTH_MAX_MM);
+    /// Of what has a mass, kg.
+    pub(super) const MASS: Limits = Limits::AboveToMost(0.0, MASS_MAX_KG);
+    /// Of a mass that may be none, kg.
+    pub(super) const MASS_OR_NONE: Limits = Limits::FromTo(0.0, MASS_MAX_KG);
+    /// Of an angle that nothing else limits, degrees.
+    pub(super) const ANGLE: Limits = Limits::FromTo(-ANGLE_MAX_DEG, ANGLE_MAX_DEG);
+    /// Of a moment, s.
+    pub(super) const MOMENT: Limits = Limits::FromTo(0.0, TIME_MAX_S);
+
     /// True for the numbers it takes; false for NaN, whatever the limits.
     pub(super) fn contains(self, value: f64) -> bool {
         match self {
             Limits::Any => !value.is_nan(),
-            Limits::Positive => value > 0.0,
-            Limits::NotNegative => value >= 0.0,
             Limits::AboveToMost(low, high) => value > low && value <= high,
             Limits::Between(low, high) => value > low && value < high,
             Limits::FromToBelow(low, high) => value >= low && value < high,
@@ -42,8 +59,6 @@ impl Limits {
     pub(super) fn words(self) -> String {
         match self {
             Limits::Any => "a number".to_owned(),
-            Limits::Positive => "a number above 0".to_owned(),
-            Limits::NotNegative => "a number of 0 or more".to_owned(),
             Limits::AboveToMost(low, high) => format!("a number above {low} and at most {high}"),
             Limits::Between(low, high) => format!("a number above {low} and below {high}"),
             Limits::FromToBelow(low, high) => format!("a number of at least {low} and below {high}"),

@@ -13,6 +13,9 @@ const STOP: (f64, f64) = (60.0, 0.3);
 /// A servo's horn with its bracket.
 const LINK_RADIUS_MM: f64 = 8.0;
 
+/// Most blocks: more than a robot steps over in an hour.
+const STEPS_MAX: usize = 1000;
+
 /// Reads `[physics]`; `Some(None)` where there is none.
 pub(super) fn read(
     file: &Section<'_>,
@@ -79,14 +82,14 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
         true => {
             let meaning =
                 "the edges of the box that the trunk is, in mm along x, y, z; its middle is trunk.center_mm";
-            section.numbers::<3>("trunk_box_mm", meaning, Limits::Positive).map(Some)
+            section.numbers::<3>("trunk_box_mm", meaning, Limits::LENGTH).map(Some)
         }
         false => Some(None),
     };
     let link_radius = match is_free {
         true => {
             let meaning = "the radius of the links in mm";
-            section.number_or("link_radius_mm", meaning, Limits::Positive, LINK_RADIUS_MM)
+            section.number_or("link_radius_mm", meaning, Limits::LENGTH, LINK_RADIUS_MM)
         }
         false => Some(LINK_RADIUS_MM),
     };
@@ -112,10 +115,10 @@ fn read_ground(section: &Section<'_>) -> Option<Ground> {
     let slope = section.number_or("slope_deg", meaning, Limits::FromTo(-45.0, 45.0), 0.0);
     let meaning = "where uphill is, in degrees from ahead to the left";
     let uphill = section.number_or("uphill_deg", meaning, Limits::FromTo(-360.0, 360.0), 0.0);
-    let steps = section.list("step", "blocks across the way", |step| {
-        let at = step.number("at_mm", "where it begins, in mm ahead of the start", Limits::Any);
-        let length = step.number("length_mm", "how long it is, in mm along the way", Limits::Positive);
-        let height = step.number("height_mm", "how high it is, in mm", Limits::Positive);
+    let steps = section.list("step", "blocks across the way", STEPS_MAX, |step| {
+        let at = step.number("at_mm", "where it begins, in mm ahead of the start", Limits::PLACE);
+        let length = step.number("length_mm", "how long it is, in mm along the way", Limits::LENGTH);
+        let height = step.number("height_mm", "how high it is, in mm", Limits::LENGTH);
         Some(Step { at_m: at? / 1000.0, length_m: length? / 1000.0, height_m: height? / 1000.0 })
     });
     Some(Ground {
@@ -139,14 +142,14 @@ pub(super) fn read_foot(chain: &Section<'_>) -> Option<Option<Foot>> {
             let edges = "the edges of a plate in mm along x, y, z";
             foot.describe_default("size_mm", &format!("{edges}, a list of 3 numbers"), "a round sole");
             if foot.has("size_mm") {
-                let size = foot.numbers::<3>("size_mm", edges, Limits::Positive);
+                let size = foot.numbers::<3>("size_mm", edges, Limits::LENGTH);
                 let meaning = "the middle of a plate, from the tip, in mm";
                 let middle = foot.vector_or("middle_mm", meaning, glam::DVec3::ZERO);
                 return Some(Foot::Plate { size_m: meters(size?.into()), middle_m: meters(middle?) });
             }
-            let radius = foot.number("radius_mm", "the radius of a round sole in mm", Limits::Positive);
+            let radius = foot.number("radius_mm", "the radius of a round sole in mm", Limits::LENGTH);
             let meaning = "the width of a round sole in mm, between the middles of its round ends";
-            let width = foot.number("width_mm", meaning, Limits::NotNegative);
+            let width = foot.number("width_mm", meaning, Limits::LENGTH_OR_NONE);
             Some(Foot::Round { radius_m: radius? / 1000.0, width_m: width? / 1000.0 })
         })
         .map(Some)

@@ -12,16 +12,23 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use toml::value::{Date, Datetime};
 
-use super::fault::Fault;
+use super::ConfigError;
+use super::faults::Faults;
 use super::keys::Keys;
 use super::nearest::nearest;
 use super::number::{LARGEST, Limits, real, whole};
-use super::source::{Source, element, join};
+use super::source::{Source, element};
+use crate::printable::{is_unprintable, printable};
+
+/// Longest text, characters: no path of a device is longer.
+const TEXT_LONGEST: usize = 4096;
+/// Longest name, letters.
+const NAME_LONGEST: usize = 64;
 
 /// What all sections of one file share.
 pub(super) struct File {
     source: Source,
-    faults: RefCell<Vec<Fault>>,
+    faults: RefCell<Faults>,
     /// Every key that was asked for, set or not.
     keys: RefCell<Keys>,
 }
@@ -46,11 +53,9 @@ impl File {
         self.keys.borrow().clone()
     }
 
-    /// The source, and the faults noted, in the file's order.
-    pub(super) fn finish(self) -> (Source, Vec<Fault>) {
-        let mut faults = self.faults.into_inner();
-        faults.sort_by_key(|fault| fault.line);
-        (self.source, faults)
+    /// The source, and the faults noted, if there are any.
+    pub(super) fn finish(self) -> (Source, Option<ConfigError>) {
+        (self.source, self.faults.into_inner().finish())
     }
 }
 
@@ -87,11 +92,15 @@ impl<'a> Section<'a> {
             if known.contains(&key) {
                 continue;
             }
-            let advice = match nearest(key, known.iter().copied()) {
-                Some(near) => format!("a known key here; did you mean {near}?"),
-                None => format!("a known key here; known are {}", known.join(", ")),
-            };
-            self.note(&join(&self.path, key), advice);
+            let source = &self.file.source;
+            let line = source.line_of_unknown(&self.path, key);
+            self.file.faults.borrow_mut().note(line, || {
+                let advice = match nearest(key, known.iter().copied()) {
+                    Some(near) => format!("a known key here; did you mean {near}?"),
+                    None => format!("a known key here; known are {}", known.join(", ")),
+                };
+                source.fault_at_unknown(&self.path, key, advice)
+            });
         }
     }
 
@@ -117,8 +126,8 @@ impl<'a> Section<'a> {
     }
 
     fn note(&self, path: &str, expected: impl Into<String>) {
-        let fault = self.file.source.fault(path, expected);
-        self.file.faults.borrow_mut().push(fault);
+        let source = &self.file.source;
+        self.file.faults.borrow_mut().note(source.nearest_line(path), || source.fault(path, expected));
     }
 
     /// Line of a key of this section; 0 where it is not set.
@@ -151,13 +160,25 @@ impl<'a> Section<'a> {
     pub(super) fn text(&self, key: &'static str, meaning: &str) -> Option<&'a str> {
         let expected = format!("{meaning}, a text in quotes");
         self.describe(key, &expected, None);
-        match self.required(key, &expected)?.as_str() {
-            Some(text) if !text.trim().is_empty() => Some(text),
-            _ => {
-                self.fault(key, expected);
-                None
-            }
+        let text = self.required(key, &expected)?.as_str().filter(|text| !text.trim().is_empty());
+        let Some(text) = text else {
+            self.fault(key, expected);
+            return None;
+        };
+        // It is printed, and no terminal is to obey it.
+        if let Some(bad) = text.chars().find(|c| is_unprintable(*c)) {
+            let code = printable(bad.encode_utf8(&mut [0; 4])).into_owned();
+            self.fault(
+                key,
+                format!("{expected}, of characters that are shown: {code} only steers a terminal"),
+            );
+            return None;
         }
+        if text.chars().count() > TEXT_LONGEST {
+            self.fault(key, format!("{expected}, of at most {TEXT_LONGEST} characters"));
+            return None;
+        }
+        Some(text)
     }
 
     /// A text that is not blank; `Some(None)` where not set.
@@ -182,10 +203,13 @@ impl<'a> Section<'a> {
     /// A name that other keys may refer to: letters, digits, `_` and `-`.
     pub(super) fn name(&self, key: &'static str, meaning: &str) -> Option<&'a str> {
         let text = self.text(key, meaning)?;
-        if text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        if text.len() <= NAME_LONGEST
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+        {
             return Some(text);
         }
-        self.fault(key, format!("{meaning}, made of the letters a to z, digits, _ and -"));
+        let made_of = "made of the letters a to z, digits, _ and -";
+        self.fault(key, format!("{meaning}, {made_of}, at most {NAME_LONGEST} of them"));
         None
     }
 
@@ -339,17 +363,16 @@ impl<'a> Section<'a> {
             return None;
         };
         let path = self.path(key);
-        let values = items
-            .iter()
-            .enumerate()
-            .map(|(place, item)| self.limited(&element(&path, place), item.get_ref(), meaning, Limits::Any));
+        let values = items.iter().enumerate().map(|(place, item)| {
+            self.limited(&element(&path, place), item.get_ref(), meaning, Limits::ANGLE)
+        });
         let values: Vec<Option<f64>> = values.collect();
         values.into_iter().collect()
     }
 
     /// Three numbers along x, y, z.
     pub(super) fn vector(&self, key: &'static str, meaning: &str) -> Option<DVec3> {
-        self.numbers(key, &format!("{meaning} along x, y, z"), Limits::Any).map(DVec3::from_array)
+        self.numbers(key, &format!("{meaning} along x, y, z"), Limits::PLACE).map(DVec3::from_array)
     }
 
     /// Three numbers; `default` where not set.
@@ -376,7 +399,7 @@ impl<'a> Section<'a> {
         };
         let path = self.path(key);
         let row = |(index, item): (usize, &toml::Spanned<DeValue<'_>>)| {
-            self.row(&element(&path, index), item.get_ref(), meaning, Limits::Any).map(DVec3::from_array)
+            self.row(&element(&path, index), item.get_ref(), meaning, Limits::PLACE).map(DVec3::from_array)
         };
         // All are read, so that all faults are told.
         let rows: Vec<Option<DVec3>> = items.iter().enumerate().map(row).collect();
@@ -425,20 +448,25 @@ impl<'a> Section<'a> {
         Section::new(self.file, self.path(key), None).read(read)
     }
 
-    /// Reads a list of tables; an empty list where it is not set, `None` in the place of each faulty one.
+    /// Reads a list of at most `most` tables; an empty list where it is not set, `None` in the place of each faulty one.
     pub(super) fn list<T>(
         &self,
         key: &'static str,
         meaning: &str,
+        most: usize,
         mut read: impl FnMut(&Section<'a>) -> Option<T>,
     ) -> Vec<Option<T>> {
-        self.describe(key, &format!("{meaning}, a list of tables"), Some("none".to_owned()));
+        self.describe(key, &format!("{meaning}, a list of at most {most} tables"), Some("none".to_owned()));
         let Some(value) = self.optional(key) else { return Vec::new() };
         let path = self.path(key);
         let Some(items) = value.as_array() else {
             self.fault(key, format!("{meaning}, a list of tables: write [[{}]]", list_header(&path)));
             return vec![None];
         };
+        if items.len() > most {
+            self.fault(key, format!("{meaning}, a list of at most {most} tables; these are {}", items.len()));
+            return vec![None];
+        }
         let items = items.iter().enumerate();
         items.map(|(i, item)| self.enter(&element(&path, i), item.get_ref(), meaning, &mut read)).collect()
     }

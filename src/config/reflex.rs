@@ -21,6 +21,10 @@ const RULES: [(&str, Rule); 2] = [("lean", Rule::Lean), ("rate", Rule::Rate)];
 /// Longest motion by key poses, s.
 const LONGEST_S: f64 = 60.0;
 
+/// Most poses, and most key poses of a motion.
+const POSES_MAX: usize = 200;
+const KEYS_MAX: usize = 100;
+
 /// A named pose, if it could be read.
 type NamedPose<'a> = (Option<&'a str>, Option<Vec<f64>>);
 
@@ -53,27 +57,28 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
         false => Some(ReflexMode::Reflex),
     };
     let detector = read_detector(section);
-    let poses = section.list("pose", "named poses", |pose| {
+    let poses = section.list("pose", "named poses", POSES_MAX, |pose| {
         Some((pose.name("name", "the pose's name"), read_angles(pose, joints)))
     });
     let poses: Vec<NamedPose<'_>> = poses.into_iter().map(Option::unwrap_or_default).collect();
 
     let mut falls: [Vec<KeyPose>; 5] = Default::default();
     let mut known = [false; 5];
-    let read = section.list("fall", "what it does in a fall, by direction", |fall| {
-        let directions = FallDirection::ALL.map(|direction| (direction.name(), direction));
-        let direction = fall.choice("direction", "which way it falls", &directions);
-        let keys = read_keys(fall, &poses);
-        if keys.as_ref().is_some_and(Vec::is_empty) {
-            fall.fault("key", "at least one key pose, [[reflex.fall.key]]");
-        }
-        let (place, keys) = (direction? as usize, keys?);
-        if std::mem::replace(known.get_mut(place)?, true) {
-            fall.fault("direction", "a direction of its own: there is one with it before");
-        }
-        *falls.get_mut(place)? = keys;
-        Some(())
-    });
+    let read =
+        section.list("fall", "what it does in a fall, by direction", FallDirection::ALL.len(), |fall| {
+            let directions = FallDirection::ALL.map(|direction| (direction.name(), direction));
+            let direction = fall.choice("direction", "which way it falls", &directions);
+            let keys = read_keys(fall, &poses);
+            if keys.as_ref().is_some_and(Vec::is_empty) {
+                fall.fault("key", "at least one key pose, [[reflex.fall.key]]");
+            }
+            let (place, keys) = (direction? as usize, keys?);
+            if std::mem::replace(known.get_mut(place)?, true) {
+                fall.fault("direction", "a direction of its own: there is one with it before");
+            }
+            *falls.get_mut(place)? = keys;
+            Some(())
+        });
     let all_falls = read.iter().all(Option::is_some);
     let meaning = "the torque with which joints give way, a share of what is permitted";
     let passive = section.number_or("passive_torque_share", meaning, Limits::AboveToMost(0.0, 1.0), 0.2);
@@ -81,7 +86,7 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
     let rest_rate = section.number_or("rest_rate_deg_s", meaning, Limits::FromTo(1.0, 90.0), 20.0);
     let meaning = "and has for so long, in s";
     let rest_s = section.number_or("rest_s", meaning, Limits::FromTo(0.1, 10.0), 0.5);
-    let get_ups = section.list("get_up", "how it gets up, by what is down", |way| {
+    let get_ups = section.list("get_up", "how it gets up, by what is down", Lying::ALL.len(), |way| {
         let lying = Lying::ALL.map(|lying| (lying.name(), lying));
         let lying = way.choice("lying", "what is down: upright is the underside", &lying);
         let keys = read_keys(way, &poses);
@@ -163,7 +168,7 @@ fn read_angles(pose: &Section<'_>, joints: Option<&[Joint]>) -> Option<Vec<f64>>
 fn read_keys(motion: &Section<'_>, poses: &[NamedPose<'_>]) -> Option<Vec<KeyPose>> {
     let names: Vec<Option<&str>> = poses.iter().map(|(name, _)| *name).collect();
     let mut before_s = 0.0;
-    let keys = motion.list("key", "its key poses", |key| {
+    let keys = motion.list("key", "its key poses", KEYS_MAX, |key| {
         let pose = key.reference("pose", "the name of a pose", &names);
         let at_s = key.number(
             "at_s",

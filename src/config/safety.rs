@@ -132,7 +132,8 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
 /// A servo shuts itself off at its own limit, so a higher one would never act.
 fn read_temperature(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64> {
     let lowest = models.iter().map(|model| f64::from(model.temperature_max_c)).fold(f64::INFINITY, f64::min);
-    let limits = if models.is_empty() { Limits::Positive } else { Limits::AboveToMost(0.0, lowest) };
+    let limits =
+        if models.is_empty() { Limits::AboveToMost(0.0, 1000.0) } else { Limits::AboveToMost(0.0, lowest) };
     section.describe_default("temperature_max_c", "", "5 below the lowest of the servo models' own");
     let meaning = "the highest servo temperature in degrees C, not above the servos' own limit";
     section.number_or("temperature_max_c", meaning, limits, lowest - TEMPERATURE_MARGIN_C)
@@ -145,7 +146,7 @@ fn read_voltage(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64> {
     section.describe_default("voltage_min_v", "", "the highest of the servo models' own");
     let meaning = "the lowest supply voltage in V, within what the servos allow";
     let (Some(most), Some(least)) = (models.iter().max_by(highest), models.iter().min_by(lowest)) else {
-        return section.number_or("voltage_min_v", meaning, Limits::NotNegative, 0.0);
+        return section.number_or("voltage_min_v", meaning, Limits::FromTo(0.0, 1000.0), 0.0);
     };
     if most.voltage_min_v >= least.voltage_max_v {
         section.fault(

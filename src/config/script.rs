@@ -20,6 +20,10 @@ use crate::operator::{Entry, Script};
 
 /// A script that does not say when it ends does so this long after its last entry, s.
 const LAST_ENTRY_S: f64 = 5.0;
+/// Faster than any robot is to go either way, m/s.
+const SPEED_MAX_M_S: f64 = 1000.0;
+/// Most entries: one a second for nearly three hours.
+const ENTRIES_MAX: usize = 10_000;
 /// Lowest and highest trunk, shares of its standing height.
 const HEIGHT_SHARES: (f64, f64) = (0.5, 1.5);
 /// Steepest trunk either way, degrees.
@@ -70,7 +74,7 @@ fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
     };
     let last_s = entries.iter().flatten().last().map_or(0.0, |entry| entry.time_s);
     let meaning = "when the robot stops, in s since it stood";
-    let end_s = file.number_or("end_s", meaning, Limits::NotNegative, last_s + LAST_ENTRY_S);
+    let end_s = file.number_or("end_s", meaning, Limits::MOMENT, last_s + LAST_ENTRY_S);
     if file.has("end_s") && end_s.is_some_and(|end_s| end_s <= last_s) {
         file.fault("end_s", format!("a time after the last entry's, {last_s} s"));
     }
@@ -88,8 +92,8 @@ fn read_entries<'a>(
     mut read: impl FnMut(&Section<'a>) -> Option<Order>,
 ) -> Option<Vec<Option<Entry>>> {
     let mut last_s = f64::NEG_INFINITY;
-    let entries = file.list("at", "the script's entries", |section| {
-        let time_s = section.number("time_s", "a time in s since the robot stood", Limits::NotNegative);
+    let entries = file.list("at", "the script's entries", ENTRIES_MAX, |section| {
+        let time_s = section.number("time_s", "a time in s since the robot stood", Limits::MOMENT);
         if time_s.is_some_and(|time_s| time_s <= last_s) {
             section.fault("time_s", format!("a time after the entry before, {last_s} s"));
         }
@@ -127,7 +131,8 @@ fn read_entry(section: &Section<'_>, robot: &Robot, horse: &HorseMotion, last: &
         value(key, meaning, Limits::FromTo(-most, most), 1_f64.to_radians(), before_rad)
     };
     let meaning = "a speed in m/s, backwards if negative";
-    let speed_m_s = value("speed_m_s", meaning, Limits::Any, 1.0, before.speed_m_s);
+    let speed_m_s =
+        value("speed_m_s", meaning, Limits::FromTo(-SPEED_MAX_M_S, SPEED_MAX_M_S), 1.0, before.speed_m_s);
     let meaning = "a turn in degrees/s, to the left if positive";
     let yaw_rate_rad_s = degrees("yaw_deg_s", meaning, YAW_MAX_DEG_S, before.yaw_rate_rad_s);
     if gait == Some(GaitChoice::Stand) {
@@ -149,7 +154,7 @@ fn read_entry(section: &Section<'_>, robot: &Robot, horse: &HorseMotion, last: &
     let meaning = "the trunk's roll in degrees, left side up if positive";
     let roll_rad = degrees("roll_deg", meaning, TILT_MAX_DEG, roll_rad);
     let meaning = "how far the trunk is to the left of its feet in mm";
-    let sway_m = value("sway_mm", meaning, Limits::Any, 1e-3, sway_m);
+    let sway_m = value("sway_mm", meaning, Limits::PLACE, 1e-3, sway_m);
     if section.has("sway_mm")
         && sway_m.is_some_and(|sway_m| sway_m.abs() > 0.0)
         && let Some(leg) = leg_without_sideways_joint(robot, horse.legs)

@@ -9,6 +9,9 @@ use crate::model::servo_model::SERVO_MODELS;
 use crate::model::{Bus, Protocol, Servo, ServoModel};
 use crate::units::ServoId;
 
+/// Most rows of an arm's servos: one each of the most hinges it can have.
+const ROWS_MAX: usize = 180;
+
 /// The buses with the servos found on them so far.
 pub(super) struct ServoPlaces<'b> {
     buses: &'b [BusEntry<'b>],
@@ -111,8 +114,9 @@ impl<'b> ServoPlaces<'b> {
             }
             return Some(Vec::new());
         }
-        let rows =
-            arm.list("servos", "the servos from root to tip", |row| self.read_row(row, hinges?, range_rad?));
+        let rows = arm.list("servos", "the servos from root to tip", ROWS_MAX, |row| {
+            self.read_row(row, hinges?, range_rad?)
+        });
         if rows.is_empty() {
             arm.fault(
                 "servos",

@@ -1,8 +1,10 @@
 //! Where in a robot file each key stands.
 //!
 //! Comes in: the file's text and its parsed document. Goes out: line and value text of any key path, for
-//! faults found while reading and for checks made long after (reach, loop rate).
+//! faults found while reading and for checks made long after (reach, loop rate). What it takes, in time and memory, is a
+//! small multiple of the file's size, whatever is in the file.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -10,81 +12,152 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::fault::Fault;
+use crate::printable::printable;
 
 /// Longest piece of a file repeated in a fault, characters.
-const VALUE_SHOWN: usize = 60;
+const PIECE_SHOWN: usize = 60;
+/// Bytes looked at for it: blanks in front of its lines are not shown.
+const PIECE_LOOKED_AT: usize = 4096;
 
-/// Line and text of one value.
+/// Where the lines of a text begin.
 #[derive(Debug, Clone)]
-struct Place {
-    line: usize,
-    text: String,
+pub(super) struct Lines(Vec<usize>);
+
+impl Lines {
+    pub(super) fn of(text: &str) -> Lines {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Lines(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
+    }
+
+    /// Line of a byte, from 1.
+    pub(super) fn line_of(&self, byte: usize) -> usize {
+        self.0.partition_point(|begin| *begin <= byte)
+    }
+
+    /// Column of a byte of `text` in its line, from 1, in characters.
+    pub(super) fn column_of(&self, text: &str, byte: usize) -> usize {
+        let begin = self.0[self.line_of(byte) - 1];
+        1 + text[begin..].char_indices().take_while(|(at, _)| begin + at < byte).count()
+    }
 }
 
-/// A file's name and the place of every key in it.
+/// Where one value stands, in bytes, and those inside it.
+#[derive(Debug, Clone)]
+struct Place {
+    /// Where its key begins, or itself where it has none.
+    start: usize,
+    span: Range<usize>,
+    inside: Inside,
+}
+
+#[derive(Debug, Clone)]
+enum Inside {
+    Nothing,
+    Table(BTreeMap<String, Place>),
+    List(Vec<Place>),
+}
+
+/// A file's name, its text and the place of every key in it.
 #[derive(Debug, Clone)]
 pub(super) struct Source {
     file: String,
-    places: BTreeMap<String, Place>,
+    text: String,
+    lines: Lines,
+    top: Inside,
 }
 
 impl Source {
     /// Notes where everything in `document`, parsed from `text`, stands.
     pub(super) fn new(file: &str, text: &str, document: &DeTable<'_>) -> Source {
-        let mut source = Source { file: file.to_owned(), places: BTreeMap::new() };
-        source.add_table(text, "", document);
-        source
+        Source { file: file.to_owned(), text: text.to_owned(), lines: Lines::of(text), top: table(document) }
     }
 
     /// A fault at a key; where the key is not set, at the section that lacks it.
     pub(super) fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
-        let place = self.places.get(key);
-        let mut section = key;
-        let mut line = place.map(|place| place.line);
-        while line.is_none() && !section.is_empty() {
-            section = parent(section);
-            line = self.places.get(section).map(|place| place.line);
-        }
-        Fault {
-            file: self.file.clone(),
-            line: line.unwrap_or(1),
-            column: None,
-            key: key.to_owned(),
-            value: place.map(|place| place.text.clone()),
-            expected: expected.into(),
-        }
+        self.fault_in(self.nearest_line(key), key.to_owned(), self.find(key), expected.into())
+    }
+
+    /// A fault at an unknown key of the section at the path `section`.
+    pub(super) fn fault_at_unknown(&self, section: &str, key: &str, expected: String) -> Fault {
+        let line = self.line_of_unknown(section, key);
+        self.fault_in(line, join(section, key), self.unknown(section, key), expected)
+    }
+
+    fn fault_in(&self, line: usize, key: String, place: Option<&Place>, expected: String) -> Fault {
+        let value = place.map(|place| shown(&self.text, place.span.clone()));
+        Fault { file: self.file.clone(), line, column: None, key, value, expected }
+    }
+
+    /// The line of an unknown key.
+    pub(super) fn line_of_unknown(&self, section: &str, key: &str) -> usize {
+        self.unknown(section, key).map_or(1, |place| self.line_of(place))
     }
 
     /// The line a key stands on, if it is set.
     pub(super) fn line(&self, key: &str) -> Option<usize> {
-        self.places.get(key).map(|place| place.line)
+        self.find(key).map(|place| self.line_of(place))
     }
 
-    fn add_table(&mut self, text: &str, path: &str, table: &DeTable<'_>) {
-        for (key, value) in table {
-            self.add(text, join(path, key.get_ref()), key.span().start, value);
-        }
+    /// The line of a key, or of the nearest section round it that is set.
+    pub(super) fn nearest_line(&self, key: &str) -> usize {
+        self.way(key).last().map_or(1, |place| self.line_of(place))
     }
 
-    fn add(&mut self, text: &str, path: String, start: usize, value: &Spanned<DeValue<'_>>) {
-        match value.get_ref() {
-            DeValue::Table(table) => self.add_table(text, &path, table),
-            DeValue::Array(items) => {
-                for (index, item) in items.iter().enumerate() {
-                    self.add(text, element(&path, index), item.span().start, item);
-                }
-            }
-            _ => {}
-        }
-        let place = Place { line: line_of(text, start), text: shown(text, value.span()) };
-        self.places.insert(path, place);
+    fn line_of(&self, place: &Place) -> usize {
+        self.lines.line_of(place.start)
+    }
+
+    fn unknown(&self, section: &str, key: &str) -> Option<&Place> {
+        let inside = if section.is_empty() { &self.top } else { &self.find(section)?.inside };
+        if let Inside::Table(keys) = inside { keys.get(key) } else { None }
+    }
+
+    fn find(&self, key: &str) -> Option<&Place> {
+        self.way(key).nth(pieces(key).count() - 1)
+    }
+
+    /// The places along a path of known keys, as far as they are set.
+    fn way(&self, key: &str) -> impl Iterator<Item = &Place> {
+        pieces(key).scan(Some(&self.top), |inside, piece| {
+            let place = match inside.take()? {
+                Inside::Table(keys) => keys.get(piece)?,
+                Inside::List(items) => items.get(piece.parse::<usize>().ok()?)?,
+                Inside::Nothing => return None,
+            };
+            *inside = Some(&place.inside);
+            Some(place)
+        })
     }
 }
 
-/// Path of a key in a section; the top of the file is the section "".
-pub(super) fn join(section: &str, key: &str) -> String {
+/// `chain[1].name` in pieces: `chain`, `1`, `name`.
+fn pieces(path: &str) -> impl Iterator<Item = &str> {
+    path.split(['.', '[']).map(|piece| piece.trim_end_matches(']'))
+}
+
+fn table(table: &DeTable<'_>) -> Inside {
+    let entries = table.iter();
+    Inside::Table(
+        entries.map(|(key, value)| (key.get_ref().to_string(), place(key.span().start, value))).collect(),
+    )
+}
+
+fn place(start: usize, value: &Spanned<DeValue<'_>>) -> Place {
+    let inside = match value.get_ref() {
+        DeValue::Table(inner) => table(inner),
+        DeValue::Array(items) => {
+            Inside::List(items.iter().map(|item| place(item.span().start, item)).collect())
+        }
+        _ => Inside::Nothing,
+    };
+    Place { start, span: value.span(), inside }
+}
+
+/// Path of a key in a section, in which it may be shortened; the top of the file is the section "".
+fn join(section: &str, key: &str) -> String {
     let is_bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
-    let key = if is_bare { key.to_owned() } else { format!("{key:?}") };
+    let key = shortened(key.chars());
+    let key = if is_bare { key } else { format!("\"{}\"", printable(&key)) };
     if section.is_empty() { key } else { format!("{section}.{key}") }
 }
 
@@ -93,29 +166,67 @@ pub(super) fn element(list: &str, index: usize) -> String {
     format!("{list}[{index}]")
 }
 
-/// The section or list that holds a key.
-fn parent(path: &str) -> &str {
-    path.rfind(['.', '[']).map_or("", |end| &path[..end])
-}
-
-/// Line of a byte, from 1.
-pub(super) fn line_of(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
-}
-
-/// Column of a byte in its line, from 1, in characters.
-pub(super) fn column_of(text: &str, byte: usize) -> usize {
-    text.char_indices()
-        .take_while(|(at, _)| *at < byte)
-        .fold(1, |column, (_, c)| if c == '\n' { 1 } else { column + 1 })
-}
-
 /// A piece of the file on one line, shortened.
-pub(super) fn shown(text: &str, span: Range<usize>) -> String {
-    let piece = text.get(span).unwrap_or_default();
+fn shown(text: &str, span: Range<usize>) -> String {
+    let piece = text.as_bytes().get(span).unwrap_or_default();
+    let piece: Cow<'_, str> = String::from_utf8_lossy(&piece[..piece.len().min(PIECE_LOOKED_AT)]);
     let line = piece.lines().map(str::trim).collect::<Vec<_>>().join(" ");
-    if line.chars().count() <= VALUE_SHOWN {
-        return line;
+    shortened(line.chars())
+}
+
+fn shortened(characters: impl Iterator<Item = char>) -> String {
+    let mut characters = characters.peekable();
+    let mut shown: String = characters.by_ref().take(PIECE_SHOWN).collect();
+    if characters.peek().is_some() {
+        shown += "...";
     }
-    line.chars().take(VALUE_SHOWN).chain("...".chars()).collect()
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "a = 1\n[b]\nc = [1,\n  [2, 3]]\n\"d.e[\" = 4\n[[f]]\ng = 5\n[[f]]\ng = 'grün' # x\n";
+
+    #[test]
+    fn every_key_is_found_by_its_path_and_what_is_not_set_at_the_section_that_lacks_it() {
+        let (document, _) = DeTable::parse_recoverable(TEXT);
+        let source = Source::new("x.toml", TEXT, document.get_ref());
+        for (key, line, value) in [
+            ("a", 1, Some("1")),
+            ("b.c", 3, Some("[1, [2, 3]]")),
+            ("b.c[1][0]", 4, Some("2")),
+            ("f[1].g", 9, Some("'grün'")),
+            ("f[1].h", 8, None),
+            ("b.x.y", 2, None),
+            ("x", 1, None),
+            ("f[7].g", 6, None),
+            ("f[x", 6, None),
+            ("a.b", 1, None),
+        ] {
+            let fault = source.fault(key, "");
+            assert_eq!((fault.line, fault.value.as_deref()), (line, value), "{key}");
+            assert_eq!(source.line(key), value.map(|_| line), "{key}");
+        }
+        let fault = source.fault_at_unknown("b", "d.e[", String::new());
+        assert_eq!((fault.line, fault.key.as_str(), fault.value.as_deref()), (5, "b.\"d.e[\"", Some("4")));
+    }
+
+    #[test]
+    fn columns_count_characters() {
+        let lines = Lines::of(TEXT);
+        let at = TEXT.find('#').unwrap();
+        assert_eq!((lines.line_of(at), lines.column_of(TEXT, at)), (9, 12));
+        assert_eq!((lines.line_of(TEXT.len()), lines.column_of(TEXT, TEXT.len())), (10, 1));
+    }
+
+    #[test]
+    fn long_pieces_and_keys_are_shortened() {
+        let long = "ü".repeat(10_000);
+        assert_eq!(shown(&long, 0..long.len()).chars().count(), PIECE_SHOWN + 3);
+        assert_eq!(join("a", &"k".repeat(61)), format!("a.{}...", "k".repeat(60)));
+        assert_eq!(join("", &"k".repeat(60)), "k".repeat(60));
+        assert_eq!(join("", "\u{1b}[2J\n"), "\"\\u001b[2J\\n\"");
+    }
 }

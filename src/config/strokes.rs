@@ -106,7 +106,7 @@ pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
     let meaning = "the places the tip goes through, in the body, in mm";
     let points_mm = section.vectors("points_mm", meaning, 2..=WAYPOINTS_MAX);
     let meaning = "the speed of the tip along the path in mm/s";
-    let speed_mm_s = section.number("speed_mm_s", meaning, Limits::Positive);
+    let speed_mm_s = section.number("speed_mm_s", meaning, Limits::LENGTH);
     let points_m: Vec<_> = points_mm?.into_iter().map(meters).collect();
     let path = TipPath::new(&points_m, speed_mm_s? / 1000.0);
     path.map_err(|error| section.fault("points_mm", error.to_string())).ok()
@@ -116,7 +116,7 @@ pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
 pub(super) fn read_pole(section: &Section<'_>) -> Option<Pole> {
     let point = section.vector("point_mm", "a point on the pole's axis, in the body, in mm");
     let axis = read_direction(section, "axis", "the direction of the pole's axis, in the body");
-    let radius_mm = section.number("radius_mm", "the pole's radius in mm", Limits::Positive);
+    let radius_mm = section.number("radius_mm", "the pole's radius in mm", Limits::LENGTH);
     Some(Pole { point_in_body: meters(point?), axis: axis?, radius_m: radius_mm? / 1000.0 })
 }
 

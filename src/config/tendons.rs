@@ -53,7 +53,7 @@ pub(super) fn read(
 }
 
 fn read_drive(tendons: &Table<'_>, links_m: &[f64]) -> Option<TendonDrive> {
-    let positive = |key, meaning: &str| tendons.number(key, meaning, Limits::Positive).map(|mm| mm / 1000.0);
+    let positive = |key, meaning: &str| tendons.number(key, meaning, Limits::LENGTH).map(|mm| mm / 1000.0);
     let cord_m = positive("cord_radius_mm", "how far the cords run from the middle of the arm, in mm");
     let gap_m = positive("gap_mm", "the distance between the plates on either side of a joint in mm");
     let spool_m = positive("spool_radius_mm", "the radius of the winches' spools in mm");
@@ -62,9 +62,9 @@ fn read_drive(tendons: &Table<'_>, links_m: &[f64]) -> Option<TendonDrive> {
     let meaning = "the turn of each section's cords against those of the one before in degrees";
     let turn = tendons.number_or("cord_turn_deg", meaning, Limits::FromTo(-45.0, 45.0), 0.0);
     let meaning = "how far the cords are stretched when the arm is straight, in mm";
-    let pretension = tendons.number("pretension_mm", meaning, Limits::NotNegative);
+    let pretension = tendons.number("pretension_mm", meaning, Limits::LENGTH_OR_NONE);
     let meaning = "how far cords may hang loose at the largest bend, in mm";
-    let slack_max = tendons.number_or("slack_max_mm", meaning, Limits::NotNegative, SLACK_MAX_MM);
+    let slack_max = tendons.number_or("slack_max_mm", meaning, Limits::LENGTH_OR_NONE, SLACK_MAX_MM);
     let (cord_radius_m, gap_m, spool_radius_m) = (cord_m?, gap_m?, spool_m?);
     let (bend_max_rad, turn_rad) = (bend_max?.to_radians(), turn?.to_radians());
     let joints = links_m.len() / GROUPS;

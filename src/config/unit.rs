@@ -3,6 +3,7 @@
 //! Comes in: a file, or its text. Goes out: a [`Unit`], or every fault of the file at once. What it means for a
 //! robot is judged by `unit_check`, and it is written by [`super::write_unit`].
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -14,6 +15,10 @@ use super::reader::Section;
 use super::source::Source;
 use super::{parse_with, read_text};
 use crate::model::{Firmware, IMU_BAUDS};
+
+/// Most joints and buses of a unit: those of the largest robot file.
+const JOINTS_MAX: usize = 2000;
+const BUSES_MAX: usize = super::buses::BUSES_MAX;
 
 /// The version of the schema below.
 pub(super) const VERSION: u32 = 1;
@@ -160,7 +165,7 @@ fn read_unit(file: &Section<'_>) -> Option<Unit> {
         false => Some(None),
     };
     let mut names = Names::default();
-    let joints = file.list("joint", "the joints", |joint| read_joint(joint, &mut names));
+    let joints = file.list("joint", "the joints", JOINTS_MAX, |joint| read_joint(joint, &mut names));
     version?;
     Some(Unit {
         robot_file: robot_file?.to_owned(),
@@ -174,7 +179,7 @@ fn read_unit(file: &Section<'_>) -> Option<Unit> {
 
 fn read_buses(file: &Section<'_>) -> Option<Vec<UnitBus>> {
     let (mut names, mut devices) = (Names::default(), Names::default());
-    let buses = file.list("bus", "the buses' devices", |bus| {
+    let buses = file.list("bus", "the buses' devices", BUSES_MAX, |bus| {
         let name = names.read(bus, "name", "the name of a bus of the robot file");
         let device = devices.read(bus, "device", "the path of the bus's serial device");
         Some(UnitBus { name: name?.to_owned(), device: device?.to_owned() })
@@ -190,7 +195,7 @@ fn read_imu(imu: &Section<'_>) -> Option<UnitImu> {
     };
     let rpy_deg = match imu.has("rpy_deg") {
         true => imu
-            .numbers("rpy_deg", "roll, pitch and yaw of the unit in the body, in degrees", Limits::Any)
+            .numbers("rpy_deg", "roll, pitch and yaw of the unit in the body, in degrees", Limits::ANGLE)
             .map(Some),
         false => Some(None),
     };
@@ -252,17 +257,17 @@ fn read_firmware(joint: &Section<'_>) -> Option<Option<Firmware>> {
 /// Texts of one key, each of which may be given only once.
 #[derive(Default)]
 struct Names<'a> {
-    seen: Vec<(&'a str, usize)>,
+    seen: BTreeMap<&'a str, usize>,
 }
 
 impl<'a> Names<'a> {
     fn read(&mut self, section: &Section<'a>, key: &'static str, meaning: &str) -> Option<&'a str> {
         let text = section.text(key, meaning)?;
-        if let Some((_, line)) = self.seen.iter().find(|(seen, _)| *seen == text) {
+        if let Some(line) = self.seen.get(text) {
             section.fault(key, format!("{meaning}, once only: line {line} has it already"));
             return None;
         }
-        self.seen.push((text, section.line(key)));
+        self.seen.insert(text, section.line(key));
         Some(text)
     }
 }

@@ -118,8 +118,7 @@ impl UnitFile {
             faults.push(self.fault("imu", "no unit, as in the robot file; or [imu] there too"));
         }
         if !faults.is_empty() {
-            faults.sort_by_key(|fault| fault.line);
-            return Err(ConfigError { faults });
+            return Err(ConfigError::of(faults));
         }
         for (index, servo) in calibrations {
             robot.joints[index].servo = Some(servo);
@@ -164,8 +163,7 @@ impl UnitFile {
                  or a servo's model, bus, id or direction in the robot file; calibrate again",
             ));
         }
-        faults.sort_by_key(|fault| fault.line);
-        if faults.is_empty() { Ok(()) } else { Err(ConfigError { faults }) }
+        if faults.is_empty() { Ok(()) } else { Err(ConfigError::of(faults)) }
     }
 
     /// What works and may go wrong later: devices whose names change, buses that could be swapped unnoticed.

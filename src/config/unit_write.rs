@@ -123,6 +123,23 @@ mod tests {
     }
 
     #[test]
+    fn the_new_file_has_the_owner_of_the_old_one() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        if !rustix::process::geteuid().is_root() {
+            eprintln!("left out: only root gives files away");
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.unit.toml");
+        write_unit(&path, &unit("first")).unwrap();
+        chown(&path, Some(12_345), Some(54_321)).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        write_unit(&path, &unit("second")).unwrap();
+        let found = fs::metadata(&path).unwrap();
+        assert_eq!((found.uid(), found.gid(), found.mode() & 0o777), (12_345, 54_321, 0o640));
+    }
+
+    #[test]
     fn a_folder_in_the_way_is_an_error_and_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         assert!(write_unit(&folder.path().join("absent/a.unit.toml"), &unit("a")).is_err());

@@ -255,3 +255,30 @@ fn degrees(rad: f64) -> f64 {
 fn rounded(value: f64, parts: f64) -> f64 {
     (value * parts).round() / parts
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::units::Time;
+
+    #[test]
+    fn the_longer_a_run_the_further_apart_are_the_frames_of_its_page() {
+        let robot = crate::config::load(Path::new("config/figure.toml")).unwrap().robot;
+        let period = Duration::from_secs_f64(robot.period_s());
+        let mut page = Page { frames_max: 10, ..Page::new(&robot) };
+        let first = page.every;
+        let mut sample = Sample::new(&robot);
+        for cycle in 0..20 * first + 1 {
+            sample.times.began = Time(0) + period * u32::try_from(cycle).unwrap();
+            page.look(&sample);
+        }
+        // Twice every other frame was taken out, as the eleventh and the twentieth were to come.
+        let times: Vec<f64> = page.frames.iter().map(|frame| frame.time).collect();
+        let apart_s = 4.0 * robot.period_s() * f64::from(u32::try_from(first).unwrap());
+        let expected: Vec<f64> = (0..6).map(|frame| rounded(f64::from(frame) * apart_s, 1e3)).collect();
+        assert_eq!(times, expected);
+    }
+}

@@ -46,6 +46,11 @@ enum Bender {
 }
 
 impl Limbs {
+    /// How often so far arms were moved apart that came too near to each other.
+    pub fn corrections(&self) -> u64 {
+        self.clearance.as_ref().map_or(0, Clearance::corrections)
+    }
+
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
         let (bending, clearance) = match &robot.motion {
@@ -150,11 +155,13 @@ impl Limbs {
     }
 
     fn solve_arms(&mut self, targets: &Targets, joints: &mut JointTargets) {
+        // To look for the pose a motion begins with takes longer than all else: one arm does so in a cycle.
+        let mut may_begin = true;
         for (index, limb) in self.limbs.iter_mut().enumerate() {
             let Some(arm) = &mut limb.arm else { continue };
             let target = &targets.arms[index];
             let angles = &mut joints.angles_rad[limb.joints.clone()];
-            let solution = arm.solve(target, angles);
+            let solution = arm.solve(target, &mut may_begin, angles);
             joints.residual_m[index] = solution.tip_residual_m;
             if target.aim == ArmAim::Ends {
                 joints.group_residual_m[index] = solution.residual_m;
@@ -184,10 +191,16 @@ impl Arm {
         })
     }
 
-    /// Writes the angles that go out for `target`; those that come in went out in the cycle before.
-    fn solve(&mut self, target: &ArmTarget, angles: &mut [f64]) -> ArmSolution {
+    /// Writes the angles that go out for `target`; those that come in went out in the cycle before. A motion that is new
+    /// waits until it `may_begin`, which then no other may in this cycle; nothing is left over of what waits.
+    fn solve(&mut self, target: &ArmTarget, may_begin: &mut bool, angles: &mut [f64]) -> ArmSolution {
         let is_new = self.hand_over.is_new(target.change);
+        if is_new && !*may_begin {
+            self.hand_over.wait(angles);
+            return ArmSolution::default();
+        }
         if is_new {
+            *may_begin = false;
             self.solved_rad.copy_from_slice(angles);
         }
         let solution = match &mut self.solver {
@@ -199,5 +212,45 @@ impl Arm {
             self.hand_over.fade(target.change, angles);
         }
         solution
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config;
+    use crate::model::tendon::SectionBend;
+
+    #[test]
+    fn of_arms_that_begin_a_motion_together_one_looks_for_its_pose_in_a_cycle() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/octopus.toml");
+        let robot = config::load(&path).unwrap().robot;
+        let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
+        let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
+        targets.aim = Aim::Pose;
+        limbs.solve(&targets, &mut joints);
+        targets.aim = Aim::Arms;
+        let bends = [SectionBend { lift: 0.5, sweep: 0.2 }; 3];
+        for (chain, arm) in robot.chains.iter().zip(&mut targets.arms) {
+            arm.aim = ArmAim::Ends;
+            let drive = chain.tendons.as_ref().unwrap();
+            drive.walk(chain.root_m, chain.root_rotation, &bends, |joint| {
+                arm.ends_in_body[joint.section] = joint.end;
+            });
+        }
+        let mut moved = Vec::new();
+        for _ in 0..10 {
+            limbs.solve(&targets, &mut joints);
+            let moves = |chain: &&Chain| {
+                joints.angles_rad[chain.joints.clone()]
+                    .iter()
+                    .zip(&targets.pose_rad[chain.joints.clone()])
+                    .any(|(angle, before)| (angle - before).abs() > 0.0)
+            };
+            moved.push(robot.chains.iter().filter(moves).count());
+        }
+        assert_eq!(moved, [1, 2, 3, 4, 5, 6, 7, 8, 8, 8]);
     }
 }

@@ -78,6 +78,11 @@ impl Robot {
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
+
+    /// The same robot; with a slower loop, where a cycle takes less than `period_s`.
+    pub(crate) fn with_period_of_at_least(&self, period_s: f64) -> Robot {
+        Robot { rate_hz: self.rate_hz.min(1.0 / period_s), ..self.clone() }
+    }
 }
 
 /// The bends that these turns of its winches make of an arm on tendons.

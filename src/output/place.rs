@@ -201,6 +201,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// True of a device, a pipe, and the file that standard output or error already goes to.
+#[allow(clippy::disallowed_methods, reason = "looks where the streams go, and writes nothing")]
 fn is_stream(found: &Metadata, id: &Id) -> bool {
     let is_own = |stream: BorrowedFd<'_>| {
         let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());

@@ -127,7 +127,10 @@ pub(crate) fn set_low_latency(port: &TTYPort) -> io::Result<()> {
 
 /// Priority of the loop among real-time threads, 1 to 99: above the kernel's interrupt threads (50), which the
 /// loop lets run whenever it waits.
-const PRIORITY: libc::c_int = 80;
+const PRIORITY: libc::c_int = 79;
+/// Priority of the guard, above the loop's: a loop that computes without end would keep it from the only processor of a
+/// small machine. It is what has to be permitted.
+const GUARD_PRIORITY: libc::c_int = 80;
 /// Stack the loop may use without a page fault, bytes.
 const STACK_BYTES: usize = 256 * 1024;
 
@@ -142,7 +145,7 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     said.push(match set_fixed_priority() {
         Ok(()) => format!("real-time priority {PRIORITY}"),
         Err(error) => format!(
-            "no real-time priority ({error}): other programs can delay the loop; permit it with 'rtprio {PRIORITY}' \
+            "no real-time priority ({error}): other programs can delay the loop; permit it with 'rtprio {GUARD_PRIORITY}' \
              for your user in /etc/security/limits.conf"
         ),
     });
@@ -171,6 +174,13 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
         });
     }
     said
+}
+
+/// Asks for what keeps the guard punctual: a priority above the loop's, and memory that stays in RAM. Nothing is demanded.
+pub fn request_guard_priority() {
+    let _ = set_priority(libc::SCHED_FIFO, GUARD_PRIORITY);
+    touch_stack();
+    let _ = mlockall(MlockAllFlags::CURRENT);
 }
 
 /// Makes the calling thread an ordinary one again: what is done after the loop has no claim on the processor. Does

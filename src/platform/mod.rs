@@ -5,7 +5,11 @@
 #[cfg(target_os = "linux")]
 mod linux;
 #[cfg(target_os = "linux")]
+mod usage;
+#[cfg(target_os = "linux")]
 pub use linux::*;
+#[cfg(target_os = "linux")]
+pub use usage::{Meter, Usage};
 
 #[cfg(not(target_os = "linux"))]
 compile_error!(

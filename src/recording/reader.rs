@@ -250,7 +250,7 @@ impl<R: Read> Cycles<R> {
         match (&self.damage, &self.outcome) {
             (Some(reason), _) => Ending::CutShort { reason: reason.clone() },
             (None, Some(outcome)) => Ending::Outcome(outcome.clone()),
-            (None, None) => Ending::CutShort { reason: "it has no outcome".to_owned() },
+            (None, None) => Ending::CutShort { reason: "it ends without an outcome".to_owned() },
         }
     }
 }

@@ -217,7 +217,7 @@ fn write_all(
 }
 
 /// The error with what is behind it: MCAP's own text leaves the system's out.
-fn describe(error: &mcap::McapError) -> String {
+pub(super) fn describe(error: &mcap::McapError) -> String {
     let causes = std::iter::successors(std::error::Error::source(error), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

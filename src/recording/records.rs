@@ -9,9 +9,10 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::lengths::{are_right, chunk_bytes};
+use super::recorder::describe;
 
 /// Longest record that is read, bytes.
-pub const RECORD_MAX: u64 = 4 << 20;
+pub const RECORD_MAX: u64 = 1 << 20;
 /// Largest chunk that is read, bytes, packed and unpacked.
 pub const CHUNK_MAX: u64 = 32 << 20;
 
@@ -115,7 +116,7 @@ impl<R: Read> Records<R> {
         if !are_right(self.opcode, &self.body) {
             return Err(self.damage("the lengths inside a record are wrong"));
         }
-        mcap::parse_record(self.opcode, &self.body).map_err(|error| self.damage(&error.to_string()))
+        mcap::parse_record(self.opcode, &self.body).map_err(|error| self.damage(&describe(&error)))
     }
 
     fn begin_chunk(&mut self, head: [u8; HEAD_BYTES], length: u64) -> Result<(), String> {
@@ -178,7 +179,7 @@ fn next_of(chunk: &mut LinearReader, body: &mut Vec<u8>) -> Result<Option<u8>, S
             }
             // There is no more: asked once more, it says whether that is its end or damage.
             Some(Ok(LinearReadEvent::ReadRequest(_))) => chunk.notify_read(0),
-            Some(Err(error)) => return Err(error.to_string()),
+            Some(Err(error)) => return Err(describe(&error)),
         }
     }
 }

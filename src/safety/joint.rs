@@ -9,6 +9,8 @@ use crate::signals::JointState;
 #[derive(Debug)]
 pub(super) struct JointSafety {
     pub(super) limiter: Limiter,
+    /// Its servo stops by itself when its bus is silent, and then holds another goal.
+    has_watchdog: bool,
     /// Time since its torque came on, s; none while limp.
     pub(super) torque_on_s: Option<f64>,
     /// True once it has had torque in this run.
@@ -16,6 +18,8 @@ pub(super) struct JointSafety {
     /// The lowest and the highest goal, rad, of those that its servo may hold: the last one that it confirmed by a reply,
     /// and all that were sent since.
     pub(super) held_rad: (f64, f64),
+    /// True if it answered the exchange before the last.
+    was_heard: bool,
     /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
     /// has.
     pub(super) is_lost: bool,
@@ -29,9 +33,11 @@ impl JointSafety {
     pub(super) fn new(joint: &Joint, settings: &SafetySettings) -> JointSafety {
         JointSafety {
             limiter: Limiter::new(joint, settings),
+            has_watchdog: joint.servo.is_some_and(|servo| servo.model.registers.bus_watchdog.is_some()),
             torque_on_s: None,
             has_started: false,
             held_rad: (0.0, 0.0),
+            was_heard: false,
             is_lost: false,
             recall: Recall::default(),
             trip: Trip::NONE,
@@ -40,12 +46,14 @@ impl JointSafety {
 
     /// Decides where the next goal follows from. When torque comes on, that is where the joint is measured. After a stall
     /// of the loop by `stall_s` it is the last goal, at rest: the servo has long arrived there. After a silence of the
-    /// servo it is the goal that the servo holds, or, if it has lost its torque, where the joint is measured.
+    /// servo, and after a stall in which its watchdog may have stopped it, it is the goal that the servo holds, or, if it
+    /// has lost its torque, where the joint is measured.
     pub(super) fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
         if self.torque_on_s.is_some() && !self.is_lost {
             self.note_sent(measured);
         }
-        if measured.age_s > settings.lost_after_s() {
+        let may_have_stopped = self.has_watchdog && stall_s > settings.lost_after_s();
+        if measured.age_s > settings.lost_after_s() || may_have_stopped && self.torque_on_s.is_some() {
             (self.is_lost, self.recall) = (true, Recall::default());
         } else if self.torque_on_s.is_none() {
             self.start_limp(measured);
@@ -64,27 +72,28 @@ impl JointSafety {
         }
     }
 
-    /// The next goal is the first with torque. It lies outside the range only where the joint was found far outside when
-    /// the run began: later, or by a little, a joint is outside because it gave way, and its goals stay inside.
+    /// The next goal is the first with torque.
     fn start_limp(&mut self, measured: &JointState) {
-        (self.is_lost, self.torque_on_s) = (false, None);
+        self.is_lost = false;
+        self.let_go(measured);
+        self.hold_last_goal();
+    }
+
+    /// Without torque a joint is where it is, and would start from there. Its first goal lies outside the range only
+    /// where the joint was found far outside when the run began: later, or by a little, a joint is outside because it
+    /// gave way, and its goals stay inside.
+    pub(super) fn let_go(&mut self, measured: &JointState) {
+        self.torque_on_s = None;
         if self.has_started || self.limiter.is_almost_inside(measured.position_rad) {
             self.limiter.start_inside(measured.position_rad);
         } else {
             self.limiter.start_from(measured.position_rad);
         }
-        self.hold_last_goal();
     }
 
     /// The servo holds the last goal and no other.
     fn hold_last_goal(&mut self) {
-        self.held_rad = (self.limiter.goal_rad(), self.limiter.goal_rad());
-    }
-
-    /// Without torque a joint is where it is, and would start from there.
-    pub(super) fn let_go(&mut self, measured: &JointState) {
-        self.torque_on_s = None;
-        self.limiter.start_from(measured.position_rad);
+        (self.held_rad, self.was_heard) = ((self.limiter.goal_rad(), self.limiter.goal_rad()), true);
     }
 
     /// Torque is on for `dt_s` more; how long it has been on, s.
@@ -107,13 +116,16 @@ impl JointSafety {
         self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
     }
 
-    /// A servo that answered the last exchange holds the goal that came with it.
+    /// A servo that answers exchange after exchange holds the goal that came with the last. The first answer after a
+    /// silence says less: the servo may have begun to hear between the goal and the question of one request.
     fn note_sent(&mut self, measured: &JointState) {
         let goal_rad = self.limiter.goal_rad();
         let (low, high) = self.held_rad;
-        self.held_rad = match measured.age_s <= 0.0 {
+        let is_heard = measured.age_s <= 0.0;
+        self.held_rad = match is_heard && self.was_heard {
             true => (goal_rad, goal_rad),
             false => (low.min(goal_rad), high.max(goal_rad)),
         };
+        self.was_heard = is_heard;
     }
 }

@@ -11,6 +11,8 @@ const ANSWERS: u8 = 2;
 const QUESTIONS_MAX: u8 = 8;
 /// The goal it says it holds may be this far, rad, outside those that were sent: a count of rounding.
 const GOAL_SLACK_RAD: f64 = 0.01;
+/// A servo that its watchdog has stopped holds where it stood then: this near to where it stands, rad.
+const STOPPED_RAD: f64 = 0.05;
 
 /// The end of the questions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +54,10 @@ impl Recall {
             }
         }
         let (low, high) = sent_rad;
-        let fits = |goal: &f64| (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(goal);
+        let fits = |goal: &f64| {
+            (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(goal)
+                || (goal - measured.position_rad).abs() <= STOPPED_RAD
+        };
         let is_mute = self.asked >= QUESTIONS_MAX;
         match self.has_torque() {
             Some(false) => Some(Recalled::Limp),
@@ -81,7 +86,7 @@ mod tests {
     }
 
     fn goal(rad: f64) -> JointState {
-        JointState { held_goal_rad: Some(rad), ..JointState::default() }
+        JointState { held_goal_rad: Some(rad), position_rad: 0.7, ..JointState::default() }
     }
 
     #[test]
@@ -93,7 +98,8 @@ mod tests {
         }
         assert_eq!(recall.take(&torque(true), SENT_RAD), None);
         assert_eq!(recall.question(), Question::Goal);
-        assert_eq!(recall.take(&goal(0.8), SENT_RAD), None, "no such goal was sent");
+        assert_eq!(recall.take(&goal(0.8), SENT_RAD), None, "no such goal was sent, nor does it stand there");
+        assert_eq!(recall.take(&goal(0.72), SENT_RAD), Some(Recalled::Holding(0.72)), "it stands there");
         assert_eq!(recall.take(&goal(0.45), SENT_RAD), Some(Recalled::Holding(0.45)));
         let mut limp = Recall::default();
         assert_eq!(limp.take(&torque(false), SENT_RAD), None);

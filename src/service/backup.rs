@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use serde::Deserialize;
 use super::error::{Address, ServiceError};
 use super::registers::{Access, Family, RegisterInfo, baud_of_code, decode_bytes};
 use super::servo::Servo;
+use crate::input::read_text;
 use crate::model::Protocol;
 use crate::output;
 use crate::units::ServoId;
@@ -168,8 +168,8 @@ impl Backup {
             key: key.to_owned(),
             expected,
         };
-        let text = fs::read_to_string(path)
-            .map_err(|source| BackupError::Unreadable { path: path.to_owned(), source })?;
+        let text = read_text(path)
+            .map_err(|error| BackupError::Unreadable { path: path.to_owned(), source: error.into() })?;
         let text: Text = toml::from_str(&text)
             .map_err(|error| wrong("file", format!("a backup ({})", error.message())))?;
         if text.version != VERSION {
@@ -302,6 +302,8 @@ pub(crate) fn restore(
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn sample() -> Backup {

@@ -85,7 +85,7 @@ impl JointObserver {
                     let rate_rad_s = robot.safety.rate_share * servo.model.no_load_speed_rad_s;
                     // Rounding to counts may add up to one count.
                     let allowed = rate_rad_s * record.dt_s / servo.count_rad() + 1.0;
-                    if f64::from((goal - before).abs()) > allowed + 1e-9 {
+                    if (f64::from(goal) - f64::from(before)).abs() > allowed + 1e-9 {
                         self.report.rate_violations += 1;
                     }
                 }

@@ -10,6 +10,7 @@ mod feet;
 mod imu;
 mod joints;
 mod report;
+mod stages;
 
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
@@ -27,6 +28,8 @@ pub use report::{
     ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome,
     Quantiles, Report,
 };
+use stages::StageObserver;
+pub use stages::{SlowCycle, Stage, Stages};
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
@@ -80,6 +83,7 @@ pub struct Telemetry {
     outages: Vec<(u64, Outage)>,
     work_us: Histogram<u64>,
     late_us: Histogram<u64>,
+    stages: StageObserver,
 }
 
 /// Outages that are kept one by one; a run of many hours may have more.
@@ -117,6 +121,7 @@ impl Telemetry {
             outages: Vec::with_capacity(OUTAGES_MAX),
             work_us: histogram_us(),
             late_us: histogram_us(),
+            stages: StageObserver::new(),
         }
     }
 

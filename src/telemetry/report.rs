@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::Telemetry;
 use super::arms::ArmObserver;
 use super::imu::{ImuObserver, ImuReport};
+use super::stages::{SlowCycle, Stages};
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::recording::RecordingReport;
@@ -116,16 +117,22 @@ impl Outcome {
 }
 
 /// Times of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoopReport {
     /// Computing a cycle, the exchange left aside; none on a virtual clock, which stands still meanwhile.
     pub work_us: Option<Quantiles>,
     /// From a cycle's deadline to its beginning.
     pub late_us: Quantiles,
+    /// Each stage of a cycle; none on a virtual clock.
+    pub stages_us: Option<Stages<Quantiles>>,
+    /// The cycle that took longest, the first one left aside.
+    pub slowest: Option<SlowCycle>,
+    /// The first cycle, in which memory is taken while the robot is limp.
+    pub first: Option<SlowCycle>,
 }
 
 /// What half, 99 and 99.9 of a hundred stay below, and the largest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Quantiles {
     /// Median.
     pub p50: u64,
@@ -299,6 +306,9 @@ impl Telemetry {
         LoopReport {
             work_us: is_measured.then(|| Quantiles::of(&self.work_us)),
             late_us: Quantiles::of(&self.late_us),
+            stages_us: is_measured.then(|| self.stages.quantiles()),
+            slowest: self.stages.slowest().filter(|_| is_measured),
+            first: self.stages.first().filter(|_| is_measured),
         }
     }
 

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, bounded};
 use hippocamp::bus::{Buses, SimPorts};
-use hippocamp::cycle::Cycle;
+use hippocamp::cycle::{Cycle, CycleTimes};
 use hippocamp::motion::Order;
-use hippocamp::recording::{Ending, ReadError, Recorder, Recording, RecordingReport};
+use hippocamp::recording::{CHUNK_MAX, Ending, ReadError, Recorder, Recording, RecordingReport};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 
@@ -26,6 +26,28 @@ fn step(recorder: &mut Recorder, cycles: u32) {
         cycle.step(Order::Go);
         recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());
     }
+}
+
+#[test]
+fn a_chunk_ends_where_it_is_large_whatever_time_it_spans() {
+    let robot = horse();
+    let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
+    let plan = plan(&robot);
+    let buses = Buses::new(&robot, SimPorts::on_virtual_clock(world));
+    let mut cycle = Cycle::new(&robot, plan.motion, plan.method, plan.move_for_s, buses);
+    cycle.step(Order::Go);
+    let memory = Memory::default();
+    let mut recorder = recorder(&robot, memory.clone(), true);
+    for number in 0..2500 {
+        // All of them at once.
+        let times = CycleTimes { number, ..CycleTimes::default() };
+        recorder.record(&cycle.record(), times, Duration::ZERO, cycle.buses().statistics());
+    }
+    assert_eq!(recorder.finish(BTreeMap::new()).error, None);
+    let summary = mcap::Summary::read(&memory.0.lock().unwrap()).unwrap().unwrap();
+    let sizes: Vec<u64> = summary.chunk_indexes.iter().map(|chunk| chunk.uncompressed_size).collect();
+    assert!(sizes.iter().sum::<u64>() > CHUNK_MAX / 2, "{sizes:?}");
+    assert!(sizes.iter().all(|size| *size < CHUNK_MAX / 3), "{sizes:?}");
 }
 
 /// A disk that takes nothing until it is told to.
@@ -142,7 +164,7 @@ fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
             .map(|chunk| chunk.message_end_time)
             .max();
         let read_until = recording.samples.last().map(|sample| sample.times.began.0);
-        assert!(read_until >= whole_until, "cut at {cut}: {read_until:?} of {whole_until:?}");
+        assert_eq!(read_until, whole_until, "cut at {cut}");
         for (sample, original) in recording.samples.iter().zip(&whole.samples) {
             assert_eq!((sample.times, &sample.slots), (original.times, &original.slots), "cut at {cut}");
         }

@@ -106,6 +106,20 @@ fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() 
 }
 
 #[test]
+fn of_many_gaps_the_first_are_kept_and_all_are_counted() {
+    let mut recording = recording("");
+    let mut number = 0;
+    recording.samples.retain(|_| {
+        number += 1;
+        number > 600 || number % 2 == 0
+    });
+    let replayed = replay(&recording).unwrap();
+    assert_eq!((replayed.gap_count, replayed.dropped, replayed.gaps.len()), (300, 300, 100));
+    assert_eq!((replayed.gaps[0].clone(), replayed.gaps[99].clone()), (0..=0, 198..=198));
+    assert!(!replayed.is_complete());
+}
+
+#[test]
 fn cycles_dropped_at_the_beginning_and_at_the_end_are_missed_too() {
     let mut recording = recording("");
     let cycles = recording.samples.len() as u64;

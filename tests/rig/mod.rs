@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use hippocamp::config::{self, Unit, UnitBus, UnitImu, UnitJoint, write_unit};
 use hippocamp::model::{Joint, Robot};
-use hippocamp::platform::{monotonic, sleep_until};
+use hippocamp::platform::{monotonic, request_real_time, sleep_until};
 use hippocamp::simulation;
 use hw_sim::FaultScript;
 use hw_sim::pty::PtyServer;
@@ -47,7 +47,9 @@ impl Rig {
         }
         let faults = FaultScript::from_toml(faults).unwrap();
         let world = simulation::world(&without_adapters, 1, &faults).unwrap();
-        let server = PtyServer::start(world, folder.path()).unwrap();
+        // Servos of a real line do not wait for a processor.
+        let prepare = || drop(request_real_time(None));
+        let server = PtyServer::start_prepared(world, folder.path(), prepare).unwrap();
         let buses = robot.buses.iter().zip(server.paths());
         let buses = buses
             .map(|(bus, path)| UnitBus { name: bus.name.clone(), device: path.display().to_string() })
@@ -66,16 +68,15 @@ impl Rig {
 
     /// `hippocamp COMMAND ROBOT --unit UNIT`, with these more arguments.
     pub(crate) fn start(&self, command: &str, arguments: &[&str]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_hippocamp"))
-            .arg(command)
-            .arg(&self.robot_file)
-            .args(arguments)
-            .arg("--unit")
-            .arg(&self.unit_file)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        self.command(command, arguments).spawn().unwrap()
+    }
+
+    /// The same, not started yet.
+    pub(crate) fn command(&self, name: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
+        command.arg(name).arg(&self.robot_file).args(arguments).arg("--unit").arg(&self.unit_file);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
     }
 
     /// How many servos truly have torque.

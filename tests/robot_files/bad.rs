@@ -168,7 +168,7 @@ const CHAINS: &[Bad] = &[
     bad("[-30, 30]", "@[nan, 30]", "chain[0].joint[0].range_deg[0]", "nan", &["finite"]),
     bad("stiffness = 0.1", "@stiffness = 0", "chain[0].joint[0].stiffness", "0", &["above 0 and at most 1"]),
     bad("stiffness = 0.6", "@stiffness = 1.1", "chain[0].joint[1].stiffness", "1.1", &["at most 1"]),
-    bad("mass_kg = 0.25", "@mass_kg = -0.25", "chain[0].joint[1].mass_kg", "-0.25", &["0 or more"]),
+    bad("mass_kg = 0.25", "@mass_kg = -0.25", "chain[0].joint[1].mass_kg", "-0.25", &["from 0 to"]),
     bad(
         "range_deg = [-30, 30]",
         "range_deg = [-30, 30]\n@range_rad = 1",
@@ -340,6 +340,7 @@ const MOTION: &[Bad] = &[
     bad("= 140", "= @0", "motion.stand_height_mm", "0", &["above 0"]),
     bad("= 90\n", "= @141\n", "motion.sit_height_mm", "141", &["at most the standing height, 140"]),
     bad("= 0.4\n", "= @0\n", "motion.swing_time_s", "0", &["above 0"]),
+    bad("= 0.4\n", "= @1e9\n", "motion.swing_time_s", "1e9", &["above 0 and at most 10"]),
     bad("= 0.4\n", "= @0.08\n", "motion.swing_time_s", "0.08", &["10 cycles of the loop", "120 Hz"]),
     bad("swing_lift_mm = 12", "@swing_lift_mm = -12", "motion.swing_lift_mm", "-12", &["above 0"]),
     bad("= 0.2\n", "= @0.5\n", "motion.swing_ramp_share", "0.5", &["above 0 and below 0.5"]),
@@ -350,7 +351,7 @@ const MOTION: &[Bad] = &[
         "\"amble\"",
         &["has this name already"],
     ),
-    bad("duty_factor = 0.6", "@duty_factor = 1", "motion.gait[0].duty_factor", "1", &["above 0 and below 1"]),
+    bad("duty_factor = 0.6", "@duty_factor = 1", "motion.gait[0].duty_factor", "1", &["from 0.05 to 0.95"]),
     bad(
         "fore_hind_lag = 0.3",
         "@fore_hind_lag = 1",

@@ -14,6 +14,7 @@ pub(crate) fn python() -> Option<PathBuf> {
     let python = std::env::var_os("HIPPOCAMP_PYTHON").filter(|python| !python.is_empty());
     if python.is_none() {
         // Not captured, so that it is read whether the tests pass or not.
+        #[allow(clippy::disallowed_methods, reason = "not captured")]
         writeln!(std::io::stderr(), "left out: HIPPOCAMP_PYTHON is not set").unwrap();
     }
     python.map(PathBuf::from)

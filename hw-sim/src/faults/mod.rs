@@ -1,5 +1,6 @@
 //! What goes wrong, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts itself.
 
+mod mistakes;
 mod pushes;
 mod reader;
 mod script;
@@ -13,11 +14,11 @@ use crate::config::BusConfig;
 use crate::convert::nanoseconds;
 use crate::error::BuildError;
 
+use mistakes::Mistakes;
+pub use mistakes::{FaultError, Mistake};
 pub(crate) use pushes::Pushes;
 pub use reader::words;
-pub use script::{
-    FaultError, FaultKind, FaultScript, GroundChange, Mistake, ScriptedFault, ScriptedPush, Target,
-};
+pub use script::{FaultKind, FaultScript, GroundChange, ScriptedFault, ScriptedPush, Target};
 use timeline::{Fault, Timeline};
 
 /// A servo that is reset is without supply for this long, ns: a step of the motors sees it.
@@ -209,7 +210,7 @@ impl FaultScript {
             .collect();
         let mut stalls = HostStalls::default();
         let mut imu = ImuFaults::default();
-        let mut mistakes = Vec::new();
+        let mut mistakes = Mistakes::default();
         for fault in &self.faults {
             let places = targets::buses_of(&fault.target, buses).unwrap_or_else(|mistake| {
                 mistakes.push(mistake);
@@ -240,8 +241,8 @@ impl FaultScript {
                 }
             }
         }
-        if !mistakes.is_empty() {
-            return Err(FaultError { file_name: self.file_name, mistakes }.into());
+        if let Some(error) = mistakes.finish(&self.file_name) {
+            return Err(error.into());
         }
         for faults in &mut assigned {
             faults.unplugs_ns.sort_unstable_by(|a, b| b.cmp(a));

@@ -1,13 +1,13 @@
 //! Fault scripts as typed in: TOML to a checked list, or every mistake in it.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::script::{
-    FaultError, FaultKind, FaultScript, GroundChange, Mistake, Place, ScriptedFault, ScriptedPush, Target,
-};
+use super::mistakes::{FaultError, Mistake, Mistakes};
+use super::script::{FaultKind, FaultScript, GroundChange, Place, ScriptedFault, ScriptedPush, Target};
 use super::targets;
 use crate::body::Step;
 use crate::config::BusConfig;
@@ -126,6 +126,14 @@ const KEYS: [&str; 15] = [
 
 const DIRECTION: &str = "a direction in degrees from ahead to the left";
 
+/// Most faults of a script, and most blocks of a ground: more than hours of a bad day.
+const FAULTS_MAX: usize = 10_000;
+const STEPS_MAX: usize = 1000;
+/// Longest piece of the script repeated in a mistake, characters.
+const PIECE_SHOWN: usize = 60;
+
+/// Hardest push, N: some hundred times the weight of a robot on a bench.
+const FORCE_MAX_N: f64 = 1e4;
 /// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
 const TIME_MAX_S: f64 = 8.64e6;
 
@@ -153,11 +161,11 @@ impl FaultScript {
     ) -> Result<FaultScript, FaultError> {
         let Content { faults, ground, ground_line, mut mistakes } = read(text);
         if let Some(buses) = buses {
-            mistakes.extend(faults.iter().filter_map(|fault| targets::buses_of(&fault.target, buses).err()));
+            let strangers = faults.iter().filter_map(|fault| targets::buses_of(&fault.target, buses).err());
+            strangers.for_each(|mistake| mistakes.push(mistake));
         }
-        if !mistakes.is_empty() {
-            mistakes.sort_by_key(|mistake| mistake.line);
-            return Err(FaultError { file_name: file_name.to_owned(), mistakes });
+        if let Some(error) = mistakes.finish(file_name) {
+            return Err(error);
         }
         Ok(FaultScript { faults, ground, ground_line, file_name: file_name.to_owned() })
     }
@@ -169,24 +177,28 @@ struct Content {
     faults: Vec<ScriptedFault>,
     ground: GroundChange,
     ground_line: Option<usize>,
-    mistakes: Vec<Mistake>,
+    mistakes: Mistakes,
 }
 
 fn read(text: &str) -> Content {
     let (document, errors) = DeTable::parse_recoverable(text);
-    let mut mistakes: Vec<Mistake> = Vec::new();
-    for error in &errors {
-        let line = line_of(text, error.span().map_or(0, |span| span.start));
+    let lines = Lines::of(text);
+    let mut mistakes = Mistakes::default();
+    if !errors.is_empty() {
         // What follows a slip in its own line is seldom a second one.
-        if mistakes.iter().all(|mistake| mistake.line != line) {
-            let expected = format!("TOML; {}", error.message());
-            mistakes.push(Mistake { line, key: String::new(), value: None, expected });
+        let mut first_in_line = BTreeMap::new();
+        for error in &errors {
+            let line = lines.line_of(error.span().map_or(0, |span| span.start));
+            first_in_line.entry(line).or_insert(error);
         }
-    }
-    if !mistakes.is_empty() {
+        for (line, error) in first_in_line {
+            let expected = || format!("TOML; {}", error.message());
+            mistakes.note(line, || Mistake { line, key: String::new(), value: None, expected: expected() });
+        }
         return Content { mistakes, ..Content::default() };
     }
-    let mut top = Section { text, path: String::new(), line: 1, table: document.get_ref(), mistakes };
+    let source = Source { text, lines: &lines };
+    let mut top = Section { source, path: String::new(), line: 1, table: document.get_ref(), mistakes };
     top.refuse_unknown(&["fault", "ground"]);
     let ground_line = top.value("ground").map(|_| top.line_of("ground"));
     let ground = top.read_ground();
@@ -195,11 +207,15 @@ fn read(text: &str) -> Content {
         top.mistake("fault", "a list of faults: write [[fault]]");
         return Content { mistakes: top.mistakes, ..Content::default() };
     };
+    if items.len() > FAULTS_MAX {
+        top.mistake("fault", format!("a list of at most {FAULTS_MAX} faults; these are {}", items.len()));
+        return Content { mistakes: top.mistakes, ..Content::default() };
+    }
     let (mut faults, mut mistakes) = (Vec::new(), top.mistakes);
     for (entry, item) in items.iter().enumerate() {
         if let Some(table) = item.get_ref().as_table() {
-            let line = line_of(text, item.span().start);
-            let mut section = Section { text, path: format!("fault[{entry}]."), line, table, mistakes };
+            let line = lines.line_of(item.span().start);
+            let mut section = Section { source, path: format!("fault[{entry}]."), line, table, mistakes };
             faults.push(section.read_fault(entry));
             mistakes = section.mistakes;
         }
@@ -207,15 +223,37 @@ fn read(text: &str) -> Content {
     Content { faults, ground, ground_line, mistakes }
 }
 
+/// Where the lines of a text begin.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Lines {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Lines(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
+    }
+
+    /// Line of a byte, from 1.
+    fn line_of(&self, byte: usize) -> usize {
+        self.0.partition_point(|begin| *begin <= byte)
+    }
+}
+
+/// The text of the script.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    text: &'a str,
+    lines: &'a Lines,
+}
+
 /// One table of the script while it is read.
 struct Section<'a> {
-    text: &'a str,
+    source: Source<'a>,
     /// What its keys' paths begin with.
     path: String,
     /// Where it begins.
     line: usize,
     table: &'a DeTable<'a>,
-    mistakes: Vec<Mistake>,
+    mistakes: Mistakes,
 }
 
 impl<'a> Section<'a> {
@@ -245,9 +283,15 @@ impl<'a> Section<'a> {
                 self.mistake("force_n", "no such key beside impulse_n_s: one of them tells how strong it is");
                 0.0
             }
-            (Some(_), None) => for_s * self.number("force_n", "the force of the push in N", &(1e-6..=1e4)),
+            (Some(_), None) => {
+                for_s * self.number("force_n", "the force of the push in N", &(1e-6..=FORCE_MAX_N))
+            }
             (None, _) => self.number("impulse_n_s", "force times time of the push in N s", &(1e-6..=1e4)),
         };
+        if self.value("impulse_n_s").is_some() && impulse_n_s > for_s * FORCE_MAX_N {
+            let expected = format!("a push of at most {FORCE_MAX_N} N: a weaker one, or over a longer for_s");
+            self.mistake("impulse_n_s", expected);
+        }
         let direction = self.optional("direction_deg", DIRECTION, &(-360.0..=360.0));
         let every_s = self.optional("every_s", "after how many s it comes again", &(1e-3..=TIME_MAX_S));
         let place_m = self.value("place_mm").map_or([0.0; 3], |value| {
@@ -290,13 +334,17 @@ impl<'a> Section<'a> {
             self.mistake("step", "blocks across the way: write [[ground.step]]");
             return None;
         };
+        if items.len() > STEPS_MAX {
+            self.mistake("step", format!("at most {STEPS_MAX} blocks across the way"));
+            return None;
+        }
         let mut steps = Vec::new();
         for (place, item) in items.iter().enumerate() {
             let Some(table) = item.get_ref().as_table() else {
                 self.mistake("step", "blocks across the way: write [[ground.step]]");
                 return None;
             };
-            let line = line_of(self.text, item.span().start);
+            let line = self.source.lines.line_of(item.span().start);
             let mut step = self.enter(&format!("ground.step[{place}]."), line, table);
             step.refuse_unknown(&["at_mm", "length_mm", "height_mm"]);
             let at_mm = step.number("at_mm", "where it begins, in mm ahead of the start", &(-1e6..=1e6));
@@ -312,7 +360,7 @@ impl<'a> Section<'a> {
     /// A table inside, which takes the mistakes with it.
     fn enter(&mut self, path: &str, line: usize, table: &'a DeTable<'a>) -> Section<'a> {
         let mistakes = std::mem::take(&mut self.mistakes);
-        Section { text: self.text, path: path.to_owned(), line, table, mistakes }
+        Section { source: self.source, path: path.to_owned(), line, table, mistakes }
     }
 
     /// A number that may be left out.
@@ -370,8 +418,9 @@ impl<'a> Section<'a> {
 
     fn refuse_unknown(&mut self, known: &[&str]) {
         let table = self.table;
+        let known_words = known.join(", ");
         for key in table.keys().map(|key| key.get_ref().as_ref()).filter(|key| !known.contains(key)) {
-            self.mistake(key, format!("a known key; known are {}", known.join(", ")));
+            self.mistake_if_told(key, || format!("a known key; known are {known_words}"));
         }
     }
 
@@ -391,15 +440,25 @@ impl<'a> Section<'a> {
     /// Line of a key; of the table where the key is not set.
     fn line_of(&self, key: &str) -> usize {
         let set = self.table.get_key_value(key);
-        set.map_or(self.line, |(key, _)| line_of(self.text, key.span().start))
+        set.map_or(self.line, |(key, _)| self.source.lines.line_of(key.span().start))
     }
 
     fn mistake(&mut self, key: &str, expected: impl Into<String>) {
-        let value = self.table.get(key).and_then(|value| self.text.get(value.span()));
-        // Only of a whole section, which is no use to repeat, is the text longer than a line.
-        let value = value.map(|text| text.lines().next().unwrap_or_default().to_owned());
-        let (line, key) = (self.line_of(key), format!("{}{key}", self.path));
-        self.mistakes.push(Mistake { line, key, value, expected: expected.into() });
+        self.mistake_if_told(key, || expected.into());
+    }
+
+    /// A mistake whose words are only made where it is one of those that are told.
+    fn mistake_if_told(&mut self, key: &str, expected: impl FnOnce() -> String) {
+        let line = self.line_of(key);
+        let value = self.table.get(key).and_then(|value| self.source.text.get(value.span()));
+        let path = &self.path;
+        self.mistakes.note(line, || Mistake {
+            line,
+            key: format!("{path}{}", shortened(key)),
+            // Only of a whole section, which is no use to repeat, is the text longer than a line.
+            value: value.map(|text| shortened(text.lines().next().unwrap_or_default())),
+            expected: expected(),
+        });
     }
 }
 
@@ -416,7 +475,10 @@ fn real(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// Line of a byte, from 1.
-fn line_of(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
+/// As much of a piece of the script as a mistake repeats.
+fn shortened(piece: &str) -> String {
+    match piece.char_indices().nth(PIECE_SHOWN) {
+        Some((end, _)) => format!("{}...", &piece[..end]),
+        None => piece.to_owned(),
+    }
 }

@@ -1,7 +1,6 @@
-//! A list of faults, and what is wrong with one. Knows no bus; names are looked up when a world is built.
+//! A list of faults. Knows no bus; names are looked up when a world is built.
 
-use std::fmt;
-
+use super::mistakes::{FaultError, Mistake, Mistakes};
 use crate::body::{Ground, Step};
 
 /// What can go wrong.
@@ -159,28 +158,6 @@ pub struct FaultScript {
     pub(super) file_name: String,
 }
 
-/// One thing wrong with a fault script.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mistake {
-    /// Line, from 1.
-    pub line: usize,
-    /// Path of the key, places of the list from 0: `fault[1].kind`. Empty where the text is not TOML.
-    pub key: String,
-    /// The value as it stands there; none where the key is not set.
-    pub value: Option<String>,
-    /// What was expected.
-    pub expected: String,
-}
-
-/// All that is wrong with a fault script, in its order; at least one mistake.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub struct FaultError {
-    /// What the script is called.
-    pub file_name: String,
-    /// The mistakes.
-    pub mistakes: Vec<Mistake>,
-}
-
 impl FaultScript {
     /// The same script for a robot whose joints carry nothing.
     ///
@@ -201,27 +178,8 @@ impl FaultScript {
             value: Some("a section".to_owned()),
             expected: expected.to_owned(),
         });
-        let mut mistakes: Vec<Mistake> = pushes.chain(ground).collect();
-        mistakes.sort_by_key(|mistake| mistake.line);
-        if mistakes.is_empty() {
-            return Ok(self);
-        }
-        Err(FaultError { file_name: self.file_name, mistakes })
-    }
-}
-
-impl fmt::Display for FaultError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, Mistake { line, key, value, expected }) in self.mistakes.iter().enumerate() {
-            let separator = if index == 0 { "" } else { "\n" };
-            write!(f, "{separator}{}:{line}: {key}", self.file_name)?;
-            match value {
-                _ if key.is_empty() => {}
-                Some(value) => write!(f, " = {value}: ")?,
-                None => write!(f, " is not set: ")?,
-            }
-            write!(f, "expected {expected}")?;
-        }
-        Ok(())
+        let mut mistakes = Mistakes::default();
+        pushes.chain(ground).for_each(|mistake| mistakes.push(mistake));
+        mistakes.finish(&self.file_name).map_or(Ok(self), Err)
     }
 }

@@ -1,6 +1,7 @@
 //! Which buses a fault befalls.
 
-use super::script::{Mistake, Target};
+use super::mistakes::Mistake;
+use super::script::Target;
 use crate::config::BusConfig;
 
 /// Places of the buses in `buses`: the one that is named, the only one that has the id, or all.

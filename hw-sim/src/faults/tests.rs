@@ -84,6 +84,10 @@ fn errors_name_line_key_value_and_what_was_expected() {
         ),
         ("[[fault]]\nat_s = 0\nkind = 'silent'\nbus = 7", "script:4: fault[0].bus = 7: expected the name"),
         ("[[faults]]\nat_s = 0\nkind = 'echo'", "faults = [[faults]]: expected a known key; known are fault"),
+        (
+            "[[fault]]\nkind = 'push'\nat_s = 0\nfor_s = 1e-9\nimpulse_n_s = 1e4",
+            "script:5: fault[0].impulse_n_s = 1e4: expected a push of at most 10000 N",
+        ),
         ("[[fault]]\nat_s 0", "script:2: expected TOML"),
     ] {
         let error = FaultScript::from_toml(text).unwrap_err();

@@ -18,7 +18,7 @@ use serialport::TTYPort;
 
 use super::port::{PortError, Ports};
 use crate::model::Robot;
-use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
+use crate::platform::{Meter, PollList, Readiness, Usage, descriptor, monotonic, sleep_until};
 use crate::units::Time;
 pub use device::{Device, OpenCause, OpenError, OpenFault};
 use reopener::Reopener;
@@ -44,6 +44,7 @@ pub struct SerialPorts {
     notes: Vec<String>,
     /// Path of each bus's device, for messages.
     paths: Vec<String>,
+    meter: Meter,
 }
 
 impl SerialPorts {
@@ -73,6 +74,7 @@ impl SerialPorts {
             start: monotonic(),
             notes: devices.iter().filter_map(latency::advice).collect(),
             paths: devices.iter().map(|device| device.path.display().to_string()).collect(),
+            meter: Meter::default(),
             reopener: Some(Reopener::start(devices)),
         })
     }
@@ -93,6 +95,7 @@ impl SerialPorts {
             start: monotonic(),
             notes: Vec::new(),
             paths: Vec::new(),
+            meter: Meter::default(),
         }
     }
 
@@ -138,6 +141,10 @@ impl SerialPorts {
 impl Ports for SerialPorts {
     fn now(&mut self) -> Time {
         Time(u64::try_from(monotonic().saturating_sub(self.start).as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    fn usage(&mut self) -> Usage {
+        self.meter.usage()
     }
 
     fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{clear_bar, subject};
 use crate::cli::run::fault_script;
 use crate::cli::trial::TryArguments;
-use crate::cli::{BadInput, COMPLETED, FAILED, write_whole};
+use crate::cli::{BadInput, COMPLETED, FAILED, say, write_whole};
 use crate::model::{OnTrip, StopAction};
 use crate::output::{Outputs, Writing};
 use crate::trial::campaign::{Campaign, Episode, Finding, Judged, Played, Wrong, play};
@@ -101,7 +101,7 @@ pub(super) fn again(options: &TryArguments, path: &Path, faults: &Path) -> Resul
 }
 
 pub(super) fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
-    say!("{}", episode.script().to_toml());
+    say::lines(&episode.script().to_toml());
     for ordered in &episode.orders {
         say!("# at {:.3} s: {:?}", ordered.at_s, ordered.order);
     }

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::interrupt;
 use super::load::load;
 use super::trial::{BAR, TryArguments, bad_input};
-use super::{BadInput, COMPLETED, FAILED};
+use super::{BadInput, COMPLETED, FAILED, say};
 use crate::platform::process_time;
 use crate::trial::campaign::{Campaign, Episode, Judged, Subject, Tally, play};
 use episode::{again, tell_of, write_finding};
@@ -120,7 +120,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
         )
         .map_err(bad_input)?;
     failed.map_or(Ok(()), Err)?;
-    say!("{tally}");
+    say::lines(&tally.to_string());
     for (index, subject) in campaign.subjects().iter().enumerate() {
         let hours = tally.robots_s.get(&index).copied().unwrap_or_default() / 3600.0;
         say!("  {}: {hours:.2} virtual hours", subject.robot().name);
@@ -155,6 +155,7 @@ fn keep(
 }
 
 /// A bar on a terminal; elsewhere nothing.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done_s: f64, of_s: f64, wrong: u64) {
     let mut err = std::io::stderr().lock();
     if !err.is_terminal() {
@@ -176,6 +177,7 @@ fn show(done_s: f64, of_s: f64, wrong: u64) {
 }
 
 /// Makes room for a line where the bar is.
+#[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn clear_bar() {
     let mut err = std::io::stderr().lock();
     if err.is_terminal() {

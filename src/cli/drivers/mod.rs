@@ -28,7 +28,7 @@ const SILENCE_SMALLEST_S: f64 = 0.1;
 pub(super) struct DriverArguments {
     /// Drive by this motion script (TOML; see docs/scripts.md).
     #[arg(long, value_name = "FILE", conflicts_with_all = ["keys", "gamepad", "gait", "speed"])]
-    script: Option<PathBuf>,
+    pub(super) script: Option<PathBuf>,
     /// Drive by keys in this terminal; it shows which. The robot stands until one is pressed.
     #[arg(long, conflicts_with_all = ["gamepad", "gait", "speed", "walk_for_s"])]
     keys: bool,

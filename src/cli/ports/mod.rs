@@ -7,14 +7,21 @@ use std::ffi::OsString;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 
+use super::say::complain;
 use super::{BadInput, UnitArguments};
 use crate::bus::SerialPorts;
-use crate::bus::serial::Device;
+use crate::bus::serial::{Device, OpenCause, OpenError};
 use crate::config::{UnitBus, UnitFile, default_unit_path, nearest};
 use crate::model::{Bus, IMU_LINE, Robot};
+use crate::platform::{monotonic, sleep_until};
+
+/// How long a device that another program has is waited for, and how often it is tried.
+const BUSY_PATIENCE: Duration = Duration::from_secs(1);
+const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
 /// `--port BUS=PATH`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -172,14 +179,34 @@ pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
              feedback ('hippocamp imu setup', or --port imu=PATH)",
         );
     }
-    let ports = SerialPorts::open_with_imu(&devices(robot, ports)?, imu.as_ref())?;
+    let ports = open_when_free(&devices(robot, ports)?, imu.as_ref())?;
     ports.notes().iter().for_each(|note| warn(note));
     Ok(ports)
 }
 
-#[allow(clippy::print_stderr, reason = "warnings of the command")]
+/// Opens all. One that is in use may be so for a moment: by the guard of an earlier run, which takes the torque off there.
+fn open_when_free(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts, OpenError> {
+    let start = monotonic();
+    let mut has_said = false;
+    loop {
+        let error = match SerialPorts::open_with_imu(buses, imu) {
+            Ok(ports) => return Ok(ports),
+            Err(error) => error,
+        };
+        let is_busy = error.faults.iter().all(|fault| fault.cause == OpenCause::Busy);
+        if !is_busy || monotonic().saturating_sub(start) >= BUSY_PATIENCE {
+            return Err(error);
+        }
+        if !has_said {
+            warn("a device is in use, perhaps by the guard of an earlier run: waiting for it");
+            has_said = true;
+        }
+        sleep_until(monotonic() + BUSY_PAUSE);
+    }
+}
+
 pub(super) fn warn(text: &str) {
-    eprintln!("hippocamp: warning: {text}");
+    complain(&format!("hippocamp: warning: {text}"));
 }
 
 /// Each for a bus of the robot, each bus once.

@@ -3,6 +3,7 @@
 use anyhow::Result;
 
 use super::backups::Backups;
+use crate::cli::Several;
 use crate::cli::ports::PortOption;
 use crate::model::{Robot, ServoModel};
 use crate::service::setup::{changes, factory_address, targets};
@@ -55,7 +56,7 @@ pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<Bench>> 
             Err(error) => faults.push(format!("bus {name}: {error}")),
         }
     }
-    if faults.is_empty() { Ok(benches) } else { Err(anyhow::anyhow!(faults.join("\n"))) }
+    if faults.is_empty() { Ok(benches) } else { Err(Several { lines: faults, is_input: false }.into()) }
 }
 
 impl Bench {

@@ -30,11 +30,11 @@ use crate::service::{Address, ServiceError};
 #[derive(Debug, clap::Args)]
 pub(super) struct SetupArguments {
     /// The robot file.
-    robot: PathBuf,
+    pub(super) robot: PathBuf,
     /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml]; made if there is
     /// none.
     #[arg(long, value_name = "FILE")]
-    unit: Option<PathBuf>,
+    pub(super) unit: Option<PathBuf>,
     /// Serial device of a bus, in the place of the unit file's; written to the unit file.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<PortOption>,

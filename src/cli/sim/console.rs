@@ -8,6 +8,7 @@ use hw_sim::World;
 use hw_sim::pty::PtyServer;
 
 use super::rig::{Rig, Target};
+use crate::cli::say::lines;
 
 /// How often a turning joint is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -56,13 +57,16 @@ impl Console<'_> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
             [] => {}
-            ["help"] => say!("{HELP}"),
+            ["help"] => lines(HELP),
             ["list"] => self.joints(&["all"])?.into_iter().for_each(|joint| self.show(joint)),
             ["plug", of @ ..] if !of.is_empty() => self.plug(of, true)?,
             ["unplug", of @ ..] if !of.is_empty() => self.plug(of, false)?,
             ["turn", pairs @ ..] if !pairs.is_empty() && pairs.len() % 2 == 0 => return self.turn(pairs),
             ["tilt", roll, pitch, yaw] => return self.tilt([roll, pitch, yaw]),
-            _ => return Err(format!("{line}: expected one of these:\n{HELP}")),
+            _ => {
+                say!("{line}: expected one of these:");
+                lines(HELP);
+            }
         }
         Ok(ControlFlow::Continue(()))
     }

@@ -2,7 +2,8 @@
 //!
 //! When the motion changes, what each joint is away from the new one and how fast it was are kept, and fade: the
 //! offset by a quintic that begins with that offset and speed and ends at rest at nothing. So position and speed are
-//! continuous, and the time it takes keeps both below the joints' limits. The new motion begins at rest.
+//! continuous, and the time it takes keeps both below the joints' limits. The new motion begins at rest. An arm whose new
+//! motion is not yet known comes to rest where it is meanwhile.
 
 use crate::model::{Joint, SafetySettings};
 
@@ -23,6 +24,8 @@ pub struct HandOver {
     period_s: f64,
     acceleration_rad_s2: f64,
     change: Option<u32>,
+    /// It waits for its motion.
+    waits: bool,
     since_s: f64,
     duration_s: f64,
 }
@@ -34,6 +37,8 @@ struct Fading {
     /// The last angle that went out, and the one before, rad.
     last_rad: f64,
     before_rad: f64,
+    /// Where it comes to rest while it waits.
+    rest_rad: f64,
     /// At the change.
     offset_rad: f64,
     speed_rad_s: f64,
@@ -47,6 +52,7 @@ impl HandOver {
             rate_rad_s: limits.rate_share * joint.no_load_speed_rad_s(),
             last_rad: 0.0,
             before_rad: 0.0,
+            rest_rad: 0.0,
             offset_rad: 0.0,
             speed_rad_s: 0.0,
         };
@@ -55,6 +61,7 @@ impl HandOver {
             period_s,
             acceleration_rad_s2: limits.acceleration_rad_s2,
             change: None,
+            waits: false,
             since_s: 0.0,
             duration_s: 0.0,
         }
@@ -68,17 +75,35 @@ impl HandOver {
     /// The arm was not moved by targets: what comes next is a change.
     pub fn pass(&mut self, angles: &[f64]) {
         self.change = None;
+        self.waits = false;
         self.note(angles);
+    }
+
+    /// The arm's motion is not known yet: writes the `angles` (rad) with which it comes to rest where it is.
+    pub fn wait(&mut self, angles: &mut [f64]) {
+        if !self.waits {
+            self.joints.iter_mut().for_each(|joint| joint.rest_rad = joint.last_rad);
+        }
+        for (angle, joint) in angles.iter_mut().zip(&self.joints) {
+            *angle = joint.rest_rad;
+        }
+        self.fade_from(!self.waits, angles);
+        (self.change, self.waits) = (None, true);
     }
 
     /// Turns the `angles` (rad) of the motion that goes by the number `change` into those to go out.
     pub fn fade(&mut self, change: u32, angles: &mut [f64]) {
-        if self.is_new(change) {
+        self.fade_from(self.is_new(change), angles);
+        (self.change, self.waits) = (Some(change), false);
+    }
+
+    /// Turns the `angles` of a motion, which may begin in this cycle, into those to go out.
+    fn fade_from(&mut self, begins: bool, angles: &mut [f64]) {
+        if begins {
             self.begin(angles);
         } else {
             self.since_s += self.period_s;
         }
-        self.change = Some(change);
         let share = self.since_s / self.duration_s;
         if share < 1.0 {
             let (left, swung_s) = (fall(share), self.duration_s * swing(share));

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::planner::{Planner, Wish};
+use super::planner::{Found, Planner, Wish, Within};
 use super::posture::{Carriage, Lean};
 use super::profile::Rates;
 use super::reach_table::Reachable;
@@ -114,12 +114,19 @@ impl Drive {
         // A horse that is to stand does so in the posture it is in; and where its steps do not fit another posture yet,
         // they must first be made to.
         let is_to_stand_first = wish.gait.is_none() && self.is_walking();
-        if !is_to_stand_first && self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &reach) {
+        let (plan, walk, now_s) = (&self.plan, &mut self.walk, self.now_s);
+        self.planner.begin_cycle();
+        let goes_on = !is_to_stand_first
+            && match self.planner.follow(plan, walk, now_s, wish, (Within::Next, &reach)) {
+                Found::Way => true,
+                Found::NoneYet => false,
+                Found::None => self.planner.keeps(walk, now_s, &reach),
+            };
+        if goes_on {
             self.carriage.aim_for(next);
             self.way_reach = reach;
-        } else {
-            let way_reach = self.way_reach;
-            self.planner.follow(&self.plan, &mut self.walk, self.now_s, wish, &way_reach);
+        } else if is_to_stand_first || self.way_reach != reach {
+            self.planner.follow(plan, walk, now_s, wish, (Within::Present, &self.way_reach));
         }
     }
 
@@ -217,6 +224,12 @@ impl Drive {
     /// True on the way from one gait to another.
     pub fn is_changing_gait(&self) -> bool {
         self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s))
+    }
+
+    /// Stances and swings looked at in the last step to find a plan.
+    #[cfg(test)]
+    pub(super) fn looked(&self) -> u32 {
+        self.planner.looked
     }
 
     /// The steps it takes.

@@ -8,32 +8,36 @@ use super::walk::{Foot, Leg, Strides, Walk};
 const SWING_INSTANTS: u32 = 16;
 /// Steps of one leg after which a plan counts as too long to look through.
 const EVENTS: u32 = 400;
+/// Stances and swings of all legs looked at in one plan.
+#[cfg(test)]
+pub(super) const PLAN_LOOKS_MAX: u32 = 4 * EVENTS;
 
 impl Walk {
     /// True if from `from_s` on, as planned, every foot stays where `reach` says it can be, and every foot that lands
-    /// stands for the shortest stance at least.
-    pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable) -> bool {
+    /// stands for the shortest stance at least. What is looked at is counted in `looked`, in stances and swings.
+    pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable, looked: &mut u32) -> bool {
         let Some(strides) = self.strides else { return true };
         let clock = &strides.clock;
         let settled_s = self.profile.settled_s().max(clock.change_end_s());
         // A foot that lifts when all is settled lands in a steady stride; it has landed and lifts once more.
         let until_s = settled_s.max(from_s) + 2.0 * clock.longest_period_s(from_s);
-        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, from_s, until_s, reach))
+        (0..4).all(|index| self.leg_stays_in_reach(&strides, index, (from_s, until_s), reach, looked))
     }
 
     fn leg_stays_in_reach(
         &self,
         strides: &Strides,
         index: usize,
-        from_s: f64,
-        until_s: f64,
+        (from_s, until_s): (f64, f64),
         reach: &Reachable,
+        looked: &mut u32,
     ) -> bool {
         let mut leg = self.legs[index];
         let mut now_s = from_s;
         for _ in 0..EVENTS {
             let event = self.next_event(strides, index, &leg);
             let end_s = event.map_or(until_s, |(at_s, _)| at_s);
+            *looked += 1;
             if !self.part_stays_in_reach(&leg, index, now_s, end_s, reach) {
                 return false;
             }

@@ -2,8 +2,14 @@
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use super::look_ahead::PLAN_LOOKS_MAX;
+use super::planner::LOOKS_MAX;
 use super::{Drive, HorsePlan, LegReach, Pace, ReachTable, Reachable};
+use crate::capability::HorseCapability;
+use crate::config;
 use crate::model::{Gait, HorseMotion};
 use crate::motion::{Command, GaitChoice, Posture};
 use crate::signals::{Aim, Targets};
@@ -267,6 +273,41 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
         ["walk", "trot", "canter", "gallop", "canter", "trot", "walk", "stand"],
         "each once, none to and fro"
     );
+}
+
+/// However hard it is to find a way to do what is asked, no cycle looks at more than so much. This horse is asked for what
+/// its postures leave hardly any room for: a cycle that tried all ways looked at 8141 stances and swings here.
+#[test]
+fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/thoroughbred.toml");
+    let robot = config::load(&path).unwrap().robot;
+    let horse = robot.motion.horse().unwrap();
+    let plan = HorseCapability::of(&robot, horse).unwrap().plan(horse, Command::default());
+    let mut source = Pcg64Mcg::seed_from_u64(39);
+    let mut draw = move |from: f64, to: f64| {
+        from + (to - from) * (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut drive = Drive::standing(plan);
+    let mut most = 0;
+    for _ in 0..10 {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 8")]
+        let gait = GaitChoice::Gait(draw(0.0, 8.99) as usize);
+        let posture = Posture {
+            rise_m: draw(-0.1, 0.03),
+            pitch_rad: draw(-0.15, 0.15),
+            roll_rad: draw(-0.15, 0.15),
+            ..Posture::default()
+        };
+        let yaw_rate_rad_s = draw(-0.5, 0.5);
+        let command = Command { gait, speed_m_s: draw(-1.0, 6.0), yaw_rate_rad_s, posture };
+        let until_s = drive.now_s() + draw(0.0, 4.0);
+        while drive.now_s() < until_s {
+            drive.step(robot.period_s(), Some(command));
+            most = most.max(drive.looked());
+        }
+    }
+    assert!(most > LOOKS_MAX, "{most}: nothing was hard here");
+    assert!(most <= LOOKS_MAX + 2 * PLAN_LOOKS_MAX, "{most}");
 }
 
 /// Wishes of an operator who changes his mind.

@@ -39,6 +39,7 @@ pub struct Clearance {
     period_s: f64,
     /// What was done in the cycle before; none where arms were limp.
     last: Option<Mode>,
+    corrections: u64,
 }
 
 /// Who asks for the angles.
@@ -59,7 +60,40 @@ impl Clearance {
             distance_m: (1.0 + RESERVE_SHARE) * tentacle.clearance_m,
             period_s: robot.period_s(),
             last: None,
+            corrections: 0,
         }
+    }
+
+    /// How often so far two arms, or an arm and the base, were moved apart.
+    pub fn corrections(&self) -> u64 {
+        self.corrections
+    }
+
+    /// The first arm, by its place among the arms, that is nearer to an earlier one, or to the base (none), than it should
+    /// be with these `angles` of all joints, rad; and by how much, m.
+    pub fn too_near(&mut self, angles: &[f64]) -> Option<(usize, Option<usize>, f64)> {
+        self.arms.iter_mut().for_each(|arm| arm.begin(angles));
+        let distance_m = self.distance_m / (1.0 + RESERVE_SHARE);
+        let pairs = || (0..GROUPS).flat_map(|group| (0..GROUPS).map(move |others| (group, others))).skip(1);
+        for (index, arm) in self.arms.iter().enumerate() {
+            for (other_index, other) in self.arms[..index].iter().enumerate() {
+                let least_m = distance_m + arm.radius_m + other.radius_m;
+                let is_m = pairs()
+                    .map(|(group, others)| arm.nearest(group, other, others).now_m)
+                    .fold(f64::INFINITY, f64::min);
+                if is_m < least_m {
+                    return Some((index, Some(other_index), least_m - is_m));
+                }
+            }
+            let Some((center, radius_m)) = self.base else { continue };
+            let least_m = distance_m + arm.radius_m + radius_m;
+            let is_m =
+                (1..GROUPS).map(|group| arm.nearest_to(group, center).now_m).fold(f64::INFINITY, f64::min);
+            if is_m < least_m {
+                return Some((index, None, least_m - is_m));
+            }
+        }
+        None
     }
 
     /// The arms are limp, or their joints are turned one by one: what comes next begins where it is.
@@ -87,18 +121,19 @@ impl Clearance {
 
     fn part(&mut self, mode: Mode) {
         for _ in 0..PASSES {
-            let mut is_good = true;
+            let mut corrections = 0;
             self.visit_pairs(
                 |a, b, near, short_m| {
-                    is_good = false;
+                    corrections += 1;
                     near.part(a, b, short_m);
                 },
                 mode,
                 GOOD_M,
             );
-            if is_good {
+            if corrections == 0 {
                 return;
             }
+            self.corrections += corrections;
         }
         // Where that did not help, who is too near stays where it is: then all distances are what they were.
         for _ in 0..=self.arms.len() {

@@ -14,8 +14,6 @@ const ROUNDING_COUNTS: f64 = 1.001;
 pub(super) struct Limits {
     /// Length of a cycle, s.
     pub(super) period_s: f64,
-    /// A silence earns no longer leap than this time does, s.
-    pub(super) longest_s: f64,
     /// Share of the no-load speed that is the rate limit.
     pub(super) rate_share: f64,
 }
@@ -223,8 +221,9 @@ impl Eye {
         ))
     }
 
-    /// No further from the goal before than the rate allows for the time between the two; or to where the shaft is,
-    /// which gives the motor less to do and not more.
+    /// No further from the goal before than the rate allows for one period, or for two where one write was lost, which a
+    /// servo that answers cannot show: neither a silence nor a late cycle earns a longer leap. A goal at no torque moves
+    /// nothing.
     fn judge_rate(
         &mut self,
         now_s: f64,
@@ -232,19 +231,14 @@ impl Eye {
         goal: f64,
         truth: &ServoTruth,
     ) -> Option<(Wrong, String)> {
-        // Motion goes on by one period a cycle, and a cycle after a late one may come soon after it.
-        let time_s = since_s.clamp(self.limits.period_s, self.limits.longest_s);
+        let time_s = since_s.clamp(self.limits.period_s, 2.0 * self.limits.period_s);
         let allowed = self.rate_s * time_s + ROUNDING_COUNTS;
         let before = counts(self.before.goal);
         let leap = (goal - before).abs();
-        if leap <= allowed {
+        if leap <= allowed || truth.torque_limit == 0 {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
-        // The controller knows where it was a cycle ago; it may turn at its no-load speed.
-        if off <= 1.5 * self.rate_s * self.limits.period_s + ROUNDING_COUNTS {
-            return None;
-        }
         self.throw = self.throw_of(now_s, goal, truth, "its goal leapt").or(self.throw);
         Some((
             Wrong::Rate,

@@ -108,11 +108,7 @@ impl Judge {
     /// Of a run of `robot` that is told to stop at once at `told_s`, s of the run, at the latest.
     pub fn new(robot: &Robot, told_s: f64) -> Judge {
         let safety = &robot.safety;
-        let limits = Limits {
-            period_s: robot.period_s(),
-            longest_s: safety.coast_s + 1.2 * robot.period_s(),
-            rate_share: safety.rate_share,
-        };
+        let limits = Limits { period_s: robot.period_s(), rate_share: safety.rate_share };
         let mut places = vec![0; robot.buses.len()];
         let eyes = robot.joints.iter().enumerate().filter_map(|(index, joint)| {
             let servo = joint.servo?;

@@ -6,21 +6,23 @@
 //! the other's end:
 //!
 //! - the pipe closes: the controller is gone, and its ports, which nobody else could use till then, are free;
-//! - the beats stop for [`SILENCE`]: it hangs, or was stopped; the guard kills it, which frees its ports;
+//! - the beats stop for longer than the guard bears ([`patience`]): it hangs, or was stopped; the guard kills it, which
+//!   frees its ports;
 //! - a beat cannot be written: the guard is gone, or hangs; the controller stops the robot.
 //!
 //! At a safe end the controller kills its guard, which then has nothing left to do.
-#![allow(clippy::print_stdout, reason = "a word to the controller")]
+
+mod letting_go;
+mod patience;
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, IsTerminal, Write};
+use std::io::{BufRead, BufReader, IsTerminal};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -32,29 +34,17 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::BadInput;
 use super::ports::{PortOption, devices};
-use crate::bus::Buses;
-use crate::bus::serial::{Device, SerialPorts};
-use crate::config;
-use crate::model::Robot;
-use crate::platform::{self, monotonic, sleep_until};
+use crate::{config, platform};
+use letting_go::take_torque_off;
+use patience::{Cause, HANGS, LOOK_EVERY, Patience, STARVES, Source};
 
 /// What the controller says once a cycle, and what it says when its loop is over.
 const BEAT: u8 = b'.';
 const REST: u8 = b'-';
-/// How long the loop may be silent. Servos hold their last goal meanwhile, which is harmless for a moment; to fall
-/// because the machine was busy for a moment is not.
-const SILENCE: Duration = Duration::from_secs(1);
-/// The guard looks this often. A guard that was itself held up, with the whole machine perhaps, counts one look.
-const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Beats a guard that hangs may leave unread, some ten seconds of them: the smallest pipe there is, bytes.
 const PIPE_BYTES: usize = 4096;
 /// What the guard says when it is ready.
 const READY: &str = "ready";
-/// How long after one another the guard tries a bus it could not reach, when it says so, and when it gives up.
-const PAUSE: Duration = Duration::from_millis(10);
-const WORD_AFTER: Duration = Duration::from_millis(500);
-const PATIENCE: Duration = Duration::from_secs(60);
-
 /// The controller's hold on its guard.
 #[derive(Debug)]
 pub(super) struct Guard {
@@ -80,6 +70,7 @@ impl Guard {
             .process_group(0)
             .spawn()
             .context("the guard could not be started")?;
+        give_way();
         let (Some(pipe), Some(words)) = (child.stdin.take(), child.stdout.take()) else {
             bail!("the guard has no pipes");
         };
@@ -113,6 +104,23 @@ impl Guard {
         self.is_needed = done.as_ref().is_ok_and(|done| !is_heard(done));
         done
     }
+}
+
+/// Where the system spares this process when memory runs out, it spares the guard, which has the same from it, a little
+/// more: the guard takes the torque off if this process has to go, and not the other way round.
+fn give_way() {
+    const PLACE: &str = "/proc/self/oom_score_adj";
+    let spared = std::fs::read_to_string(PLACE).ok().and_then(|text| text.trim().parse().ok());
+    if let Some(spared) = spared.and_then(less_spared) {
+        // Permitted, since it is less than it was.
+        let _ = std::fs::write(PLACE, spared.to_string());
+    }
+}
+
+/// How little less than `adjustment`, from -1000 (never ended) to 1000, a process is to be spared; none where it is not
+/// spared at all.
+fn less_spared(adjustment: i32) -> Option<i32> {
+    (adjustment < 0).then_some((adjustment + 100).min(0))
 }
 
 fn never_wait(end: BorrowedFd<'_>) -> rustix::io::Result<()> {
@@ -150,14 +158,14 @@ impl Heart {
 enum Found {
     /// The controller let go of the pipe without a safe end.
     Gone,
-    /// Its loop fell silent.
-    Silent,
+    /// Its loop fell silent, and was borne for as long as may be.
+    Silent(Cause),
 }
 
-/// Waits for an end of the controller at the other end of `pipe`.
-fn listen(pipe: BorrowedFd<'_>) -> Result<Found> {
+/// Waits for an end of the controller at the other end of `pipe`, whose loop's thread `source` tells of.
+fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
     let mut bytes = [0; PIPE_BYTES];
-    let (mut is_beating, mut silence) = (false, Duration::ZERO);
+    let mut patience = Patience::default();
     let look_every = Timespec::try_from(LOOK_EVERY).context("the guard's clock")?;
     loop {
         // No event but a hang-up ends the wait: the loop's beats do not take its processor away for the guard.
@@ -168,16 +176,13 @@ fn listen(pipe: BorrowedFd<'_>) -> Result<Found> {
         }
         match rustix::io::read(pipe, &mut bytes) {
             Ok(0) => return Ok(Found::Gone),
-            Ok(count) => {
-                is_beating = bytes[count - 1] == BEAT;
-                silence = Duration::ZERO;
+            Ok(count) => patience.hear(bytes[count - 1] == BEAT),
+            Err(Errno::AGAIN | Errno::INTR) => {
+                if let Some(cause) = patience.hear_nothing(source.look()) {
+                    return Ok(Found::Silent(cause));
+                }
             }
-            Err(Errno::AGAIN | Errno::INTR) if is_beating => silence += LOOK_EVERY,
-            Err(Errno::AGAIN | Errno::INTR) => {}
             Err(error) => return Err(error).context("the controller cannot be heard"),
-        }
-        if silence >= SILENCE {
-            return Ok(Found::Silent);
         }
     }
 }
@@ -203,75 +208,31 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     never_wait(pipe.as_fd()).context("the pipe from the controller")?;
     // It waits for the word, so that it cannot have ended and its number be another's by now.
     let controller = getppid().context("the guard is for the program's own use")?;
+    let source = Source::of(controller.as_raw_pid());
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
-    // What keeps other programs from the processors must not keep the guard from the servos. It is nobody's concern
-    // whether that is permitted: the controller says so of itself.
-    let _ = platform::request_real_time(None);
-    println!("{READY}");
+    // What keeps other programs from the processors, the controller's loop among them, must not keep the guard from the
+    // servos. It is nobody's concern whether that is permitted: the controller says so of itself.
+    platform::request_guard_priority();
+    say!("{READY}");
 
-    let what = match listen(pipe.as_fd())? {
+    let found = listen(pipe.as_fd(), &source)?;
+    let what = match found {
         Found::Gone => "the controller did not end safely".to_owned(),
-        Found::Silent => {
-            let _ = pidfd_send_signal(&controller, Signal::KILL);
-            let silence_s = SILENCE.as_secs_f64();
-            format!("the controller's loop gave no sign of life for {silence_s} s, and was killed")
+        Found::Silent(Cause::Hangs) => {
+            format!(
+                "the controller's loop gave no sign of life for {} s, and was killed",
+                HANGS.as_secs_f64()
+            )
         }
+        Found::Silent(Cause::Starves) => format!(
+            "other programs kept the controller's loop from running for {} s, and it was killed",
+            STARVES.as_secs_f64()
+        ),
     };
-    take_torque_off(&robot, devices, &what)
-}
-
-/// Takes the torque off all servos, and says `what` happened.
-fn take_torque_off(robot: &Robot, devices: Vec<Device>, what: &str) -> Result<()> {
-    // Each bus by itself: one whose adapter is gone must not keep the others under torque.
-    let mut pending: Vec<(Robot, Device)> =
-        devices.into_iter().enumerate().map(|(bus, device)| (only_bus(robot, bus), device)).collect();
-    let start = monotonic();
-    let mut has_said = false;
-    loop {
-        pending.retain(|(robot, device)| !is_limp(robot, device));
-        if pending.is_empty() {
-            tell(&format!("{what}: its guard took the torque off all servos"));
-            return Ok(());
-        }
-        let buses: Vec<&str> = pending.iter().map(|(robot, _)| robot.buses[0].name.as_str()).collect();
-        let buses = buses.join(", ");
-        let waited = monotonic().saturating_sub(start);
-        if waited > PATIENCE {
-            bail!("the guard could not reach the servos of bus {buses}: cut their power");
-        }
-        if !has_said && waited > WORD_AFTER {
-            tell(&format!(
-                "{what}, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its guard goes on trying to \
-                 take their torque off"
-            ));
-            has_said = true;
-        }
-        sleep_until(monotonic() + PAUSE);
+    if found != Found::Gone {
+        let _ = pidfd_send_signal(&controller, Signal::KILL);
     }
-}
-
-/// What is left of `robot` on its bus number `bus`.
-fn only_bus(robot: &Robot, bus: usize) -> Robot {
-    let mut left = robot.clone();
-    left.buses = vec![robot.buses[bus].clone()];
-    left.joints.retain(|joint| joint.servo.is_some_and(|servo| servo.bus == bus));
-    for joint in &mut left.joints {
-        if let Some(servo) = &mut joint.servo {
-            servo.bus = 0;
-        }
-    }
-    left
-}
-
-/// Takes the torque off the servos of a robot of one bus; true if all have heard it.
-fn is_limp(robot: &Robot, device: &Device) -> bool {
-    let Ok(ports) = SerialPorts::open(std::slice::from_ref(device)) else { return false };
-    Buses::new(robot, ports).limp()
-}
-
-/// To the terminal, if there still is one.
-fn tell(words: &str) {
-    let _ = writeln!(std::io::stderr(), "\nhippocamp: {words}");
+    take_torque_off(&robot, devices, &controller, &what)
 }
 
 #[cfg(test)]
@@ -279,12 +240,19 @@ mod tests {
     use rustix::pipe::{PipeFlags, pipe_with};
 
     use super::*;
+    use crate::platform::{monotonic, sleep_until};
 
     /// The guard's end of a pipe, and the loop's.
     fn pipe() -> (OwnedFd, Heart) {
         let (near, far) = pipe_with(PipeFlags::CLOEXEC | PipeFlags::NONBLOCK).unwrap();
         fcntl_setpipe_size(&far, PIPE_BYTES).unwrap();
         (near, Heart(far))
+    }
+
+    #[test]
+    fn the_controller_goes_before_its_guard_where_both_are_spared() {
+        let all = [-1000, -900, -50, 0, 300].map(less_spared);
+        assert_eq!(all, [Some(-900), Some(-800), Some(0), None, None]);
     }
 
     #[test]
@@ -308,8 +276,9 @@ mod tests {
         let (near, heart) = pipe();
         heart.beat();
         let start = monotonic();
-        assert_eq!(listen(near.as_fd()).unwrap(), Found::Silent);
-        assert!(monotonic() - start >= SILENCE);
+        let unknown = Source::of(-1);
+        assert_eq!(listen(near.as_fd(), &unknown).unwrap(), Found::Silent(Cause::Hangs));
+        assert!(monotonic() - start >= HANGS);
 
         for is_begun in [true, false] {
             let (near, heart) = pipe();
@@ -318,10 +287,10 @@ mod tests {
                 heart.rest();
             }
             let closing = std::thread::spawn(move || {
-                sleep_until(monotonic() + 2 * SILENCE);
+                sleep_until(monotonic() + 2 * HANGS);
                 drop(heart);
             });
-            assert_eq!(listen(near.as_fd()).unwrap(), Found::Gone, "begun: {is_begun}");
+            assert_eq!(listen(near.as_fd(), &unknown).unwrap(), Found::Gone, "begun: {is_begun}");
             closing.join().unwrap();
         }
     }

@@ -1,0 +1,205 @@
+//! How long the guard bears a loop that gives no sign of life.
+//!
+//! One that hangs waits for something that does not come, computes without end, or was stopped: a second of that is too
+//! much. One that could run, and is kept from it by other programs or by memory that comes from a disk, will go on: to
+//! kill it makes a fall of a delay. So a moment in which it could run counts only for the processor time the loop has
+//! used in it. Servos that follow nobody hold their last goal meanwhile, which cannot be borne for ever either.
+
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::time::Duration;
+
+/// How long the loop may be silent by its own doing. Servos hold their last goal meanwhile, which is harmless for a moment;
+/// to fall because the machine was busy for a moment is not.
+pub(super) const HANGS: Duration = Duration::from_secs(1);
+/// How long it may be silent in all.
+pub(super) const STARVES: Duration = Duration::from_secs(5);
+/// The guard looks this often. A guard that was itself held up, with the whole machine perhaps, counts one look.
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Unit of times in /proc: a hundredth of a second, whatever the machine (USER_HZ).
+const TICK: Duration = Duration::from_millis(10);
+
+/// What the system tells of the loop's thread.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Thread {
+    /// It runs, or would if it had a processor and the memory it waits for.
+    is_ready: bool,
+    /// Processor time it has had so far.
+    ran: Duration,
+}
+
+/// Where the system tells it.
+pub(super) struct Source(Option<File>);
+
+/// Why it is not waited for any longer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Cause {
+    /// It hangs, or was stopped.
+    Hangs,
+    /// Others kept it from running.
+    Starves,
+}
+
+/// The silence of a loop, from one look to the next.
+#[derive(Debug, Default)]
+pub(super) struct Patience {
+    /// The loop has begun and not ended.
+    is_beating: bool,
+    /// How long it has been silent, and of this by its own doing.
+    silent: Duration,
+    hung: Duration,
+    /// Its processor time at the last look.
+    ran: Option<Duration>,
+}
+
+impl Source {
+    /// Of the first thread of `process`, which is where its loop runs. Where the system tells nothing, neither does it.
+    pub(super) fn of(process: i32) -> Source {
+        Source(File::open(format!("/proc/{process}/task/{process}/stat")).ok())
+    }
+
+    pub(super) fn look(&self) -> Option<Thread> {
+        let mut text = [0; 1024];
+        let count = self.0.as_ref()?.read_at(&mut text, 0).ok()?;
+        Thread::of_stat(std::str::from_utf8(&text[..count]).ok()?)
+    }
+}
+
+impl Thread {
+    /// Of the text of a `stat` file (proc(5)).
+    fn of_stat(text: &str) -> Option<Thread> {
+        // The program's name, in brackets, may have brackets and blanks in it.
+        let (_, fields) = text.rsplit_once(") ")?;
+        let fields: Vec<&str> = fields.split(' ').take(13).collect();
+        let [state, .., user, system] = fields[..] else { return None };
+        let ticks: u32 = user.parse::<u32>().ok()?.checked_add(system.parse().ok()?)?;
+        Some(Thread { is_ready: fields.len() == 13 && matches!(state, "R" | "D"), ran: TICK * ticks })
+    }
+}
+
+impl Patience {
+    /// The loop was heard; `beats` if it goes on.
+    pub(super) fn hear(&mut self, beats: bool) {
+        *self = Patience { is_beating: beats, ..Patience::default() };
+    }
+
+    /// Nothing was heard since the last look, and the loop's thread is seen to be so; none where the system does not
+    /// tell. Says why it is not waited for any longer.
+    pub(super) fn hear_nothing(&mut self, thread: Option<Thread>) -> Option<Cause> {
+        if !self.is_beating {
+            return None;
+        }
+        self.silent += LOOK_EVERY;
+        self.hung += match thread {
+            Some(thread) if thread.is_ready => {
+                let before = self.ran.unwrap_or(thread.ran);
+                thread.ran.saturating_sub(before).min(LOOK_EVERY)
+            }
+            _ => LOOK_EVERY,
+        };
+        self.ran = thread.map(|thread| thread.ran);
+        if self.hung >= HANGS {
+            Some(Cause::Hangs)
+        } else if self.silent >= STARVES {
+            Some(Cause::Starves)
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn thread(is_ready: bool, ran_ms: u64) -> Option<Thread> {
+        Some(Thread { is_ready, ran: Duration::from_millis(ran_ms) })
+    }
+
+    /// After how many looks at a loop that is silent after its first beat the guard gives up, and why; `seen` says what it
+    /// sees at each.
+    fn given_up(seen: impl Fn(u64) -> Option<Thread>) -> (u64, Cause) {
+        let mut patience = Patience::default();
+        patience.hear(true);
+        (1..).find_map(|look| Some((look, patience.hear_nothing(seen(look))?))).unwrap()
+    }
+
+    #[test]
+    fn a_loop_that_hangs_is_borne_for_a_second_and_one_that_is_kept_from_running_for_five() {
+        // Stopped, or waiting for what does not come; or nothing is known of it.
+        assert_eq!(given_up(|_| thread(false, 700)), (10, Cause::Hangs));
+        assert_eq!(given_up(|_| None), (10, Cause::Hangs));
+        // It has the processor and does nothing with it. What it had before the first look is not known.
+        assert_eq!(given_up(|look| thread(true, 700 + 100 * look)), (11, Cause::Hangs));
+        // It had a second before the guard could look again.
+        assert_eq!(given_up(|look| thread(true, 5000 * look)), (11, Cause::Hangs));
+        // It has none, or a hundredth.
+        assert_eq!(given_up(|_| thread(true, 700)), (50, Cause::Starves));
+        assert_eq!(given_up(|look| thread(true, 700 + look)), (50, Cause::Starves));
+        // It hangs for half of the time.
+        assert_eq!(given_up(|look| thread(look % 2 == 0, 700)), (19, Cause::Hangs));
+    }
+
+    #[test]
+    fn a_loop_that_is_heard_again_is_borne_as_long_as_ever() {
+        let mut patience = Patience::default();
+        for _ in 0..3 {
+            patience.hear(true);
+            for _ in 0..49 {
+                assert_eq!(patience.hear_nothing(thread(true, 0)), None);
+            }
+            patience.hear(true);
+            for _ in 0..9 {
+                assert_eq!(patience.hear_nothing(thread(false, 0)), None);
+            }
+        }
+    }
+
+    #[test]
+    fn the_silence_of_a_loop_that_has_not_begun_or_has_ended_means_nothing() {
+        let mut patience = Patience::default();
+        let waits =
+            |patience: &mut Patience| (0..1000).all(|_| patience.hear_nothing(thread(false, 0)).is_none());
+        assert!(waits(&mut patience));
+        patience.hear(true);
+        patience.hear(false);
+        assert!(waits(&mut patience));
+    }
+
+    #[test]
+    fn the_state_and_the_time_of_a_thread_are_read_whatever_its_name() {
+        let stat = |name: &str, state: &str| {
+            format!("71 ({name}) {state} 1 71 71 0 -1 4194560 103 0 0 0 12 30 0 0 20 0 1 0 4403 2 3\n")
+        };
+        let ran = Duration::from_millis(420);
+        for name in ["hippocamp", "a) R (b", ") "] {
+            for (state, is_ready) in
+                [("R", true), ("D", true), ("S", false), ("T", false), ("t", false), ("Z", false)]
+            {
+                assert_eq!(
+                    Thread::of_stat(&stat(name, state)),
+                    Some(Thread { is_ready, ran }),
+                    "{name} {state}"
+                );
+            }
+        }
+        for text in ["", "71 (hippocamp) R", "71 (hippocamp) R 1 71 71 0 -1 4194560 103 0 0 0 x 30 0"] {
+            assert_eq!(Thread::of_stat(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_thread_that_computes_is_seen_to_and_a_process_that_is_gone_is_not_seen() {
+        let own = i32::try_from(std::process::id()).unwrap();
+        let first = Source::of(own).look().unwrap();
+        assert!(first.ran < Duration::from_secs(3600), "{first:?}");
+        let mut child = std::process::Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
+        let source = Source::of(i32::try_from(child.id()).unwrap());
+        while source.look().is_none_or(|thread| !thread.is_ready || thread.ran.is_zero()) {
+            std::thread::yield_now();
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(source.look(), None);
+    }
+}
