@@ -23,7 +23,8 @@ fn the_operator_can_stop_the_robot_at_any_time() {
         let robot = shipped(file);
         let step = if file == "horse.toml" { 3 } else { 13 };
         for tenths in (1_u32..70).step_by(step) {
-            let at_s = f64::from(tenths) * 0.1;
+            // Motion begins two cycles after the first replies: two must agree.
+            let at_s = f64::from(tenths) * 0.1 + 2.0 * robot.period_s();
             for order in [Order::Stop, Order::StopAtOnce] {
                 let watched = stopped_at(&robot, order, at_s);
                 let (report, what) = (&watched.report, format!("{file}, {order:?} at {at_s} s"));
