@@ -138,6 +138,23 @@ impl Bus {
         if self.is_unplugged(now_ns) { Err(Unplugged) } else { Ok(()) }
     }
 
+    /// Gives a servo a supply it can run on, or takes it away, and with it what it still had to say.
+    pub(crate) fn set_power(&mut self, place: usize, has_power: bool, now_ns: u64) {
+        let was_awake = self.servos[place].is_awake();
+        self.servos[place].set_power(has_power, now_ns);
+        if was_awake && !self.servos[place].is_awake() {
+            self.wire.cut(Talker::Servo(place));
+        }
+    }
+
+    /// Disconnects a servo, if there is one at this place: what it still had to say is not said.
+    pub(crate) fn pull_servo_out(&mut self, place: usize) {
+        if let Some(servo) = self.servos.get_mut(place) {
+            servo.pull_out();
+            self.wire.cut(Talker::Servo(place));
+        }
+    }
+
     /// When something next happens here by itself.
     pub(crate) fn next_ns(&self) -> Option<u64> {
         self.wire.next_ns().into_iter().chain(self.faults.next_unplug_ns()).min()
@@ -281,6 +298,8 @@ impl Bus {
                 Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
                     let id = self.home_id(servo);
                     at += delay_ns + self.faults.late_ns(at, id);
+                    // It answers one request after the other.
+                    at = at.max(self.wire.busy_until_ns(Talker::Servo(servo)));
                     if self.faults.flips_a_bit(at, id) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);

@@ -89,8 +89,15 @@ impl Wire {
         end_ns
     }
 
+    /// When a talker will have said all that it still has to say, ns; 0 if that is nothing.
+    pub(crate) fn busy_until_ns(&self, talker: Talker) -> u64 {
+        let own = self.bursts.iter().filter(|burst| burst.talker == talker);
+        own.map(|burst| burst.end_ns).max().unwrap_or_default()
+    }
+
     /// Takes back what a talker has not sent yet.
     pub(crate) fn cut(&mut self, talker: Talker) {
+        self.bursts.retain(|burst| burst.talker != talker || burst.sent > 0);
         for burst in self.bursts.iter_mut().filter(|burst| burst.talker == talker) {
             burst.bytes.truncate(burst.sent);
             burst.end_ns = burst.start_ns + duration_ns(burst.sent, burst.baud);

@@ -18,7 +18,7 @@ pub(super) struct JointSafety {
     /// The lowest and the highest goal, rad, of those that its servo may hold: the last one that it confirmed by a reply,
     /// and all that were sent since.
     pub(super) held_rad: (f64, f64),
-    /// True if it answered the exchange before the last.
+    /// True if it, and every other servo of its bus, answered the exchange before the last.
     was_heard: bool,
     /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
     /// has.
@@ -48,9 +48,16 @@ impl JointSafety {
     /// of the loop by `stall_s` it is the last goal, at rest: the servo has long arrived there. After a silence of the
     /// servo, and after a stall in which its watchdog may have stopped it, it is the goal that the servo holds, or, if it
     /// has lost its torque, where the joint is measured.
-    pub(super) fn take_over(&mut self, stall_s: f64, settings: &SafetySettings, measured: &JointState) {
+    /// `is_bus_heard` says whether every servo of its bus answered the last exchange.
+    pub(super) fn take_over(
+        &mut self,
+        stall_s: f64,
+        settings: &SafetySettings,
+        measured: &JointState,
+        is_bus_heard: bool,
+    ) {
         if self.torque_on_s.is_some() && !self.is_lost {
-            self.note_sent(measured);
+            self.note_sent(measured.age_s <= 0.0, is_bus_heard);
         }
         let may_have_stopped = self.has_watchdog && stall_s > settings.lost_after_s();
         if measured.age_s > settings.lost_after_s() || may_have_stopped && self.torque_on_s.is_some() {
@@ -117,15 +124,15 @@ impl JointSafety {
     }
 
     /// A servo that answers exchange after exchange holds the goal that came with the last. The first answer after a
-    /// silence says less: the servo may have begun to hear between the goal and the question of one request.
-    fn note_sent(&mut self, measured: &JointState) {
+    /// silence says less: the servo may have begun to hear between the goal and the question of one request. Nor does an
+    /// answer say much while another servo of the bus owes one: that may come late and spoil the goals of all.
+    fn note_sent(&mut self, is_heard: bool, is_bus_heard: bool) {
         let goal_rad = self.limiter.goal_rad();
         let (low, high) = self.held_rad;
-        let is_heard = measured.age_s <= 0.0;
         self.held_rad = match is_heard && self.was_heard {
             true => (goal_rad, goal_rad),
             false => (low.min(goal_rad), high.max(goal_rad)),
         };
-        self.was_heard = is_heard;
+        self.was_heard = is_heard && is_bus_heard;
     }
 }

@@ -12,6 +12,7 @@
 mod describe;
 mod joint;
 mod limiter;
+mod listening;
 mod recall;
 mod shared;
 mod stall;
@@ -26,6 +27,7 @@ use std::ops::Range;
 use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
 use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
 use joint::JointSafety;
+use listening::Listening;
 use waiting::Waiting;
 use watch::Watch;
 pub use watch::{Fault, Finding};
@@ -85,6 +87,7 @@ pub struct Safety {
     joints: Vec<JointSafety>,
     /// Joints that share a range, and which.
     shared: Vec<(Range<usize>, SharedRange)>,
+    listening: Listening,
     watch: Watch,
     waiting: Waiting,
     command: Command,
@@ -99,6 +102,7 @@ impl Safety {
         Safety {
             settings: robot.safety.clone(),
             joints: robot.joints.iter().map(of_joint).collect(),
+            listening: Listening::new(robot),
             waiting: Waiting::default(),
             shared: SharedRange::of_robot(robot),
             watch: Watch::new(robot),
@@ -142,8 +146,10 @@ impl Safety {
         if let Some(finding) = self.no_start(targets, state) {
             self.watch.stop(finding);
         }
+        self.listening.note(&state.joints, &state.is_out);
         for (index, joint) in self.joints.iter_mut().enumerate() {
-            joint.take_over(gap_s - dt_s, &self.settings, &state.joints[index]);
+            let is_bus_heard = self.listening.is_bus_heard(index);
+            joint.take_over(gap_s - dt_s, &self.settings, &state.joints[index], is_bus_heard);
         }
         let goals = self.joints.iter().map(|joint| joint.limiter.goal_rad());
         let excused = self.joints.iter().map(|joint| (joint.trip.is_out(), joint.trip.is_restarting()));

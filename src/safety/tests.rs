@@ -335,6 +335,40 @@ fn a_servo_that_was_silent_goes_on_from_the_goal_it_holds_at_the_slow_rate() {
     assert_eq!(permission, Permission::Move);
 }
 
+/// A reply that comes too late spoils the goals that cross the line then, for all servos of its bus.
+#[test]
+fn while_a_servo_owes_an_answer_no_goal_of_its_bus_is_more_than_a_step_from_the_last_that_all_heard() {
+    let text = include_str!("../../config/horse-dynamixel.toml");
+    let mut robot = crate::config::parse(text, "horse-dynamixel.toml").unwrap().robot;
+    robot.safety.acceleration_rad_s2 = 1e6;
+    let (neighbour, elsewhere, late) = (4, 0, 7);
+    let dt_s = robot.period_s();
+    let mut pose: Vec<f64> = robot.joints.iter().map(|joint| joint.goal_range_rad().0).collect();
+    let mut safety = Safety::new(&robot);
+    let mut state = heard(&robot, &pose);
+    for _ in 0..5 {
+        safety.check(dt_s, dt_s, &asking(&robot, pose.clone()), &mut state);
+    }
+    pose[neighbour] += 1.0;
+    pose[elsewhere] += 1.0;
+    let missed = 5;
+    let mut goals = Vec::new();
+    for cycle in 0..=missed + 1 {
+        state.joints[late].age_s = if cycle == missed { dt_s } else { 0.0 };
+        let command = safety.check(dt_s, dt_s, &asking(&robot, pose.clone()), &mut state);
+        goals.push([neighbour, elsewhere].map(|joint| goal(command.joints()[joint]).0));
+        for (joint, goal_rad) in state.joints.iter_mut().zip(&state.goal_rad) {
+            joint.position_rad = *goal_rad;
+        }
+    }
+    let steps = |of: usize, from: usize| {
+        let rate_rad_s = robot.safety.rate_share * robot.joints[[neighbour, elsewhere][of]].no_load_speed_rad_s();
+        (goals[missed + 1][of] - goals[from][of]) / (rate_rad_s * dt_s)
+    };
+    assert!((steps(0, missed - 1) - 1.0).abs() < 1e-6, "{}", steps(0, missed - 1));
+    assert!((steps(1, missed - 1) - 2.0).abs() < 1e-6, "another bus goes on: {}", steps(1, missed - 1));
+}
+
 /// Dynamixels stop by themselves after 200 ms without an exchange, and hold where they stand then.
 #[test]
 fn a_servo_that_its_watchdog_may_have_stopped_is_asked_and_goes_on_from_where_it_stopped() {

@@ -31,8 +31,8 @@ impl World {
 
     /// Disconnects a servo: it has no power, hears nothing, and what was not in its EEPROM is lost.
     pub fn pull_servo_out(&mut self, bus: usize, place: usize) {
-        if let Some(servo) = self.servo_mut(bus, place) {
-            servo.pull_out();
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.pull_servo_out(place);
         }
     }
 

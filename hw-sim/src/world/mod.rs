@@ -325,7 +325,7 @@ impl World {
                 let is_stuck = bus.faults.is_stuck(now_ns, id);
                 let has_power = supply_v >= bus.servos[place].model.brown_out_v();
                 let has_power = has_power && !bus.faults.takes_power(now_ns, id);
-                bus.servos[place].set_power(has_power, now_ns);
+                bus.set_power(place, has_power, now_ns);
                 let shaft = &mut self.shafts[index];
                 shaft.is_stuck = is_stuck;
                 self.torques[index] = bus.servos[place].torque(shaft, supply_v);

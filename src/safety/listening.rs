@@ -1,0 +1,42 @@
+//! Whether all servos of a bus answered the last exchange.
+//!
+//! A servo that owes an answer may give it late, while the next goals cross the line, and spoil them for all servos of
+//! its bus.
+
+use crate::model::Robot;
+use crate::signals::JointState;
+
+/// What is known of each bus.
+#[derive(Debug)]
+pub(super) struct Listening {
+    /// The bus of each joint; none for a joint without a servo.
+    bus_of: Vec<Option<usize>>,
+    /// Whether every servo of the bus answered.
+    is_heard: Vec<bool>,
+}
+
+impl Listening {
+    pub(super) fn new(robot: &Robot) -> Listening {
+        Listening {
+            bus_of: robot.joints.iter().map(|joint| joint.servo.map(|servo| servo.bus)).collect(),
+            is_heard: vec![true; robot.buses.len()],
+        }
+    }
+
+    /// Notes the last exchange. A joint that is out of service may be silent for good, so nobody waits for its servo.
+    pub(super) fn note(&mut self, joints: &[JointState], is_out: &[bool]) {
+        self.is_heard.fill(true);
+        for ((bus, measured), is_out) in self.bus_of.iter().zip(joints).zip(is_out) {
+            let place = bus.and_then(|bus| self.is_heard.get_mut(bus));
+            if let (Some(is_heard), false) = (place, *is_out) {
+                *is_heard &= measured.age_s <= 0.0;
+            }
+        }
+    }
+
+    /// Whether every servo of the bus of `joint` answered the last exchange.
+    pub(super) fn is_bus_heard(&self, joint: usize) -> bool {
+        let bus = self.bus_of.get(joint).copied().flatten();
+        bus.is_none_or(|bus| self.is_heard.get(bus).copied().unwrap_or_default())
+    }
+}
