@@ -1,6 +1,6 @@
 //! One joint's goal: finite, in range, within rate and acceleration.
 
-use crate::model::{Joint, SafetySettings};
+use crate::model::{Joint, Pace, SafetySettings};
 
 /// Differences smaller than this, rad, are rounding, not interventions.
 const ROUNDING_RAD: f64 = 1e-9;
@@ -154,19 +154,10 @@ impl Limiter {
 
     /// Speed towards a place `way_rad` off that keeps rate and acceleration, and can still stop there.
     fn allowed_speed(&self, way_rad: f64, dt_s: f64) -> f64 {
-        let rate =
-            if self.is_outside() || self.is_catching_up { self.slow_rate_rad_s } else { self.rate_rad_s };
-        let wanted = way_rad / dt_s;
-        let change = self.acceleration_rad_s2 * dt_s;
-        if wanted.abs() <= rate && (wanted - self.speed_rad_s).abs() <= change * (1.0 + 1e-9) {
-            return wanted;
-        }
-        // The speed from which whole steps of deceleration end on the spot.
-        let braking =
-            (0.25 * change * change + 2.0 * self.acceleration_rad_s2 * way_rad.abs()).sqrt() - 0.5 * change;
-        let towards = wanted.signum() * wanted.abs().min(braking).min(rate);
-        // Rate outranks acceleration.
-        towards.clamp(self.speed_rad_s - change, self.speed_rad_s + change).clamp(-rate, rate)
+        let is_slow = self.is_outside() || self.is_catching_up;
+        let rate_rad_s = if is_slow { self.slow_rate_rad_s } else { self.rate_rad_s };
+        let pace = Pace { rate_rad_s, acceleration_rad_s2: self.acceleration_rad_s2 };
+        pace.speed_towards(way_rad, self.speed_rad_s, dt_s)
     }
 
     fn is_outside(&self) -> bool {

@@ -362,7 +362,8 @@ fn while_a_servo_owes_an_answer_no_goal_of_its_bus_is_more_than_a_step_from_the_
         }
     }
     let steps = |of: usize, from: usize| {
-        let rate_rad_s = robot.safety.rate_share * robot.joints[[neighbour, elsewhere][of]].no_load_speed_rad_s();
+        let rate_rad_s =
+            robot.safety.rate_share * robot.joints[[neighbour, elsewhere][of]].no_load_speed_rad_s();
         (goals[missed + 1][of] - goals[from][of]) / (rate_rad_s * dt_s)
     };
     assert!((steps(0, missed - 1) - 1.0).abs() < 1e-6, "{}", steps(0, missed - 1));

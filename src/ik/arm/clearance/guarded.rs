@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::held::Held;
 use crate::model::segments;
-use crate::model::{ArmSettings, Chain, GROUPS, Joint, Robot, TendonDrive};
+use crate::model::{ArmSettings, Chain, GROUPS, Joint, Pace, Robot, TendonDrive};
 
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
@@ -25,11 +25,13 @@ pub(super) struct Guarded {
     pub(super) radius_m: f64,
     length_m: f64,
     held: Held,
-    /// Fastest that each joint goes back, rad/s.
-    return_rad_s: Vec<f64>,
+    /// What safety permits each joint: an arm that is asked for more would go where nobody looked.
+    paces: Vec<Pace>,
+    period_s: f64,
     /// What was wanted and what went out in the cycle before, and what is to go out now, rad.
     wanted_rad: Vec<f64>,
     out_rad: Vec<f64>,
+    speed_rad_s: Vec<f64>,
     now_rad: Vec<f64>,
     before: Places,
     now: Places,
@@ -108,15 +110,20 @@ impl Guarded {
     pub(super) fn new(robot: &Robot, arm: &ArmSettings) -> Guarded {
         let chain = robot.chains[arm.chain].clone();
         let joints = robot.joints_of(&chain).to_vec();
-        let rate = |joint: &Joint| RETURN_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
+        let pace = |joint: &Joint| Pace {
+            rate_rad_s: robot.safety.rate_share * joint.no_load_speed_rad_s(),
+            acceleration_rad_s2: robot.safety.acceleration_rad_s2,
+        };
         let none = vec![0.0; joints.len()];
         Guarded {
             radius_m: arm.radius_m,
             length_m: chain.length_m(&joints),
             held: Held::new(&chain, &joints),
-            return_rad_s: joints.iter().map(rate).collect(),
+            paces: joints.iter().map(pace).collect(),
+            period_s: robot.period_s(),
             wanted_rad: none.clone(),
             out_rad: none.clone(),
+            speed_rad_s: none.clone(),
             now_rad: none.clone(),
             // A clone would be without its capacity.
             before: Places::new(&chain, &joints),
@@ -134,20 +141,27 @@ impl Guarded {
         let angles = &angles[self.chain.joints.clone()];
         self.wanted_rad.copy_from_slice(angles);
         self.out_rad.copy_from_slice(angles);
+        self.speed_rad_s.fill(0.0);
         self.now_rad.copy_from_slice(angles);
         self.now.set(&self.chain, &self.joints, angles);
     }
 
     /// Goes on to what is wanted, and back by this `share` of what it was turned aside; of a motion that `goes_on`, or
     /// else begins at rest.
-    pub(super) fn advance(&mut self, angles: &[f64], goes_on: bool, share: f64, period_s: f64) {
+    pub(super) fn advance(&mut self, angles: &[f64], goes_on: bool, share: f64) {
         let angles = &angles[self.chain.joints.clone()];
         for (index, (now, wanted)) in self.now_rad.iter_mut().zip(angles).enumerate() {
             let wanted_before = if goes_on { self.wanted_rad[index] } else { *wanted };
             let aside = self.out_rad[index] - wanted_before;
-            let most = self.return_rad_s[index] * period_s;
+            let (out, pace, period_s) = (self.out_rad[index], self.paces[index], self.period_s);
+            let most = RETURN_SHARE * pace.rate_rad_s * period_s;
             let left = aside - (share * aside).clamp(-most, most);
-            *now = if left.abs() < NOTHING_RAD { *wanted } else { wanted + left };
+            let to = if left.abs() < NOTHING_RAD { *wanted } else { wanted + left };
+            let speed_rad_s = self.speed_rad_s[index];
+            *now = match pace.permits((to - out) / period_s, speed_rad_s, period_s) {
+                true => to,
+                false => out + period_s * pace.speed_towards(to - out, speed_rad_s, period_s),
+            };
         }
         self.wanted_rad.copy_from_slice(angles);
         self.place();
@@ -156,6 +170,9 @@ impl Guarded {
     /// What was found goes out.
     pub(super) fn commit(&mut self, angles: &mut [f64]) {
         angles[self.chain.joints.clone()].copy_from_slice(&self.now_rad);
+        for ((speed, now), out) in self.speed_rad_s.iter_mut().zip(&self.now_rad).zip(&self.out_rad) {
+            *speed = (now - out) / self.period_s;
+        }
         self.out_rad.copy_from_slice(&self.now_rad);
         std::mem::swap(&mut self.before, &mut self.now);
     }
@@ -167,6 +184,13 @@ impl Guarded {
     }
 
     fn place(&mut self) {
+        for (index, now) in self.now_rad.iter_mut().enumerate() {
+            let (out, pace, speed_rad_s) = (self.out_rad[index], self.paces[index], self.speed_rad_s[index]);
+            let wanted_rad_s = (*now - out) / self.period_s;
+            if !pace.permits(wanted_rad_s, speed_rad_s, self.period_s) {
+                *now = out + self.period_s * pace.speed_near(wanted_rad_s, speed_rad_s, self.period_s);
+            }
+        }
         self.held.hold(&self.out_rad, &mut self.now_rad);
         self.now.set(&self.chain, &self.joints, &self.now_rad);
         for (group, moved_m) in self.moved_m.iter_mut().enumerate() {

@@ -107,7 +107,7 @@ impl Clearance {
             match self.last {
                 None => arm.begin(angles),
                 // A pose begins where the joints are, not where they were to be.
-                Some(last) => arm.advance(angles, last == mode, RETURN_S * self.period_s, self.period_s),
+                Some(last) => arm.advance(angles, last == mode, RETURN_S * self.period_s),
             }
         }
         if self.last.is_some() {

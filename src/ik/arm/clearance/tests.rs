@@ -66,7 +66,7 @@ fn arms_that_keep_clear_go_exactly_where_they_are_to() {
     let (robot, tentacle) = robot();
     let mut clearance = Clearance::new(&robot, &tentacle);
     for cycle in 0..300 {
-        let swing = 0.4 * (0.05 * f64::from(cycle)).sin();
+        let swing = 0.4 - 0.4 * (0.05 * f64::from(cycle)).cos();
         let wanted: Vec<f64> =
             (0..robot.joints.len()).map(|joint| if joint % 2 == 0 { swing } else { 0.0 }).collect();
         let mut angles = wanted.clone();
