@@ -23,6 +23,8 @@ pub(super) struct JointSafety {
     /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
     /// has.
     pub(super) is_lost: bool,
+    /// Where it stood when it was last heard before it was lost, rad.
+    before_rad: f64,
     /// What it was asked since it is heard again.
     pub(super) recall: Recall,
     /// What became of its servo, where a joint may be left without.
@@ -39,6 +41,7 @@ impl JointSafety {
             held_rad: (0.0, 0.0),
             was_heard: false,
             is_lost: false,
+            before_rad: 0.0,
             recall: Recall::default(),
             trip: Trip::NONE,
         }
@@ -61,11 +64,14 @@ impl JointSafety {
         }
         let may_have_stopped = self.has_watchdog && stall_s > settings.lost_after_s();
         if measured.age_s > settings.lost_after_s() || may_have_stopped && self.torque_on_s.is_some() {
+            if !self.is_lost {
+                self.before_rad = measured.position_rad;
+            }
             (self.is_lost, self.recall) = (true, Recall::default());
         } else if self.torque_on_s.is_none() {
             self.start_limp(measured);
         } else if self.is_lost {
-            match self.recall.take(measured, self.held_rad) {
+            match self.recall.take(measured, self.held_rad, self.before_rad) {
                 None => {}
                 Some(Recalled::Limp) => self.start_limp(measured),
                 Some(Recalled::Holding(goal_rad)) => {

@@ -30,6 +30,8 @@ pub(super) struct Recall {
     torque: Option<(bool, u8)>,
     /// How often it was asked what is open now.
     asked: u8,
+    /// True once it has said that it holds a goal that it was not sent.
+    is_astray: bool,
 }
 
 impl Recall {
@@ -49,8 +51,14 @@ impl Recall {
     }
 
     /// Takes in an answer, if one has come with `measured`. `sent_rad` are the lowest and the highest goal, rad, that
-    /// the servo may hold. None while questions are open.
-    pub(super) fn take(&mut self, measured: &JointState, sent_rad: (f64, f64)) -> Option<Recalled> {
+    /// the servo may hold, and `before_rad` is where it stood when it was last heard before the silence. None while
+    /// questions are open.
+    pub(super) fn take(
+        &mut self,
+        measured: &JointState,
+        sent_rad: (f64, f64),
+        before_rad: f64,
+    ) -> Option<Recalled> {
         if let Some(answer) = measured.has_torque {
             let same = self.torque.filter(|(before, _)| *before == answer).map_or(0, |(_, times)| times);
             self.torque = Some((answer, same.saturating_add(1)));
@@ -59,15 +67,23 @@ impl Recall {
             }
         }
         let (low, high) = sent_rad;
+        // Its watchdog stops it on its way from where it stood to a goal that it was sent.
+        let way_rad = (low.min(before_rad) - STOPPED_RAD)..=(high.max(before_rad) + STOPPED_RAD);
+        let stands_at = |goal: f64| (goal - measured.position_rad).abs() <= STOPPED_RAD;
         let fits = |goal: &f64| {
             (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(goal)
-                || (goal - measured.position_rad).abs() <= STOPPED_RAD
+                || stands_at(*goal) && way_rad.contains(goal)
         };
+        self.is_astray |= measured.held_goal_rad.is_some_and(|goal| !fits(&goal));
         let is_mute = self.asked >= QUESTIONS_MAX;
         match self.has_torque() {
             Some(false) => Some(Recalled::Limp),
             Some(true) => {
-                // One that cannot say holds the goal next to where it stands.
+                // One that obeyed what was not meant for it, or of which two answer, is let go: its torque rises again from
+                // nothing. One that cannot say holds the goal next to where it stands.
+                if is_mute && self.is_astray && !measured.held_goal_rad.as_ref().is_some_and(fits) {
+                    return Some(Recalled::Limp);
+                }
                 let nearest = is_mute.then(|| measured.position_rad.clamp(low, high));
                 measured.held_goal_rad.filter(fits).or(nearest).map(Recalled::Holding)
             }
@@ -85,6 +101,7 @@ mod tests {
     use super::*;
 
     const SENT_RAD: (f64, f64) = (0.2, 0.5);
+    const BEFORE_RAD: f64 = 0.75;
 
     fn torque(has_torque: bool) -> JointState {
         JointState { has_torque: Some(has_torque), ..JointState::default() }
@@ -99,16 +116,31 @@ mod tests {
         let mut recall = Recall::default();
         for answer in [true, false, true] {
             assert_eq!(recall.question(), Question::Torque);
-            assert_eq!(recall.take(&torque(answer), SENT_RAD), None);
+            assert_eq!(recall.take(&torque(answer), SENT_RAD, BEFORE_RAD), None);
         }
-        assert_eq!(recall.take(&torque(true), SENT_RAD), None);
+        assert_eq!(recall.take(&torque(true), SENT_RAD, BEFORE_RAD), None);
         assert_eq!(recall.question(), Question::Goal);
-        assert_eq!(recall.take(&goal(0.8), SENT_RAD), None, "no such goal was sent, nor does it stand there");
-        assert_eq!(recall.take(&goal(0.72), SENT_RAD), Some(Recalled::Holding(0.72)), "it stands there");
-        assert_eq!(recall.take(&goal(0.45), SENT_RAD), Some(Recalled::Holding(0.45)));
+        assert_eq!(
+            recall.take(&goal(0.8), SENT_RAD, BEFORE_RAD),
+            None,
+            "no such goal was sent, nor does it stand there"
+        );
+        assert_eq!(
+            recall.take(&goal(0.72), SENT_RAD, BEFORE_RAD),
+            Some(Recalled::Holding(0.72)),
+            "it stands there"
+        );
+        let other = JointState { position_rad: 1.0, ..goal(0.99) };
+        assert_eq!(recall.take(&other, SENT_RAD, BEFORE_RAD), None, "it cannot have come there");
+        assert_eq!(recall.take(&goal(0.45), SENT_RAD, BEFORE_RAD), Some(Recalled::Holding(0.45)));
+        let mut astray = Recall::default();
+        (0..2).for_each(|_| assert_eq!(astray.take(&torque(true), SENT_RAD, BEFORE_RAD), None));
+        assert_eq!(astray.take(&other, SENT_RAD, BEFORE_RAD), None);
+        (0..QUESTIONS_MAX).for_each(|_| astray.note_asked());
+        assert_eq!(astray.take(&other, SENT_RAD, BEFORE_RAD), Some(Recalled::Limp), "nobody sent it there");
         let mut limp = Recall::default();
-        assert_eq!(limp.take(&torque(false), SENT_RAD), None);
-        assert_eq!(limp.take(&torque(false), SENT_RAD), Some(Recalled::Limp));
+        assert_eq!(limp.take(&torque(false), SENT_RAD, BEFORE_RAD), None);
+        assert_eq!(limp.take(&torque(false), SENT_RAD, BEFORE_RAD), Some(Recalled::Limp));
     }
 
     #[test]
@@ -116,12 +148,12 @@ mod tests {
         let here = JointState { position_rad: 0.9, ..JointState::default() };
         let mut recall = Recall::default();
         (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
-        assert_eq!(recall.take(&here, SENT_RAD), Some(Recalled::Limp));
+        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), Some(Recalled::Limp));
         let mut recall = Recall::default();
-        recall.take(&torque(true), SENT_RAD);
-        recall.take(&torque(true), SENT_RAD);
-        assert_eq!(recall.take(&here, SENT_RAD), None);
+        recall.take(&torque(true), SENT_RAD, BEFORE_RAD);
+        recall.take(&torque(true), SENT_RAD, BEFORE_RAD);
+        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), None);
         (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
-        assert_eq!(recall.take(&here, SENT_RAD), Some(Recalled::Holding(0.5)));
+        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), Some(Recalled::Holding(0.5)));
     }
 }

@@ -159,17 +159,16 @@ impl Eye {
         }
         if truth.is_misled {
             // It obeys what was said to another, or spoilt words: no controller can help that, nor that it comes back from
-            // there with the next goal it is told.
+            // there with the next goal it is told, or slowly.
             self.is_excused = true;
+            self.let_in_from(truth);
             return None;
         }
         let is_ours = truth.goal_taken == Some(truth.goal);
         if truth.torque_on && !is_ours && !comes_on {
             // A goal that the servo has set itself is nobody's command: its watchdog has it hold where it stands. From
             // there its joint may be brought in again.
-            let goal = counts(truth.goal);
-            self.bound = (self.range.0.min(goal), self.range.1.max(goal));
-            self.has_been_inside = false;
+            self.let_in_from(truth);
         }
         if !truth.torque_on || !is_ours || !(takes || comes_on) {
             return None;
@@ -189,6 +188,13 @@ impl Eye {
             return found;
         }
         found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
+    }
+
+    /// From the goal that it holds, outside its range, its joint may be brought in.
+    fn let_in_from(&mut self, truth: &ServoTruth) {
+        let goal = counts(truth.goal);
+        self.bound = (self.range.0.min(goal), self.range.1.max(goal));
+        self.has_been_inside = false;
     }
 
     /// Inside the range; or, until goal and shaft were inside, no further out than the shaft and the goal before.
