@@ -1,7 +1,7 @@
 //! What safety remembers of one joint, and where its goals start from.
 
 use super::limiter::Limiter;
-use super::recall::{Recall, Recalled};
+use super::recall::{GOAL_SLACK_RAD, Recall, Recalled};
 use super::trip::Trip;
 use crate::model::{Joint, SafetySettings};
 use crate::signals::JointState;
@@ -60,7 +60,7 @@ impl JointSafety {
         is_bus_heard: bool,
     ) {
         if self.torque_on_s.is_some() && !self.is_lost {
-            self.note_sent(measured.age_s <= 0.0, is_bus_heard);
+            self.note_sent(measured, is_bus_heard);
         }
         let may_have_stopped = self.has_watchdog && stall_s > settings.lost_after_s();
         if measured.age_s > settings.lost_after_s() || may_have_stopped && self.torque_on_s.is_some() {
@@ -132,12 +132,18 @@ impl JointSafety {
     /// A servo that answers exchange after exchange holds the goal that came with the last. The first answer after a
     /// silence says less: the servo may have begun to hear between the goal and the question of one request. Nor does an
     /// answer say much while another servo of the bus owes one: that may come late and spoil the goals of all.
-    fn note_sent(&mut self, is_heard: bool, is_bus_heard: bool) {
+    /// One that says which goal it holds is believed if that was sent.
+    fn note_sent(&mut self, measured: &JointState, is_bus_heard: bool) {
         let goal_rad = self.limiter.goal_rad();
-        let (low, high) = self.held_rad;
-        self.held_rad = match is_heard && self.was_heard {
-            true => (goal_rad, goal_rad),
-            false => (low.min(goal_rad), high.max(goal_rad)),
+        let (low, high) = (self.held_rad.0.min(goal_rad), self.held_rad.1.max(goal_rad));
+        let is_heard = measured.age_s <= 0.0;
+        let said = measured
+            .held_goal_rad
+            .filter(|said| (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(said));
+        self.held_rad = match (said, is_heard && self.was_heard) {
+            (Some(said_rad), _) => (said_rad, said_rad),
+            (None, true) => (goal_rad, goal_rad),
+            (None, false) => (low, high),
         };
         self.was_heard = is_heard && is_bus_heard;
     }

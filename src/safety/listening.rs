@@ -1,10 +1,13 @@
 //! Whether all servos of a bus answered the last exchange.
 //!
 //! A servo that owes an answer may give it late, while the next goals cross the line, and spoil them for all servos of
-//! its bus.
+//! its bus. Where one is silent for long, the others are asked now and then which goal they hold.
 
 use crate::model::Robot;
-use crate::signals::JointState;
+use crate::signals::{JointState, Question};
+
+/// On a bus with a silent servo the others are asked once in so many cycles.
+const ASK_EVERY: u32 = 8;
 
 /// What is known of each bus.
 #[derive(Debug)]
@@ -13,6 +16,8 @@ pub(super) struct Listening {
     bus_of: Vec<Option<usize>>,
     /// Whether every servo of the bus answered.
     is_heard: Vec<bool>,
+    /// Cycles since every servo of some bus answered or was last asked.
+    cycles: Vec<u32>,
 }
 
 impl Listening {
@@ -20,6 +25,7 @@ impl Listening {
         Listening {
             bus_of: robot.joints.iter().map(|joint| joint.servo.map(|servo| servo.bus)).collect(),
             is_heard: vec![true; robot.buses.len()],
+            cycles: vec![0; robot.buses.len()],
         }
     }
 
@@ -32,11 +38,22 @@ impl Listening {
                 *is_heard &= measured.age_s <= 0.0;
             }
         }
+        for (cycles, is_heard) in self.cycles.iter_mut().zip(&self.is_heard) {
+            *cycles = if *is_heard { 0 } else { cycles.saturating_add(1) };
+        }
     }
 
     /// Whether every servo of the bus of `joint` answered the last exchange.
     pub(super) fn is_bus_heard(&self, joint: usize) -> bool {
         let bus = self.bus_of.get(joint).copied().flatten();
         bus.is_none_or(|bus| self.is_heard.get(bus).copied().unwrap_or_default())
+    }
+
+    /// What is to be asked on a bus with a silent servo, if it is time to, and a joint of that bus.
+    pub(super) fn question(&mut self) -> Option<(usize, Question)> {
+        let bus = self.cycles.iter().position(|cycles| *cycles >= ASK_EVERY)?;
+        self.cycles[bus] = 0;
+        let joint = self.bus_of.iter().position(|of| *of == Some(bus))?;
+        Some((joint, Question::Goal))
     }
 }

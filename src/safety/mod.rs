@@ -266,6 +266,8 @@ impl Safety {
         } else if let Some(index) = tripped() {
             self.joints[index].trip.ask();
             self.command.question = Some((index, Question::Alarms));
+        } else {
+            self.command.question = self.listening.question();
         }
     }
 

@@ -10,7 +10,7 @@ const ANSWERS: u8 = 2;
 /// A servo that has not settled a question after being asked so often counts as one that cannot say.
 const QUESTIONS_MAX: u8 = 8;
 /// The goal it says it holds may be this far, rad, outside those that were sent: a count of rounding.
-const GOAL_SLACK_RAD: f64 = 0.01;
+pub(super) const GOAL_SLACK_RAD: f64 = 0.01;
 /// A servo that its watchdog has stopped holds where it stood then: this near to where it stands, rad.
 const STOPPED_RAD: f64 = 0.05;
 
