@@ -39,6 +39,7 @@ pub mod monitor;
 pub mod motion;
 pub mod operator;
 mod output;
+pub mod plan;
 pub mod platform;
 pub mod plot;
 mod printable;

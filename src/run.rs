@@ -9,12 +9,12 @@ use std::time::Duration;
 
 use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
-use crate::ik::Method;
 use crate::model::{Robot, StopAction};
 use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order, Plan};
+use crate::plan::RunPlan;
 use crate::recording::Recorder;
-use crate::signals::{JointState, Outage, Permission, ServoGoal};
+use crate::signals::{JointState, Permission, ServoGoal, Status};
 use crate::telemetry::{JointsReport, Outcome, Report};
 use crate::units::Time;
 
@@ -24,52 +24,6 @@ pub const LATE_SHARE: f64 = 0.1;
 const LAST_CYCLES: u32 = 5;
 /// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.
 const LAST_PATIENCE_S: f64 = 1.0;
-
-/// What to run.
-#[derive(Debug, Clone)]
-pub struct RunPlan {
-    /// What to do: of a horse gait, speed and posture; of arms the stroke; of a figure the pose.
-    pub motion: Plan,
-    /// How targets are solved.
-    pub method: Method,
-    /// How long to do that, from the first step to slowing down, s.
-    pub move_for_s: f64,
-    /// Who drives in the plan's place, for people: "the keyboard".
-    pub driver: Option<String>,
-}
-
-/// What a person wants to see while it runs. Small and copied, so that it can be handed to another thread.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Status {
-    /// Time of the run, s.
-    pub time_s: f64,
-    /// What the robot is doing.
-    pub activity: Activity,
-    /// The gait it goes in, index into [`crate::model::HorseMotion::gaits`]; none while it takes no steps.
-    pub gait: Option<usize>,
-    /// Name of the stroke its arms do; none for a horse, and at rest.
-    pub stroke: Option<&'static str>,
-    /// Planned speed, m/s.
-    pub speed_m_s: f64,
-    /// Planned turn, rad/s, to the left.
-    pub yaw_rate_rad_s: f64,
-    /// What safety permits.
-    pub permission: Permission,
-    /// Joints that are out of service: they have no torque.
-    pub frozen: usize,
-    /// The one that came to be so in the last cycle, if one did.
-    pub outage: Option<Outage>,
-    /// Cycles that began late.
-    pub late_cycles: u64,
-    /// Hottest servo, degrees Celsius.
-    pub hottest_c: f64,
-    /// Lowest supply voltage, V.
-    pub lowest_v: f64,
-    /// What the inertial measurement unit says is too old to act on; false on a robot that has none.
-    pub is_imu_lost: bool,
-    /// The recording has broken off, which stops the robot.
-    pub is_recording_lost: bool,
-}
 
 /// Who gives the orders and looks on.
 pub trait Operator {

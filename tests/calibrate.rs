@@ -14,7 +14,7 @@ use hippocamp::calibration::{CalibrateError, Ended, Person, calibrate, marked_po
 use hippocamp::config::{Unit, UnitFile, load_unit, write_unit};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::Order;
-use hippocamp::run::Status;
+use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;

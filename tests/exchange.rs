@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use hippocamp::bus::timing::wire_time;
 use hippocamp::ik::Method;
+use hippocamp::plan::RunPlan;
 use hippocamp::platform::{monotonic, request_real_time};
-use hippocamp::run::RunPlan;
 use hw_sim::World;
 use serde_json::Value;
 

@@ -16,8 +16,9 @@ use hippocamp::ik::Method;
 use hippocamp::model::ball_joint::SwingTwist;
 use hippocamp::model::{Foot, Robot, hinges_in_place};
 use hippocamp::motion::{Activity, Order};
+use hippocamp::plan::RunPlan;
 use hippocamp::reflex::FallOutcome;
-use hippocamp::run::{RunPlan, run};
+use hippocamp::run::run;
 use hippocamp::simulation;
 use hippocamp::standing::{Sole, Standing, TrunkMotion};
 use hippocamp::telemetry::{Outcome, Report};
@@ -42,7 +43,7 @@ fn plan(robot: &Robot, move_for_s: f64) -> RunPlan {
 fn run_with(
     robot: &Robot,
     faults: &str,
-    order: impl FnMut(&hippocamp::run::Status) -> Order,
+    order: impl FnMut(&hippocamp::signals::Status) -> Order,
 ) -> (Report, SharedPorts) {
     run_with_seed(robot, 1, faults, order)
 }
@@ -51,7 +52,7 @@ fn run_with_seed(
     robot: &Robot,
     seed: u64,
     faults: &str,
-    order: impl FnMut(&hippocamp::run::Status) -> Order,
+    order: impl FnMut(&hippocamp::signals::Status) -> Order,
 ) -> (Report, SharedPorts) {
     let faults = FaultScript::from_toml(faults).unwrap();
     let ports = SharedPorts::new(simulation::world(robot, seed, &faults).unwrap());

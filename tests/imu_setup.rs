@@ -11,8 +11,9 @@ use std::time::Duration;
 use common::shipped;
 use glam::{DQuat, DVec3, EulerRot};
 use hippocamp::calibration::Person;
+use hippocamp::calibration::{FoundImu, ImuSetupError, set_up_imu};
 use hippocamp::config::Unit;
-use hippocamp::imu::{FoundImu, ImuLine, ImuSetupError, set_up};
+use hippocamp::imu::{ImuLine, ImuLineError};
 use hippocamp::model::{ImuSettings, Robot};
 use hw_sim::{FaultScript, ImuConfig, World};
 
@@ -25,17 +26,17 @@ impl ImuLine for Line {
         Duration::from_nanos(self.0.borrow().now_ns())
     }
 
-    fn set_baud(&mut self, baud: u32) -> Result<(), ImuSetupError> {
+    fn set_baud(&mut self, baud: u32) -> Result<(), ImuLineError> {
         self.0.borrow_mut().set_imu_host_baud(baud);
         Ok(())
     }
 
-    fn send(&mut self, bytes: &[u8]) -> Result<(), ImuSetupError> {
-        self.0.borrow_mut().imu_send(bytes).map_err(|error| ImuSetupError::Line(error.to_string()))
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ImuLineError> {
+        self.0.borrow_mut().imu_send(bytes).map_err(|error| ImuLineError(error.to_string()))
     }
 
-    fn receive(&mut self, into: &mut [u8]) -> Result<usize, ImuSetupError> {
-        self.0.borrow_mut().imu_receive(into).map_err(|error| ImuSetupError::Line(error.to_string()))
+    fn receive(&mut self, into: &mut [u8]) -> Result<usize, ImuLineError> {
+        self.0.borrow_mut().imu_receive(into).map_err(|error| ImuLineError(error.to_string()))
     }
 
     fn wait(&mut self, time: Duration) {
@@ -118,7 +119,7 @@ fn set_up_by(
     let world = Rc::new(RefCell::new(world));
     let mut person =
         Hands { world: Rc::clone(&world), nose_down, left_down, heard: Vec::new(), is_asked: false };
-    (set_up(&mut Line(Rc::clone(&world)), settings, &mut person), world)
+    (set_up_imu(&mut Line(Rc::clone(&world)), settings, &mut person), world)
 }
 
 /// How far two mountings are apart, degrees.

@@ -11,7 +11,7 @@ use hippocamp::config;
 use hippocamp::jog::{JogReport, jog};
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order};
-use hippocamp::run::Status;
+use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hw_sim::{FaultScript, Shaft, World};

@@ -19,7 +19,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
 use hippocamp::operator::Show;
 use hippocamp::platform::{Meter, Usage};
-use hippocamp::run::Status;
+use hippocamp::signals::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
 use hippocamp::simulation;
 use hippocamp::units::Time;

@@ -12,8 +12,8 @@ use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
+use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};
-use hippocamp::run::RunPlan;
 use hippocamp::{config, simulation};
 
 #[global_allocator]

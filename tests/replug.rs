@@ -12,7 +12,8 @@ use hippocamp::bus::serial::Device;
 use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
 use hippocamp::motion::{Command, Order};
-use hippocamp::run::{RunPlan, run};
+use hippocamp::plan::RunPlan;
+use hippocamp::run::run;
 use hippocamp::telemetry::Outcome;
 use rig::Rig;
 

@@ -7,6 +7,7 @@
 mod bench;
 mod by_hand;
 mod figure;
+mod imu;
 mod pose;
 mod powered;
 mod sweep;
@@ -23,6 +24,7 @@ use crate::model::Robot;
 use crate::run::Operator;
 use bench::Bench;
 pub use figure::figure;
+pub use imu::{FoundImu, ImuSetupError, set_up as set_up_imu};
 pub use pose::{marked_pose_rad, ways};
 
 /// How often a person is listened to while nothing is watched.

@@ -9,8 +9,9 @@ use super::calibrate::AtTerminal;
 use super::{BadInput, COMPLETED, ImuArguments, ImuCommand, interrupt, ports, unit};
 use crate::bus::serial::Device;
 use crate::bus::{Ports, SerialPorts};
+use crate::calibration::{FoundImu, set_up_imu};
 use crate::config::{self, Unit, UnitImu, default_unit_path, write_unit};
-use crate::imu::{FoundImu, Imu, SerialImu, set_up};
+use crate::imu::{Imu, SerialImu};
 use crate::model::{ImuSettings, Robot};
 use crate::output::{Outputs, Writing};
 
@@ -67,7 +68,7 @@ fn setup(options: &ImuArguments) -> Result<u8> {
     let wanted = config::load(&options.robot)?.robot.imu.unwrap_or(place.settings);
     let mut line = SerialImu::open(&Device { baud: wanted.baud, ..place.device.clone() })?;
     let mut person = AtTerminal::new(place.unit_path.clone(), true)?;
-    let found = set_up(&mut line, &wanted, &mut person)?;
+    let found = set_up_imu(&mut line, &wanted, &mut person)?;
     let unit = noted(place.unit, &options.robot, &place.device.path, &found);
     write_unit(&place.unit_path, &unit)
         .with_context(|| format!("{} could not be written", place.unit_path.display()))?;

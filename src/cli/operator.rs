@@ -12,7 +12,8 @@ use super::status::StatusLine;
 use crate::motion::Order;
 use crate::operator::Instruction;
 use crate::platform;
-use crate::run::{self, Status};
+use crate::run;
+use crate::signals::Status;
 use crate::telemetry::Outcome;
 
 /// Said, and written into the report, when the guard is gone.

@@ -8,7 +8,8 @@ use std::io::{self, Write};
 
 use crate::motion::Order;
 use crate::platform::monotonic;
-use crate::run::{Operator, Status};
+use crate::run::Operator;
+use crate::signals::Status;
 use crate::telemetry::Outcome;
 
 /// What `HIPPOCAMP_PANIC` says of `place`.

@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 use crate::model::{Motion, Robot};
 use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
 use crate::printable::printable;
-use crate::run::Status;
+use crate::signals::Status;
 use crate::signals::{Outage, Permission};
 
 /// Time of the run between two status lines on a terminal, and elsewhere, s.

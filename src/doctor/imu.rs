@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::lines::Lines;
 use crate::bus::serial::Device;
-use crate::imu::{ImuLine, Sampler, SerialImu, in_body};
+use crate::imu::{ImuLine, ImuLineError, Sampler, SerialImu, in_body};
 use crate::model::{ImuSettings, Robot};
 
 /// How long it is listened to.
@@ -28,11 +28,7 @@ pub(super) fn examine(robot: &Robot, device: Option<&Device>, lines: &mut Lines<
     }
 }
 
-fn listen(
-    settings: &ImuSettings,
-    device: &Device,
-    lines: &mut Lines<'_>,
-) -> Result<(), crate::imu::ImuSetupError> {
+fn listen(settings: &ImuSettings, device: &Device, lines: &mut Lines<'_>) -> Result<(), ImuLineError> {
     let mut line = SerialImu::open(device)?;
     let (mut sampler, mut last, mut count, mut bytes) = (Sampler::default(), None, 0.0, 0);
     let end = line.now() + LISTEN;

@@ -6,9 +6,9 @@
 
 mod clock;
 mod codec;
+mod line;
 mod plausible;
 mod serial;
-mod setup;
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -20,9 +20,9 @@ pub use codec::{
     CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, frames_in, rate_code,
     read_command,
 };
+pub use line::{ImuLine, ImuLineError};
 use plausible::Filter;
 pub use serial::SerialImu;
-pub use setup::{FoundImu, ImuLine, ImuSetupError, set_up};
 
 /// Bytes taken from the line at once.
 const PIECE_BYTES: usize = 256;

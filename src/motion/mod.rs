@@ -3,7 +3,6 @@
 //! Comes in: how long the last cycle was, what flows back ([`State`]), and the operator's order.
 //! Goes out: [`Targets`]. It knows nothing of servos, and stands still while safety holds the robot.
 
-mod command;
 pub mod curves;
 mod ends;
 pub mod figure;
@@ -13,11 +12,9 @@ pub mod legged;
 mod pose_change;
 pub mod tentacle;
 
-use serde::{Deserialize, Serialize};
-
 use crate::model::Robot;
+pub use crate::signals::{Activity, Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
-pub use command::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 use figure::{FigureGenerator, FigurePlan, Poise};
 use horse::{Drive, HorseGenerator, HorsePlan};
 pub use jog::Jog;
@@ -58,34 +55,6 @@ impl From<FigurePlan> for Plan {
     fn from(plan: FigurePlan) -> Plan {
         Plan::Figure(Box::new(plan))
     }
-}
-
-/// What the robot is doing, for people.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Activity {
-    /// Without torque.
-    Limp,
-    /// Getting up.
-    Rising,
-    /// Standing; of arms, holding still; of a figure, in any of its poses.
-    Standing,
-    /// Walking.
-    Walking,
-    /// Moving its arms by strokes; of a figure, on the way to a pose.
-    Performing,
-    /// Holding its arms where they are parked.
-    Parked,
-    /// Turning one joint.
-    Jogging,
-    /// Falling.
-    Falling,
-    /// Lying where it fell.
-    Lying,
-    /// Taking the stop action.
-    Stopping,
-    /// The stop action is complete.
-    Done,
 }
 
 /// Makes the targets of one robot; one variant a kind of motion.

@@ -2,8 +2,7 @@
 
 use super::Instruction;
 use crate::motion::{Activity, Order};
-use crate::run::Status;
-use crate::signals::Permission;
+use crate::signals::{Permission, Status};
 
 /// Orders and when they hold.
 #[derive(Debug, Clone, PartialEq)]

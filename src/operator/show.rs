@@ -3,7 +3,7 @@
 use super::{Entry, Instruction, Key, Playback, Script};
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::{Order, Stroke, StrokeCommand};
-use crate::run::Status;
+use crate::signals::Status;
 
 /// This far below the safety limit a servo is hot enough to park, and so much cooler it is cool again, K.
 const HOT_BELOW_C: f64 = 5.0;

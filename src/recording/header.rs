@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::task::Task;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::run::RunPlan;
+use crate::plan::RunPlan;
 
 /// The attachment `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

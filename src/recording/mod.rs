@@ -41,7 +41,7 @@ mod writer;
 pub use header::{RunHeader, ServoHeader};
 pub(crate) use orders::gait_is_of;
 pub use reader::{Cycles, Ending, ReadError, RecordedRun, Recording, open, read};
-pub use recorder::{Recorder, RecordingReport};
+pub use recorder::Recorder;
 pub use records::{CHUNK_MAX, RECORD_MAX};
 pub use sample::{BusSample, Sample};
 pub use strokes::StrokeFields;

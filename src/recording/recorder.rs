@@ -10,7 +10,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, tick};
-use serde::Serialize;
 
 use super::header::RunHeader;
 use super::sample::Sample;
@@ -18,7 +17,7 @@ use super::writer::RecordingWriter;
 use crate::bus::BusStatistics;
 use crate::cycle::CycleTimes;
 use crate::model::Robot;
-use crate::telemetry::CycleRecord;
+use crate::telemetry::{CycleRecord, RecordingReport};
 
 /// The loop runs on for this long while the disk does nothing, s.
 const BUFFERED_S: f64 = 2.0;
@@ -28,19 +27,6 @@ const SAMPLES_MIN: usize = 16;
 const LOOK: Duration = Duration::from_millis(20);
 /// How long the end of the run waits for the disk.
 const FINISH_PATIENCE: Duration = Duration::from_secs(10);
-
-/// How a recording went.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct RecordingReport {
-    /// The file.
-    pub file: String,
-    /// Cycles in it.
-    pub records: u64,
-    /// Cycles that are not: the disk was too slow, or an error had ended the recording.
-    pub dropped: u64,
-    /// What ended the recording before the run.
-    pub error: Option<String>,
-}
 
 /// Takes one record a cycle; never waits for a disk unless told to.
 #[derive(Debug)]

@@ -26,7 +26,7 @@ pub use imu::ImuReport;
 use joints::JointObserver;
 pub use report::{
     ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome,
-    Quantiles, Report,
+    Quantiles, RecordingReport, Report,
 };
 use stages::StageObserver;
 pub use stages::{SlowCycle, Stage, Stages};

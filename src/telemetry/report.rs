@@ -12,7 +12,6 @@ use super::imu::{ImuObserver, ImuReport};
 use super::stages::{SlowCycle, Stages};
 use crate::bus::BusStatistics;
 use crate::model::Robot;
-use crate::recording::RecordingReport;
 use crate::reflex::ReflexReport;
 use crate::signals::Outage;
 
@@ -91,6 +90,19 @@ pub struct Report {
     pub buses: Vec<BusReport>,
     /// The recording, if there was one.
     pub recording: Option<RecordingReport>,
+}
+
+/// How a recording went.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RecordingReport {
+    /// The file.
+    pub file: String,
+    /// Cycles in it.
+    pub records: u64,
+    /// Cycles that are not: the disk was too slow, or an error had ended the recording.
+    pub dropped: u64,
+    /// What ended the recording before the run.
+    pub error: Option<String>,
 }
 
 /// A joint that was left without torque while the others went on.

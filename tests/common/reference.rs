@@ -4,7 +4,8 @@
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order};
-use hippocamp::run::{RunPlan, run};
+use hippocamp::plan::RunPlan;
+use hippocamp::run::run;
 
 use super::built::world;
 use super::frames::{Frame, frames};

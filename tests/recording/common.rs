@@ -10,8 +10,10 @@ use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
+use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};
-use hippocamp::run::{RunPlan, Status, run_recorded};
+use hippocamp::run::run_recorded;
+use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
 

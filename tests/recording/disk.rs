@@ -9,9 +9,10 @@ use crossbeam_channel::{Receiver, bounded};
 use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::cycle::{Cycle, CycleTimes};
 use hippocamp::motion::Order;
-use hippocamp::recording::{CHUNK_MAX, Ending, ReadError, Recorder, Recording, RecordingReport};
+use hippocamp::recording::{CHUNK_MAX, Ending, ReadError, Recorder, Recording};
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
+use hippocamp::telemetry::RecordingReport;
 
 use crate::common::{Memory, horse, plan, record, recorder, run};
 

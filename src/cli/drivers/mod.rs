@@ -16,7 +16,7 @@ use crate::model::{FigureMotion, Robot, TentacleMotion};
 use crate::motion::{GaitChoice, Order};
 use crate::operator::{Gamepad, Instruction, Keys, Playback, PoseKeys, Repertoire, Script, Show, StrokeKeys};
 use crate::platform::monotonic;
-use crate::run::Status;
+use crate::signals::Status;
 use keyboard::Keyboard;
 use pad::Pad;
 

@@ -193,7 +193,7 @@ impl Eye {
     /// From the goal that it holds, outside its range, its joint may be brought in.
     fn let_in_from(&mut self, truth: &ServoTruth) {
         let goal = counts(truth.goal);
-        self.bound = (self.range.0.min(goal), self.range.1.max(goal));
+        self.bound = (self.bound.0.min(goal), self.bound.1.max(goal));
         self.has_been_inside = false;
     }
 

@@ -12,8 +12,8 @@ mod throw;
 use hw_sim::{ServoTruth, World};
 
 use crate::model::{Robot, StopAction};
-use crate::run::Status;
 use crate::signals::Permission;
+use crate::signals::Status;
 pub use end::Ended;
 use eye::{Eye, Limits};
 

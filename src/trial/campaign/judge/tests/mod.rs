@@ -11,8 +11,8 @@ use crate::bus::{StartError, TransactionError};
 use crate::config;
 use crate::model::{Robot, StopAction};
 use crate::motion::Activity;
-use crate::run::Status;
 use crate::signals::Permission;
+use crate::signals::Status;
 use crate::telemetry::{Outcome, Report};
 use crate::trial::campaign::{Episode, Subject};
 

@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 
-use super::codec::{
-    CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, rate_code,
+use super::Person;
+use crate::imu::{
+    CONTENT, Decoder, Frame, ImuLine, ImuLineError, KEY, RawSample, Register, Sampler, baud_code, command,
+    in_body, rate_code,
 };
-use super::in_body;
-use crate::calibration::Person;
 use crate::model::ImuSettings;
 
 /// Rates to listen at: what is likely first.
@@ -42,8 +42,8 @@ const LOOK: Duration = Duration::from_millis(5);
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ImuSetupError {
     /// Its line cannot be used.
-    #[error("{0}")]
-    Line(String),
+    #[error(transparent)]
+    Line(#[from] ImuLineError),
     /// Nothing that could be understood.
     #[error(
         "no unit was heard at any of its line rates: check its power, and that its TX goes to the adapter's RX; if it \
@@ -99,29 +99,6 @@ pub enum ImuSetupError {
     /// The person wants no more.
     #[error("broken off; nothing was kept")]
     Left,
-}
-
-/// The line of a unit.
-pub trait ImuLine {
-    /// Time on a monotonic clock.
-    fn now(&mut self) -> Duration;
-    /// Talks and listens at `baud` from now on, bit/s.
-    ///
-    /// # Errors
-    /// [`ImuSetupError::Line`] when the line cannot.
-    fn set_baud(&mut self, baud: u32) -> Result<(), ImuSetupError>;
-    /// Sends.
-    ///
-    /// # Errors
-    /// [`ImuSetupError::Line`] when the line is gone.
-    fn send(&mut self, bytes: &[u8]) -> Result<(), ImuSetupError>;
-    /// Copies what has arrived and returns how many bytes; never waits.
-    ///
-    /// # Errors
-    /// [`ImuSetupError::Line`] when the line is gone.
-    fn receive(&mut self, into: &mut [u8]) -> Result<usize, ImuSetupError>;
-    /// Waits.
-    fn wait(&mut self, time: Duration);
 }
 
 /// What was found of a unit.

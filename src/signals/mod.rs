@@ -4,10 +4,17 @@
 //! Frames: `_in_body` is the trunk's frame, `_in_world` the ground's, in which the plan begins at x = 0;
 //! both x forward, y left, z up, metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
+mod activity;
+mod order;
+mod status;
+
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Chain, GROUPS, Joint, Robot, TendonDrive};
+pub use activity::Activity;
+pub use order::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
+pub use status::Status;
 
 /// What the generator asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
