@@ -1,0 +1,111 @@
+//! The modules of `src` form layers: none uses one above it in the list of ARCHITECTURE.md.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The modules from ground to roof, as the page lists them: in backticks, below its heading "Layers".
+fn layers() -> Vec<String> {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let section = page.split("\n## ").find(|section| section.starts_with("Layers\n")).unwrap();
+    let listed = section.lines().filter(|line| line.starts_with("| "));
+    listed.flat_map(|line| line.split('`').skip(1).step_by(2).map(str::to_owned)).collect()
+}
+
+/// Every source file below `folder`, but for those of tests.
+fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let is_test = path.file_stem().is_some_and(|stem| stem == "tests" || stem == "testing");
+        if path.is_dir() && !is_test {
+            sources(&path, into);
+        } else if path.extension().is_some_and(|extension| extension == "rs") && !is_test {
+            into.push(path);
+        }
+    }
+}
+
+/// What a file says in code: neither in comments nor in its tests.
+fn code_of(text: &str) -> String {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// The top-level modules that `code` names by a path from the crate's root.
+fn named(code: &str) -> BTreeSet<String> {
+    let first = |path: &str| -> String {
+        path.trim_start().chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect()
+    };
+    let mut found = BTreeSet::new();
+    for rest in code.split("crate::").skip(1) {
+        match rest.strip_prefix('{') {
+            // The names of a group, at its first level.
+            Some(group) => {
+                let mut depth = 0;
+                let mut name = String::new();
+                for letter in group.chars() {
+                    match letter {
+                        '}' if depth == 0 => break,
+                        '{' => depth += 1,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => {
+                            found.insert(first(&name));
+                            name.clear();
+                        }
+                        _ if depth == 0 => name.push(letter),
+                        _ => {}
+                    }
+                }
+                found.insert(first(&name));
+            }
+            None => {
+                found.insert(first(rest));
+            }
+        }
+    }
+    found
+}
+
+/// The top-level module a file belongs to; none for the crate's root and its main function.
+fn module_of(path: &Path) -> Option<String> {
+    let inside = path.strip_prefix(root().join("src")).unwrap();
+    let first = Path::new(inside.components().next().unwrap().as_os_str());
+    let name = first.file_stem().unwrap().to_str().unwrap().to_owned();
+    (name != "lib" && name != "main").then_some(name)
+}
+
+#[test]
+fn no_module_uses_one_above_it() {
+    let layers = layers();
+    let height = |module: &str| layers.iter().position(|layer| layer == module);
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    let mut used = BTreeSet::new();
+    let mut wrong = Vec::new();
+    for path in &files {
+        let Some(module) = module_of(path) else { continue };
+        let own = height(&module).unwrap_or_else(|| panic!("{module} is not in the list of ARCHITECTURE.md"));
+        used.insert(module.clone());
+        for other in named(&code_of(&fs::read_to_string(path).unwrap())) {
+            if height(&other).is_some_and(|other| other > own) {
+                wrong.push(format!("{}: {module} uses {other}, which stands above it", path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let unknown: Vec<_> = layers.iter().filter(|layer| !used.contains(*layer)).collect();
+    assert!(unknown.is_empty(), "ARCHITECTURE.md lists modules that do not exist: {unknown:?}");
+}
+
+#[test]
+fn paths_are_found_in_code_and_not_in_comments_or_tests() {
+    let text = "use crate::b::{X, y::Z};\n/// [`crate::c`]\nuse crate::{d, e::{F, G}, h};\nlet i = crate::j::k();\n\
+                #[cfg(test)]\nmod tests {\n use crate::l;\n}";
+    let found: Vec<_> = named(&code_of(text)).into_iter().collect();
+    assert_eq!(found, ["b", "d", "e", "h", "j"]);
+}
