@@ -3,7 +3,7 @@
 use anyhow::Result;
 
 use super::drivers::Driver;
-use super::run::Kind;
+use super::kind::Kind;
 use super::{BadInput, RunArguments};
 use crate::config;
 use crate::model::{FigureMotion, FigurePose, Robot};

@@ -7,6 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::drivers::Driver;
 use super::guard::Guard;
+use super::kind::Kind;
 use super::load::{Loaded, load};
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
@@ -38,27 +39,6 @@ use anyhow::{Context, Result};
 
 /// Share of the top speed a robot walks at when no speed is asked for.
 const DEFAULT_SPEED_SHARE: f64 = 0.9;
-
-/// How long a run goes on that does not say, s.
-const FOR_S: f64 = 20.0;
-
-/// Which command runs the robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Run,
-    Show,
-}
-
-impl Kind {
-    /// How long it goes on, s.
-    fn for_s(self, options: &RunArguments) -> f64 {
-        let otherwise_s = match self {
-            Kind::Run => FOR_S,
-            Kind::Show => f64::MAX,
-        };
-        options.walk_for_s.unwrap_or(otherwise_s)
-    }
-}
 
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {

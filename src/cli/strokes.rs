@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::drivers::Driver;
-use super::run::Kind;
+use super::kind::Kind;
 use super::{BadInput, RunArguments};
 use crate::capability::TentacleCapability;
 use crate::config;

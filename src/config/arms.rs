@@ -5,13 +5,13 @@
 
 use glam::DVec3;
 
-use super::chains::{ChainEntry, Limb, Root, Roots, read_range, rotation};
+use super::limb::{Bent, ChainEntry, Limb, Root, Roots, read_range, rotation};
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::{ServoPlaces, ServoRow};
 use super::unique::Unique;
 use super::{meters, tendons};
-use crate::model::{ArmSettings, GROUPS, Joint, SharedRange, TendonDrive, link_length};
+use crate::model::{ArmSettings, GROUPS, Joint, SharedRange, link_length};
 
 /// Most joints of an arm: more than any bus of ids carries.
 const JOINTS_MAX: u32 = 60;
@@ -23,9 +23,6 @@ const TAPER: f64 = 0.01;
 const TAPER_MAX: f64 = 1.0 / JOINTS_MAX as f64;
 /// A joint's share of the turns CCD finds where the file says nothing (3.7).
 const STIFFNESS: f64 = 0.5;
-
-/// The joints of an arm, and its tendons if it has them.
-pub(super) type Bent = (Vec<Joint>, Option<TendonDrive>);
 
 /// What the hinges of a joint are called, and their axes.
 const HINGES: [(&str, DVec3); 3] = [("lift", DVec3::NEG_Y), ("sweep", DVec3::Z), ("twist", DVec3::X)];

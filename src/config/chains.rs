@@ -1,13 +1,14 @@
 //! `[[chain]]` and `[[chain.joint]]`: the limbs; and those that [`super::arms`] reads.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
+use super::limb::{ChainEntry, Limb, Root, Roots, read_range, rotation};
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::ServoPlaces;
 use super::unique::Unique;
 use super::{arms, ball, meters, physics};
-use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive, hinges_in_place, is_ball_joint};
+use crate::model::{Joint, hinges_in_place, is_ball_joint};
 
 /// How far from 1 the length of an axis may be; within, it is made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -15,61 +16,9 @@ const AXIS_TOLERANCE: f64 = 1e-3;
 /// A last link shorter than this has no direction worth the name.
 const LINK_SHORTEST_MM: f64 = 1e-6;
 
-/// Roots nearer to each other than this are one place: two servos do not fit.
-const ROOTS_APART_MM: f64 = 1.0;
-
 /// Most chains, and most joints of one: what is worked out of a robot when it loads grows with the square of its joints.
 const CHAINS_MAX: usize = 32;
 const JOINTS_MAX: usize = 32;
-
-/// What could be read of a chain; `limb` only if all of it was good.
-pub(super) struct ChainEntry<'a> {
-    /// Key path of its table.
-    pub(super) key: String,
-    pub(super) name: Option<&'a str>,
-    pub(super) limb: Option<Limb>,
-    /// Settings of an arm, which is a chain too, if all of them were good.
-    pub(super) arm: Option<ArmSettings>,
-}
-
-/// A chain with its joints.
-pub(super) struct Limb {
-    name: String,
-    root_m: DVec3,
-    root_rotation: DQuat,
-    joints: Vec<Joint>,
-    tendons: Option<TendonDrive>,
-    foot: Option<Foot>,
-}
-
-impl Limb {
-    pub(super) fn new(
-        name: &str,
-        root_m: DVec3,
-        root_rotation: DQuat,
-        joints: Vec<Joint>,
-        tendons: Option<TendonDrive>,
-    ) -> Limb {
-        Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons, foot: None }
-    }
-
-    /// True if no servo turns its joints.
-    pub(super) fn is_on_paper(&self) -> bool {
-        self.joints.iter().all(|joint| joint.servo.is_none())
-    }
-
-    pub(super) fn has_tendons(&self) -> bool {
-        self.tendons.is_some()
-    }
-
-    pub(super) fn has_foot(&self) -> bool {
-        self.foot.is_some()
-    }
-
-    pub(super) fn joints(&self) -> &[Joint] {
-        &self.joints
-    }
-}
 
 /// Reads all chains and then all arms, in file order.
 pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<ChainEntry<'a>> {
@@ -89,48 +38,6 @@ pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<
         return vec![ChainEntry { key: "chain".to_owned(), name: None, limb: None, arm: None }];
     }
     chains.into_iter().flatten().chain(arms).collect()
-}
-
-/// The roots seen so far, with their lines.
-#[derive(Default)]
-pub(super) struct Roots {
-    seen: Vec<(DVec3, usize)>,
-}
-
-impl Roots {
-    /// Two limbs cannot both begin in one place: the second is a copy whose root was forgotten.
-    pub(super) fn refuse_twin(&mut self, section: &Section<'_>, root_mm: DVec3) {
-        if let Some((_, line)) = self.seen.iter().find(|(seen, _)| seen.distance(root_mm) < ROOTS_APART_MM) {
-            section
-                .fault("root_mm", format!("a place of its own: by line {line} another chain begins there"));
-        }
-        self.seen.push((root_mm, section.line("root_mm")));
-    }
-}
-
-/// What a limb of either kind begins with: its name, and where and how it stands in the body, in mm and degrees.
-pub(super) struct Root<'a> {
-    pub(super) name: Option<&'a str>,
-    pub(super) root: Option<DVec3>,
-    pub(super) rpy: Option<DVec3>,
-}
-
-impl<'a> Root<'a> {
-    pub(super) fn read(
-        section: &Section<'a>,
-        name_meaning: &str,
-        rpy_meaning: &str,
-        names: &mut Unique<'a>,
-        roots: &mut Roots,
-    ) -> Root<'a> {
-        let name = names.name(section, name_meaning);
-        let root = section.vector("root_mm", "the place of the first joint in the body, in mm");
-        if let Some(root_mm) = root {
-            roots.refuse_twin(section, root_mm);
-        }
-        let rpy = section.vector_or("root_rpy_deg", rpy_meaning, DVec3::ZERO);
-        Root { name, root, rpy }
-    }
 }
 
 fn read_chain<'a>(
@@ -168,15 +75,9 @@ fn read_chain<'a>(
     let foot = physics::read_foot(section);
     let limb = || {
         let limb = Limb::new(name?, meters(root?), rotation(rpy?), joints?, None);
-        Some(Limb { foot: foot?, ..limb })
+        Some(limb.with_foot(foot?))
     };
     ChainEntry { key: format!("chain[{place}]"), name, limb: limb(), arm: None }
-}
-
-/// Roll about x, then pitch about y, then yaw about z, degrees, all axes fixed (REP-103).
-pub(super) fn rotation(rpy_deg: DVec3) -> DQuat {
-    let rpy_rad = rpy_deg.map(f64::to_radians);
-    DQuat::from_rotation_z(rpy_rad.z) * DQuat::from_rotation_y(rpy_rad.y) * DQuat::from_rotation_x(rpy_rad.x)
 }
 
 fn read_joint<'a>(
@@ -236,32 +137,4 @@ fn read_axis(section: &Section<'_>) -> Option<DVec3> {
     };
     section.fault("axis", format!("a unit vector, length 1, not {:.4}; {advice}", axis.length()));
     None
-}
-
-/// A range of angles, rad, at a key in degrees.
-pub(super) fn read_range(section: &Section<'_>, key: &'static str) -> Option<(f64, f64)> {
-    let [low, high] =
-        section.numbers::<2>(key, "the joint's lowest and highest angle in degrees", Limits::ANGLE)?;
-    if low >= high {
-        section.fault(key, "the lowest angle first, then a higher one, [min, max]");
-        return None;
-    }
-    if high - low > 360.0 {
-        section.fault(key, "at most a turn, 360 degrees, from end to end");
-        return None;
-    }
-    Some((low.to_radians(), high.to_radians()))
-}
-
-/// Puts the limbs in the shape of the robot: chains, and one list of all joints.
-pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
-    let mut joints = Vec::new();
-    let mut chains = Vec::new();
-    for limb in limbs {
-        let first = joints.len();
-        joints.extend(limb.joints);
-        let Limb { name, root_m, root_rotation, tendons, foot, .. } = limb;
-        chains.push(Chain { name, root_m, root_rotation, joints: first..joints.len(), tendons, foot });
-    }
-    (chains, joints)
 }

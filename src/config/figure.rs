@@ -1,7 +1,7 @@
 //! `[motion]` of a figure, and `[[motion.pose]]`.
 
-use super::chains::ChainEntry;
-use super::motion::read_legs;
+use super::legs::read_legs;
+use super::limb::ChainEntry;
 use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;

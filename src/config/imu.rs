@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::chains::rotation;
+use super::limb::rotation;
 use super::number::Limits;
 use super::reader::Section;
 use crate::model::{IMU_BAUDS, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};

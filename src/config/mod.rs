@@ -50,6 +50,8 @@ mod figure;
 mod gaits;
 mod imu;
 mod keys;
+mod legs;
+mod limb;
 mod motion;
 mod nearest;
 mod number;
@@ -205,7 +207,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
 
     let yielding = reflex::read_yield(file, &chains, motion.as_ref());
     let limbs = chains.into_iter().map(|chain| chain.limb).collect::<Option<_>>();
-    let limbs = limbs.map(chains::assemble);
+    let limbs = limbs.map(limb::assemble);
     let joints = limbs.as_ref().map(|(_, joints)| joints.as_slice());
     let reflex = reflex::read(file, joints, motion.as_ref());
     let (chains, joints) = limbs?;

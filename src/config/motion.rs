@@ -1,8 +1,9 @@
 //! `[motion]`: what the robot does. One function a kind of rig.
 
-use super::chains::ChainEntry;
 use super::figure::read_figure;
 use super::gaits;
+use super::legs::read_legs;
+use super::limb::ChainEntry;
 use super::meters;
 use super::number::Limits;
 use super::reader::Section;
@@ -93,27 +94,6 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
         yaw_rate_max_rad_s: yaw_rate?.to_radians(),
         gaits: gaits?,
     })
-}
-
-/// Chains that are legs, by these keys.
-pub(super) fn read_legs<const N: usize>(
-    section: &Section<'_>,
-    chains: &[ChainEntry<'_>],
-    keys: [&'static str; N],
-) -> Option<[usize; N]> {
-    let names: Vec<_> = chains.iter().map(|chain| chain.name).collect();
-    let mut legs = [None; N];
-    for place in 0..legs.len() {
-        let leg = section.reference(keys[place], "the name of this leg's chain", &names);
-        let twin = (0..place).find(|earlier| leg.is_some() && legs[*earlier] == leg);
-        if let Some(twin) = twin {
-            let twin = keys[twin];
-            section.fault(keys[place], format!("a chain of its own: {twin} is this chain already"));
-        }
-        legs[place] = leg;
-    }
-    let all_found = legs.iter().all(Option::is_some);
-    all_found.then(|| legs.map(Option::unwrap_or_default))
 }
 
 /// A horse's motion moves its legs only; another chain would never get a goal.

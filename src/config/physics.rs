@@ -1,6 +1,6 @@
 //! `[physics]`, the body of a simulated robot and its ground; and the feet of chains.
 
-use super::chains::ChainEntry;
+use super::limb::ChainEntry;
 use super::meters;
 use super::number::Limits;
 use super::reader::Section;

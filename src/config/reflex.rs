@@ -1,6 +1,6 @@
 //! `[reflex]` and `[yield]`: what a robot does when it falls, and an arm that is loaded beyond its limit.
 
-use super::chains::ChainEntry;
+use super::limb::ChainEntry;
 use super::number::Limits;
 use super::reader::Section;
 use crate::model::{

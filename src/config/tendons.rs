@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::arms::Bent;
+use super::limb::Bent;
 use super::number::Limits;
 use super::reader::Section as Table;
 use super::servos::ServoPlaces;

@@ -8,8 +8,8 @@ use fnv::FnvHasher;
 use glam::DVec3;
 use toml::value::Date;
 
-use super::chains::rotation;
 use super::fault::{ConfigError, Fault};
+use super::limb::rotation;
 use super::nearest::nearest;
 use super::unit::{Unit, UnitFile, UnitImu, UnitJoint};
 use crate::model::{ImuSettings, Joint, Robot, Servo};

@@ -12,7 +12,6 @@ mod writer;
 
 use crate::config::BusConfig;
 use crate::convert::nanoseconds;
-use crate::error::BuildError;
 
 use mistakes::Mistakes;
 pub use mistakes::{FaultError, Mistake};
@@ -200,7 +199,7 @@ impl HostStalls {
 
 impl FaultScript {
     /// Gives every bus its faults.
-    pub(crate) fn assign(self, buses: &[BusConfig]) -> Result<Assigned, BuildError> {
+    pub(crate) fn assign(self, buses: &[BusConfig]) -> Result<Assigned, FaultError> {
         let mut assigned: Vec<BusFaults> = buses
             .iter()
             .map(|bus| BusFaults {
@@ -242,7 +241,7 @@ impl FaultScript {
             }
         }
         if let Some(error) = mistakes.finish(&self.file_name) {
-            return Err(error.into());
+            return Err(error);
         }
         for faults in &mut assigned {
             faults.unplugs_ns.sort_unstable_by(|a, b| b.cmp(a));

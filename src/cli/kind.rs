@@ -1,0 +1,24 @@
+//! Which command runs the robot.
+
+use super::RunArguments;
+
+/// How long a run goes on that does not say, s.
+const FOR_S: f64 = 20.0;
+
+/// Which command runs the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Run,
+    Show,
+}
+
+impl Kind {
+    /// How long it goes on, s.
+    pub(super) fn for_s(self, options: &RunArguments) -> f64 {
+        let otherwise_s = match self {
+            Kind::Run => FOR_S,
+            Kind::Show => f64::MAX,
+        };
+        options.walk_for_s.unwrap_or(otherwise_s)
+    }
+}
