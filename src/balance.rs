@@ -38,10 +38,10 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// Of `robot`. Nothing acts where the file says nothing of it, or of what it stands on.
+    /// Of `robot`. Nothing acts where the file has no `[balance]`, or where nothing bears on its feet.
     pub fn new(robot: &Robot) -> Balance {
         Balance {
-            settings: robot.balance.filter(|_| robot.physics.is_some()),
+            settings: robot.balance.filter(|_| robot.bears_weight),
             roots_m: robot.chains.iter().map(|chain| chain.root_m).collect(),
             raised_m: vec![0.0; robot.chains.len()],
             share: 0.0,

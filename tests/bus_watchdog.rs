@@ -21,7 +21,7 @@ const MS: Duration = Duration::from_millis(1);
 
 fn horse() -> Robot {
     let robot = config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot;
-    Robot { physics: None, ..robot }
+    robot.without_body()
 }
 
 fn prepared(robot: &Robot, faults: &str) -> Buses<SimPorts> {
@@ -172,7 +172,7 @@ fn a_robot_that_holds_its_pose_at_the_end_is_not_let_down_by_its_watchdogs() {
 #[test]
 fn feetech_servos_have_none_and_nothing_is_written_for_it() {
     let robot = config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot;
-    let robot = Robot { physics: None, ..robot };
+    let robot = robot.without_body();
     let mut buses = prepared(&robot, "");
     let sent = |buses: &mut Buses<SimPorts>| buses.ports_mut().world().wire_statistics(0).unwrap();
     let before = sent(&mut buses);

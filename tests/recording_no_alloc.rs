@@ -10,7 +10,6 @@ use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::capability::HorseCapability;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
-use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};
@@ -21,7 +20,7 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 #[test]
 fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
-    let robot = Robot { physics: None, ..config::load(Path::new("config/horse.toml")).unwrap().robot };
+    let robot = config::load(Path::new("config/horse.toml")).unwrap().robot.without_body();
     let motion = robot.motion.horse().unwrap().clone();
     let horse = HorseCapability::of(&robot, &motion).unwrap().plan(&motion, Command::ahead(0, 0.05));
     let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };

@@ -31,10 +31,7 @@ fn horse_with_sideways_joints(legs: &[&str]) -> Robot {
         let axis = start + text[start..].find("axis = [0, 1, 0]").unwrap();
         text.replace_range(axis..axis + "axis = [0, 1, 0]".len(), "axis = [1, 0, 0]");
     }
-    Robot {
-        physics: None,
-        ..config::parse(&text, "horse.toml").unwrap_or_else(|error| panic!("{error}")).robot
-    }
+    config::parse(&text, "horse.toml").unwrap_or_else(|error| panic!("{error}")).robot.without_body()
 }
 
 const LEGS: [&str; 4] = ["left_hind", "left_fore", "right_hind", "right_fore"];

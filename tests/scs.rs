@@ -16,7 +16,7 @@ fn horse() -> Robot {
         .replace("STS3215-12V", "SCS0009")
         .replace("loop_rate_hz = 100", "loop_rate_hz = 50")
         .replace("baud = 1000000", "baud = 1000000\nadapter_latency_us = 125");
-    Robot { physics: None, ..config::parse(&text, "horse").unwrap_or_else(|error| panic!("{error}")).robot }
+    config::parse(&text, "horse").unwrap_or_else(|error| panic!("{error}")).robot.without_body()
 }
 
 #[test]

@@ -15,12 +15,12 @@ use hw_sim::FaultScript;
 
 fn dynamixel_horse() -> Robot {
     let robot = config::parse(include_str!("../config/horse-dynamixel.toml"), "horse").unwrap().robot;
-    Robot { physics: None, ..robot }
+    robot.without_body()
 }
 
 fn feetech_horse() -> Robot {
     let robot = config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot;
-    Robot { physics: None, ..robot }
+    robot.without_body()
 }
 
 /// A spy that does not look while it waits.

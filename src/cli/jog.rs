@@ -23,7 +23,7 @@ const SEED: u64 = 1;
 pub(super) fn jog(options: &JogArguments) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
     let mut loaded = load(&options.robot, unit.as_ref())?;
-    options.unit.take_physics_off(&mut loaded.file.robot);
+    options.unit.take_physics_off(&mut loaded.file.robot, unit.as_ref());
     let robot = &loaded.file.robot;
     let (index, joint) = find_joint(robot, &options.joint)?;
     let goal_rad = goal_rad(joint, options.angle_deg)?;

@@ -42,6 +42,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand, ValueEnum};
 use refusal::{BadInput, Several};
 
+use crate::config::UnitFile;
 use crate::ik::Method;
 use crate::model::Robot;
 use crate::output::Place;
@@ -273,10 +274,11 @@ struct UnitArguments {
 }
 
 impl UnitArguments {
-    /// Lets simulated joints turn freely if that was asked for.
-    fn take_physics_off(&self, robot: &mut Robot) {
-        if self.no_physics {
-            robot.physics = None;
+    /// Lets simulated joints turn freely where that was asked for, or where the file has no body.
+    fn take_physics_off(&self, robot: &mut Robot, unit: Option<&UnitFile>) {
+        let is_simulated = ports::is_simulated(self, unit).unwrap_or_default();
+        if is_simulated && (self.no_physics || robot.physics.is_none()) {
+            (robot.physics, robot.bears_weight) = (None, false);
         }
     }
 }

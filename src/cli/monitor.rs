@@ -35,7 +35,7 @@ pub(super) fn monitor(options: &MonitorArguments) -> Result<u8> {
     }
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
     let mut file = load_file(&options.robot, unit.as_ref())?;
-    options.unit.take_physics_off(&mut file.robot);
+    options.unit.take_physics_off(&mut file.robot, unit.as_ref());
     let robot = &file.robot;
     if robot.buses.is_empty() {
         return Err(BadInput(format!("{} has no servos: it exists on paper only", robot.name)).into());

@@ -45,7 +45,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
     let [page, record, report_place] = places(options, unit.as_ref())?;
     let mut loaded = load(&options.robot, unit.as_ref())?;
-    options.unit.take_physics_off(&mut loaded.file.robot);
+    options.unit.take_physics_off(&mut loaded.file.robot, unit.as_ref());
     let robot = &loaded.file.robot;
     if robot.buses.is_empty() {
         let path = options.robot.display();

@@ -1,8 +1,10 @@
 //! `[balance]`: how a robot keeps its balance on its feet.
 
+use super::limb::ChainEntry;
 use super::number::Limits;
+use super::physics::{FRICTION, refuse_legs_without_feet};
 use super::reader::Section;
-use crate::model::{BalanceSettings, Motion};
+use crate::model::{BalanceSettings, Motion, Physics};
 
 /// Gains that kept a horse of this size up in simulation, and half as large ones and twice as large ones too.
 const ROLL_RATE_S: f64 = 0.1;
@@ -12,20 +14,37 @@ const HEADING_M_S: f64 = 0.2;
 const LEAN_BRAKE_HZ: f64 = 8.0;
 
 /// Reads `[balance]`; `Some(None)` where there is none.
-pub(super) fn read(file: &Section<'_>, motion: Option<&Motion>) -> Option<Option<BalanceSettings>> {
-    let meaning = "how it keeps its balance on its feet; acts where there is [physics]";
+pub(super) fn read(
+    file: &Section<'_>,
+    chains: &[ChainEntry<'_>],
+    motion: Option<&Motion>,
+    physics: Option<&Physics>,
+) -> Option<Option<BalanceSettings>> {
+    let meaning = "how it keeps its balance on its feet";
     file.describe_default("balance", &format!("{meaning}, a table"), "none: it goes on as planned");
     if !file.has("balance") {
         return Some(None);
     }
     if !file.has("physics") {
-        file.fault("balance", "[physics] beside it: it is worked out from feet, masses and friction");
+        refuse_legs_without_feet(file, chains, motion, "balance is worked out from what the leg stands on");
     }
     let is_figure = matches!(motion, Some(Motion::Figure(_)));
-    file.section("balance", meaning, |section| read_settings(section, is_figure)).map(Some)
+    let ground = physics.map(|physics| physics.ground.friction);
+    file.section("balance", meaning, |section| read_settings(section, is_figure, ground)).map(Some)
 }
 
-fn read_settings(section: &Section<'_>, is_figure: bool) -> Option<BalanceSettings> {
+/// `ground` is the friction of the simulated ground, if there is one.
+fn read_settings(section: &Section<'_>, is_figure: bool, ground: Option<f64>) -> Option<BalanceSettings> {
+    let meaning = "the friction between feet and ground that is counted on";
+    section.describe_default(
+        "friction",
+        &format!("{meaning}, a number from 0 to 5"),
+        &format!("that of [physics], or {FRICTION}"),
+    );
+    let friction = match section.has("friction") {
+        true => section.number("friction", meaning, Limits::FromTo(0.0, 5.0)),
+        false => Some(ground.unwrap_or(FRICTION)),
+    };
     let sag =
         section.flag_or("sag_correction", "whether goals make up for what loaded joints give way", true);
     let gain = |key: &'static str, meaning: &str, largest: f64, default: f64| {
@@ -36,6 +55,7 @@ fn read_settings(section: &Section<'_>, is_figure: bool) -> Option<BalanceSettin
             "how fast a lean is braked, in m/s^2 for each m above the soles and rad/s of roll or pitch";
         let brake = gain("lean_brake_hz", meaning, 50.0, LEAN_BRAKE_HZ);
         return Some(BalanceSettings {
+            friction: friction?,
             sag_correction: sag?,
             roll_rate_s: 0.0,
             pitch_rate_s: 0.0,
@@ -51,6 +71,7 @@ fn read_settings(section: &Section<'_>, is_figure: bool) -> Option<BalanceSettin
         "how much faster the left feet go, in m/s for each rad the trunk is turned to the left of its plan";
     let heading = gain("heading_gain_m_s", meaning, 2.0, HEADING_M_S);
     Some(BalanceSettings {
+        friction: friction?,
         sag_correction: sag?,
         roll_rate_s: roll_rate?,
         pitch_rate_s: pitch_rate?,

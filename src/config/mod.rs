@@ -32,7 +32,7 @@
 //! | `[yield]` | `load_share`, (`after_s` 0.2), (`torque_share` 0.1), (`for_s` 1), (`return_s` 2); of arms: gives way above that load |
 //! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'), (`viscosity_nm_s` 0), (`stop_stiffness_nm_rad` 60), (`stop_damping_nm_s` 0.3); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
 //! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
-//! | `[balance]` | (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2), of a figure (`lean_brake_hz` 8); acts where there is `[physics]` |
+//! | `[balance]` | (`friction` that of `[physics]`, or 0.8), (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2), of a figure (`lean_brake_hz` 8) |
 //! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`clearance_mm` 5), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }), (`path` = { `points_mm`, `speed_mm_s` }) |
 //! | `[motion]` | `kind` = `"figure"`, `legs` = { `left`, `right` }, (`head` none), `stand_height_mm`, `sit_height_mm`, (`soft_stop_deg` 5), (`set_down_s` 5) |
@@ -195,7 +195,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let safety = safety::read(file, &servos.models);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
-    let balance = balance::read(file, motion.as_ref());
+    let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
     if let (Some(OnTrip::Freeze), Some(Motion::Horse(_) | Motion::Figure(_))) = (on_trip, &motion) {
         let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
@@ -223,6 +223,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         motion: motion?,
         safety: safety?,
         physics: physics?,
+        bears_weight: true,
         balance: balance?,
         stop_action: stop_action?,
         imu: imu?,

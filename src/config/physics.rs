@@ -7,7 +7,7 @@ use super::reader::Section;
 use crate::model::{Foot, Ground, Motion, Physics, Step};
 
 /// Rubber on a dry floor.
-const FRICTION: f64 = 0.8;
+pub(super) const FRICTION: f64 = 0.8;
 /// A stalled servo gives a stop a few degrees: stiffness and damping, N m/rad and N m s/rad.
 const STOP: (f64, f64) = (60.0, 0.3);
 /// A servo's horn with its bracket.
@@ -41,16 +41,26 @@ fn refuse_what_has_no_body(file: &Section<'_>, chains: &[ChainEntry<'_>], motion
         let key = format!("{}.tendons", chain.key);
         file.fault(&key, "no tendons beside [physics]: its links are turned by hinges; take one of them out");
     }
-    let legs: Vec<usize> = match motion {
-        Some(Motion::Horse(horse)) => horse.legs.to_vec(),
-        Some(Motion::Figure(figure)) => figure.legs.to_vec(),
-        Some(Motion::Tentacle(_)) | None => Vec::new(),
+    refuse_legs_without_feet(file, chains, motion, "in physics a leg stands on it");
+}
+
+/// A leg that is to bear weight needs something to stand on; `why` says so.
+pub(super) fn refuse_legs_without_feet(
+    file: &Section<'_>,
+    chains: &[ChainEntry<'_>],
+    motion: Option<&Motion>,
+    why: &str,
+) {
+    let legs: &[usize] = match motion {
+        Some(Motion::Horse(horse)) => &horse.legs,
+        Some(Motion::Figure(figure)) => &figure.legs,
+        Some(Motion::Tentacle(_)) | None => &[],
     };
-    for place in legs {
-        let Some(chain) = chains.get(place) else { continue };
+    for chain in legs.iter().filter_map(|place| chains.get(*place)) {
         if chain.limb.as_ref().is_some_and(|limb| !limb.has_foot()) {
-            let expected = "a foot, as foot = { radius_mm = 10, width_mm = 30 }, or a plate, as foot = { size_mm = [60, 40, 4] \
-                            }: in physics a leg stands on it";
+            let expected = format!(
+                "a foot, as foot = {{ radius_mm = 10, width_mm = 30 }}, or a plate, as foot = {{ size_mm = [60, 40, 4] }}: {why}"
+            );
             file.fault(&format!("{}.foot", chain.key), expected);
         }
     }

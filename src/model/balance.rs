@@ -4,6 +4,8 @@
 /// body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceSettings {
+    /// The friction between feet and ground that is counted on.
+    pub friction: f64,
     /// Goals are moved by what joints give way under their load.
     pub sag_correction: bool,
     /// A foot is raised by this, the roll rate (rad/s) and its place to the left (m), s.

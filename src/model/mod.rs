@@ -64,9 +64,11 @@ pub struct Robot {
     pub motion: Motion,
     /// What keeps it from harm.
     pub safety: SafetySettings,
-    /// The body of the simulated robot; none where its joints turn freely.
+    /// The body of the simulated robot; none where simulated joints turn freely.
     pub physics: Option<Physics>,
-    /// How it keeps its balance on its feet; none where it does not. Acts only where there is [`Robot::physics`].
+    /// True where its feet bear its weight, as those of every real robot do; false where simulated joints turn freely.
+    pub bears_weight: bool,
+    /// How it keeps its balance on its feet; none where it does not. Acts only where they bear its weight.
     pub balance: Option<BalanceSettings>,
     /// What it does when it stops.
     pub stop_action: StopAction,
@@ -76,6 +78,14 @@ pub struct Robot {
     pub reflex: Option<ReflexSettings>,
     /// What an arm does that is loaded beyond its limit; none where the file says nothing.
     pub yielding: Option<YieldSettings>,
+}
+
+impl Robot {
+    /// The same robot with joints that turn freely, as on simulated buses without a body.
+    #[must_use]
+    pub fn without_body(self) -> Robot {
+        Robot { physics: None, bears_weight: false, ..self }
+    }
 }
 
 /// A limb: joints from the body outwards.

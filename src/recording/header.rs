@@ -87,7 +87,7 @@ impl RunHeader {
             task: Task::of(&plan.motion),
             walk_for_s: plan.move_for_s,
             ik: plan.method,
-            has_body: robot.physics.is_some(),
+            has_body: robot.bears_weight,
             servos: robot.joints.iter().map(servo).collect(),
         }
     }
@@ -103,7 +103,7 @@ impl RunHeader {
     /// Makes `robot`, fresh from its file, the one that ran.
     pub fn apply_to(&self, robot: &mut Robot) {
         if !self.has_body {
-            robot.physics = None;
+            (robot.physics, robot.bears_weight) = (None, false);
         }
         for (joint, header) in robot.joints.iter_mut().zip(&self.servos) {
             if let (Some(servo), Some(header)) = (&mut joint.servo, header) {

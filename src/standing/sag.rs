@@ -46,8 +46,7 @@ struct SaggingJoint {
 impl Sag {
     /// Of `robot`; none where it is not to be corrected, or stands on nothing that is known.
     pub fn new(robot: &Robot) -> Option<Sag> {
-        let physics = robot.physics.as_ref()?;
-        robot.balance.filter(|balance| balance.sag_correction)?;
+        let balance = robot.balance.filter(|balance| balance.sag_correction && robot.bears_weight)?;
         let soles = Sole::all_of(robot);
         let joint = |joint: &crate::model::Joint| SaggingJoint {
             range_rad: joint.goal_range_rad(),
@@ -56,14 +55,14 @@ impl Sag {
                 .map(|servo| (servo.model.stiffness_nm_rad(1.0), servo.model.nominal_voltage_v)),
         };
         (!soles.is_empty()).then(|| Sag {
-            standing: Standing::new(robot, &soles, physics.ground.friction),
+            standing: Standing::new(robot, &soles, balance.friction),
             joints: robot.joints.iter().map(joint).collect(),
             loads: vec![0.0; robot.chains.len()],
             legs: soles.iter().map(|sole| sole.chain).collect(),
             wanted_rad: vec![0.0; robot.joints.len()],
             lead_rad: vec![0.0; robot.joints.len()],
             share: 0.0,
-            lean_brake_hz: robot.balance.map_or(0.0, |balance| balance.lean_brake_hz),
+            lean_brake_hz: balance.lean_brake_hz,
         })
     }
 

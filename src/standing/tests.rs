@@ -144,3 +144,17 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
     sag.step(0.01, &targets, &state, &mut joints);
     assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0));
 }
+
+/// What a robot does about its weight does not ask whether a simulator has a body for it.
+#[test]
+fn sag_is_made_up_for_on_a_robot_whose_file_has_no_simulated_body() {
+    let text = include_str!("../../config/horse.toml");
+    let start = text.find("[physics]").unwrap();
+    let end = start + text[start..].find("\n[balance]").unwrap();
+    let bare = format!("{}{}", &text[..start], &text[end..]);
+    let robot = crate::config::parse(&bare, "horse.toml").unwrap_or_else(|error| panic!("{error}")).robot;
+    assert!(robot.physics.is_none() && robot.bears_weight);
+    assert!((robot.balance.unwrap().friction - 0.8).abs() < 1e-12, "rubber on a dry floor");
+    assert!(Sag::new(&robot).is_some());
+    assert!(Sag::new(&robot.without_body()).is_none(), "joints that turn freely bear nothing");
+}

@@ -40,7 +40,7 @@ impl FootObserver {
         FootObserver {
             seen: vec![Seen::default(); robot.chains.len()],
             report: FeetReport::default(),
-            has_feedback: robot.balance.is_some() && robot.physics.is_some(),
+            has_feedback: robot.balance.is_some() && robot.bears_weight,
         }
     }
 

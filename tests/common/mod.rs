@@ -43,7 +43,7 @@ pub(crate) fn config_file(name: &str) -> PathBuf {
 
 /// A shipped robot, its simulated joints turning freely.
 pub(crate) fn shipped(name: &str) -> Robot {
-    Robot { physics: None, ..in_physics(name) }
+    in_physics(name).without_body()
 }
 
 /// A shipped robot with its body on the ground.

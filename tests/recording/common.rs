@@ -21,7 +21,7 @@ pub(crate) const ROBOT_FILE: &str = "config/horse.toml";
 
 /// The horse, its joints turning freely.
 pub(crate) fn horse() -> Robot {
-    Robot { physics: None, ..horse_in_physics() }
+    horse_in_physics().without_body()
 }
 
 pub(crate) fn horse_in_physics() -> Robot {

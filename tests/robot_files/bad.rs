@@ -654,9 +654,10 @@ fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
 }
 
 #[test]
-fn balance_without_physics_is_told() {
+fn balance_needs_legs_with_feet() {
     let with_balance = GOOD.to_owned() + "\n[balance]\nroll_rate_gain_s = 1\n";
     let error = refused(&with_balance);
     let told: Vec<&str> = error.faults.iter().map(|fault| fault.key.as_str()).collect();
-    assert_eq!(told, ["balance", "balance.roll_rate_gain_s"]);
+    let feet = [0, 1, 2, 3].map(|chain| format!("chain[{chain}].foot"));
+    assert_eq!(told, [&feet[0], &feet[1], &feet[2], &feet[3], "balance.roll_rate_gain_s"]);
 }

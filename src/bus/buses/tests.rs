@@ -173,6 +173,7 @@ fn robot() -> Robot {
             on_trip: crate::model::OnTrip::Stop,
         },
         physics: None,
+        bears_weight: true,
         balance: None,
         stop_action: StopAction::Hold,
         imu: None,

@@ -116,7 +116,7 @@ pub(super) fn choose(
     unit: Option<&UnitFile>,
 ) -> Result<Choice> {
     check_ports(robot, &options.ports)?;
-    if is_simulated(options, unit) {
+    if is_simulated(options, unit)? {
         return Ok(Choice::Simulated { is_virtual: options.is_virtual });
     }
     let Some(unit) = unit else {
@@ -145,7 +145,7 @@ pub(super) fn choose_to_look(
     unit: Option<&UnitFile>,
 ) -> Result<Choice, BadInput> {
     check_ports(robot, &options.ports)?;
-    if is_simulated(options, unit) {
+    if is_simulated(options, unit)? {
         return Ok(Choice::Simulated { is_virtual: options.is_virtual });
     }
     Ok(Choice::Devices(fill_up(robot, unit, &options.ports)?))
@@ -165,9 +165,21 @@ pub(super) fn devices_for_tools(
     fill_up(robot, unit, ports)
 }
 
-fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> bool {
+/// Whether the buses are simulated.
+///
+/// # Errors
+/// Bad input: `--no-physics`, which says how simulated joints turn, beside devices.
+pub(super) fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> Result<bool, BadInput> {
     let has_devices = !options.ports.is_empty() || unit.is_some_and(|unit| !unit.unit.buses.is_empty());
-    options.simulate || options.is_virtual || !has_devices
+    let is_simulated = options.simulate || options.is_virtual || !has_devices;
+    if options.no_physics && !is_simulated {
+        return Err(BadInput(
+            "--no-physics: only simulated joints turn freely, and the unit file names devices; add --simulate, or leave \
+             --no-physics out"
+                .to_owned(),
+        ));
+    }
+    Ok(is_simulated)
 }
 
 /// Opens `ports`, one for each bus of `robot`, and says what could be better about them.

@@ -50,6 +50,30 @@ fn choose_with(unit: Option<&Unit>, ports: &[&str], is_simulation: bool) -> Resu
     choose(&options, &robot(), Path::new(ROBOT_FILE), unit.map(file).as_ref())
 }
 
+/// What `--no-physics` leads to with a calibrated unit file that names devices.
+#[test]
+fn joints_of_real_devices_do_not_turn_freely() {
+    let unit = unit(&robot(), &ALL);
+    for (simulate, is_refused) in [(false, true), (true, false)] {
+        let options = UnitArguments {
+            unit: None,
+            ports: Vec::new(),
+            simulate,
+            is_virtual: false,
+            no_physics: true,
+            processor: None,
+        };
+        let choice = choose(&options, &robot(), Path::new(ROBOT_FILE), Some(&file(&unit)));
+        match choice {
+            Ok(choice) => assert!(!is_refused && choice == SIMULATED),
+            Err(error) => {
+                let said = error.to_string();
+                assert!(is_refused && said.contains("--no-physics") && said.contains("--simulate"), "{said}");
+            }
+        }
+    }
+}
+
 const SIMULATED: Choice = Choice::Simulated { is_virtual: false };
 
 /// Paths of the devices, in the robot's order of buses.

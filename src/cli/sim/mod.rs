@@ -38,8 +38,8 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
         unit.apply(&mut file.robot)?;
     }
     // Servos out of the box lie on a bench.
-    if options.no_physics || options.factory_new {
-        file.robot.physics = None;
+    if options.no_physics || options.factory_new || file.robot.physics.is_none() {
+        file.robot = file.robot.without_body();
     }
     let faults = options.faults.as_deref().map(|path| fault_script(&file.robot, path)).transpose()?;
     let rig = Rig::new(file.robot, options)?;

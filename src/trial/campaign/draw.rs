@@ -94,7 +94,7 @@ impl Episode {
     pub fn robot(&self, subject: &Subject) -> Robot {
         let mut robot = subject.robot().clone();
         if !self.has_physics {
-            robot.physics = None;
+            (robot.physics, robot.bears_weight) = (None, false);
         }
         robot.stop_action = self.stop_action;
         robot.safety.on_trip = self.on_trip;
