@@ -15,7 +15,7 @@ use crate::motion::{Activity, Generator, Order, Plan};
 use crate::plan::RunPlan;
 use crate::recording::Recorder;
 use crate::signals::{JointState, Permission, ServoGoal, Status};
-use crate::telemetry::{JointsReport, Outcome, Report};
+use crate::telemetry::{JointsReport, Outcome, Report, Verdict};
 use crate::units::Time;
 
 /// A cycle that begins more than this share of a period after its deadline counts as late.
@@ -110,7 +110,8 @@ pub fn run_recorded<P: Ports>(
     {
         reason = format!("{reason}: {error}");
     }
-    Ok(Report {
+    let ways = cycle.telemetry().ways();
+    let report = Report {
         robot: robot.name.clone(),
         driver,
         gait,
@@ -120,6 +121,11 @@ pub fn run_recorded<P: Ports>(
         late_cycles,
         outcome,
         reason,
+        verdict: Verdict::Good,
+        findings: Vec::new(),
+        walked_s: ways.map(|(walked_s, ..)| walked_s),
+        asked: ways.map(|(_, asked, _)| asked),
+        reached: ways.map(|(.., reached)| reached),
         is_end_heard: is_heard,
         safety_interventions,
         held_cycles: cycle.telemetry().held_cycles(),
@@ -135,7 +141,8 @@ pub fn run_recorded<P: Ports>(
         servo_restarts: cycle.safety().restarts(),
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
-    })
+    };
+    Ok(report.judged(robot.joints.len(), cycle.telemetry().flight_share()))
 }
 
 /// Why a run without its recording ends; what it broke off for is known when it is finished.
@@ -305,6 +312,8 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, planned: (Outcome,
         (Outcome::Failed, lost)
     } else if let Some(falls) = cycle.reflex().report().filter(|_| cycle.reflex().is_down()) {
         (Outcome::Fallen, format!("{falls}: set it on its feet and start it again"))
+    } else if planned.0 == Outcome::Completed && cycle.telemetry().lies_fallen() {
+        (Outcome::Fallen, "it fell and did not get up: set it on its feet and start it again".to_owned())
     } else {
         (planned.0, planned.1.to_owned())
     };

@@ -59,6 +59,8 @@ const STOPPED_BY_SAFETY: u8 = 3;
 const NOT_ALL_JUDGED: u8 = 4;
 /// The robot fell and lies limp.
 const FALLEN: u8 = 5;
+/// Exit code of a run that completed and was poor, with `--strict`.
+const POOR: u8 = 6;
 
 /// Drives servo-driven horses, octopus arms and human figures on real or simulated servo buses.
 ///
@@ -467,6 +469,9 @@ struct RunArguments {
     /// [default: 20; a show goes on until it is told to end]
     #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
     walk_for_s: Option<f64>,
+    /// Exit with code 6 where the run completed and its verdict is poor.
+    #[arg(long)]
+    strict: bool,
     #[command(flatten)]
     driver: drivers::DriverArguments,
     #[command(flatten)]

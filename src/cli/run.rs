@@ -20,7 +20,9 @@ use super::replay::write_page;
 use super::status::StatusLine;
 use super::strokes;
 use super::unit;
-use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, Several, write_whole};
+use super::{
+    BadInput, COMPLETED, FAILED, FALLEN, POOR, RunArguments, STOPPED_BY_SAFETY, Several, write_whole,
+};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
 use crate::config::{RobotFile, UnitFile};
@@ -34,7 +36,7 @@ use crate::plan::RunPlan;
 use crate::recording::{RECORD_MAX, Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, run_recorded};
 use crate::simulation;
-use crate::telemetry::{Outcome, Report};
+use crate::telemetry::{Outcome, Report, Verdict};
 use anyhow::{Context, Result};
 
 /// Share of the top speed a robot walks at when no speed is asked for.
@@ -149,7 +151,8 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     if let (Some(page), Some(recording)) = (page, recording) {
         write_page(recording.read_back(), recording.name(), &page)?;
     }
-    Ok(exit_code(report.outcome))
+    let is_poor = options.strict && report.verdict == Verdict::Poor;
+    Ok(if is_poor { POOR } else { exit_code(report.outcome) })
 }
 
 /// Ports of either kind. The loop is compiled for each, so that it pays nothing for the choice.
@@ -377,7 +380,29 @@ fn write_report(place: &Place, report: &Report) -> Result<()> {
 }
 
 fn print_summary(robot: &Robot, report: &Report) {
-    say!("{}: {}", outcome_words(report.outcome), report.reason);
+    say!("{}: {}: {}", report.verdict.name(), outcome_words(report.outcome), report.reason);
+    if let (Some(asked), Some(reached)) = (report.asked, report.reached) {
+        say!(
+            "  asked for {:.3} m/s, {:.2} m and {:.0} degrees of turn; reached {:.3} m/s, {:.2} m and {:.0} degrees",
+            asked.speed_m_s,
+            asked.distance_m,
+            asked.turn_deg,
+            reached.speed_m_s,
+            reached.distance_m,
+            reached.turn_deg
+        );
+    }
+    for finding in &report.findings {
+        let place = if finding.place.is_empty() { String::new() } else { format!(" ({})", finding.place) };
+        say!(
+            "  {}: {}{place}: {}; likely cause: {}; cure: {}",
+            finding.verdict.name(),
+            finding.what,
+            finding.how_much,
+            finding.likely_cause,
+            finding.cure
+        );
+    }
     let computing = report.loop_times.work_us.map_or_else(String::new, |work_us| {
         format!("; computing a cycle {} us at most, {} us half of the time", work_us.max, work_us.p50)
     });

@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use super::CycleRecord;
 use super::report::BodyReport;
+use super::way::{Way, Ways};
 use crate::model::Robot;
 use crate::motion::Activity;
 use crate::signals::Aim;
@@ -30,6 +31,9 @@ pub(super) struct BodyObserver {
     last_m: Option<DVec3>,
     walked_m: f64,
     walked_s: f64,
+    ways: Ways,
+    /// True if it lay fallen when it was last to be on its feet.
+    lies_fallen: bool,
     report: BodyReport,
 }
 
@@ -43,6 +47,8 @@ impl BodyObserver {
             last_m: None,
             walked_m: 0.0,
             walked_s: 0.0,
+            ways: Ways::default(),
+            lies_fallen: false,
             report: BodyReport::default(),
         }
     }
@@ -53,8 +59,24 @@ impl BodyObserver {
         self.is_known.then_some(BodyReport { mean_speed_m_s, ..self.report })
     }
 
+    /// How long it walked, s, the way it was asked to go meanwhile, and the way it went.
+    pub(super) fn ways(&self) -> Option<(f64, Way, Way)> {
+        self.ways.report().filter(|_| self.is_known)
+    }
+
+    /// Share of the time of walking in which all feet were planned to be off the ground.
+    pub(super) fn flight_share(&self) -> f64 {
+        self.ways.flight_share()
+    }
+
+    /// Whether it lay fallen when it was last to be on its feet.
+    pub(super) fn lies_fallen(&self) -> bool {
+        self.lies_fallen
+    }
+
     pub(super) fn note_gap(&mut self) {
         self.last_m = None;
+        self.ways.pause();
     }
 
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
@@ -71,7 +93,13 @@ impl BodyObserver {
         if !self.has_stood || !is_on_feet {
             return;
         }
+        self.lies_fallen = seen.is_fallen;
         report.distance_m += seen.forward_m;
+        if record.activity == Activity::Walking && !record.is_held {
+            self.ways.observe(record);
+        } else {
+            self.ways.pause();
+        }
         if record.activity == Activity::Walking {
             self.walked_m += seen.forward_m;
             self.walked_s += record.dt_s;

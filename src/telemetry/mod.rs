@@ -11,6 +11,8 @@ mod imu;
 mod joints;
 mod report;
 mod stages;
+mod verdict;
+mod way;
 
 use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
@@ -30,6 +32,8 @@ pub use report::{
 };
 use stages::StageObserver;
 pub use stages::{SlowCycle, Stage, Stages};
+pub use verdict::{Verdict, VerdictFinding, findings};
+pub use way::Way;
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]

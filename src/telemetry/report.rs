@@ -8,8 +8,11 @@ use serde::Serialize;
 
 use super::Telemetry;
 use super::arms::ArmObserver;
+use super::body::BodyObserver;
 use super::imu::{ImuObserver, ImuReport};
 use super::stages::{SlowCycle, Stages};
+use super::verdict::{Verdict, VerdictFinding, findings};
+use super::way::Way;
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::reflex::ReflexReport;
@@ -52,6 +55,19 @@ pub struct Report {
     pub outcome: Outcome,
     /// Why it ended so.
     pub reason: String,
+    /// Whether it was good: as bad as the worst of the findings.
+    pub verdict: Verdict,
+    /// What was not as it should be.
+    pub findings: Vec<VerdictFinding>,
+    /// How long it walked, s; none for a robot that did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walked_s: Option<f64>,
+    /// The way it was asked to go while it walked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asked: Option<Way>,
+    /// The way it went meanwhile: by the truth of a simulated body, on hardware by what the robot knows of itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reached: Option<Way>,
     /// True if every servo has heard the end: none has torque that it should not have.
     pub is_end_heard: bool,
     /// Joint goals that safety changed, summed over all cycles.
@@ -300,7 +316,33 @@ impl Quantiles {
     }
 }
 
+impl Report {
+    /// The same, judged; its robot has so many `joints`, and all its feet were planned to be off the ground for
+    /// `flight_share` of its walking.
+    #[must_use]
+    pub fn judged(self, joints: usize, flight_share: f64) -> Report {
+        let findings = findings(&self, joints, flight_share);
+        let verdict = findings.iter().map(|finding| finding.verdict).max().unwrap_or(Verdict::Good);
+        Report { verdict, findings, ..self }
+    }
+}
+
 impl Telemetry {
+    /// How long the robot walked, s, the way it was asked to go meanwhile, and the way it went; none if it did not walk.
+    pub fn ways(&self) -> Option<(f64, Way, Way)> {
+        self.body.as_ref()?.ways()
+    }
+
+    /// Share of the time of walking in which all feet were planned to be off the ground.
+    pub fn flight_share(&self) -> f64 {
+        self.body.as_ref().map_or(0.0, BodyObserver::flight_share)
+    }
+
+    /// Whether the robot lay fallen when it was last to be on its feet.
+    pub fn lies_fallen(&self) -> bool {
+        self.body.as_ref().is_some_and(BodyObserver::lies_fallen)
+    }
+
     /// Cycles seen, late ones, and goals that safety changed.
     pub fn totals(&self) -> (u64, u64, u64) {
         (self.cycles, self.late_cycles, self.interventions)
