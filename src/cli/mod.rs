@@ -65,7 +65,7 @@ const POOR: u8 = 6;
 /// Drives servo-driven horses, octopus arms and human figures on real or simulated servo buses.
 ///
 /// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
-/// be judged, 5 fallen and limp, 1 anything else.
+/// be judged, 5 fallen, 6 completed but poor (with --strict), 1 anything else.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
 struct Arguments {
