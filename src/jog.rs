@@ -25,7 +25,7 @@ pub struct JogReport {
     pub outcome: Outcome,
     /// Reason for the end.
     pub reason: String,
-    /// True if every servo has received the end.
+    /// True if every servo has received the command to end.
     pub is_end_heard: bool,
 }
 
