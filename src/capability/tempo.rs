@@ -17,7 +17,7 @@ const STEPS_MAX: f64 = 4000.0;
 /// Most corrections that move arms apart, each of which takes a while: strokes in which arms come near to
 /// each other only now and then stay far below.
 const CORRECTIONS_MAX: u64 = 10_000;
-/// Faster strokes are of no use, as a multiple of the robot file's tempo.
+/// Highest tempo, as a multiple of the robot file's: faster strokes are of no use.
 const TEMPO_MAX: f64 = 4.0;
 
 /// The fastest tempo of each stroke by key angles, in the order of [`KEYED`].

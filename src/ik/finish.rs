@@ -1,8 +1,7 @@
 //! The finish: weighted, bounded, damped least squares with an active set on the limits.
 //!
-//! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that
-//! soft joints take more of it, as in CCD. A joint that a step would push past a limit is set to the limit
-//! and
+//! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that soft
+//! joints take more of it, as in CCD. A joint that a step would push past a limit is set to the limit and
 //! leaves the free set, and the others are solved again for the rest. Damping shrinks after a step that came
 //! nearer and grows after one that did not (Levenberg and Marquardt).
 

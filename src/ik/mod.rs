@@ -1,24 +1,18 @@
 //! Inverse kinematics of one chain. Input: a tip target. Output: joint angles and the remaining error. An
-//! octopus arm
-//! takes more than a tip ([`ArmSolver`]).
+//! octopus arm takes more than a tip ([`ArmSolver`]).
 //!
 //! Cyclic coordinate descent follows the horse thesis (Takizawa 2005, 3.2): from the tip to the root, each
-//! joint turns
-//! by its stiffness times the angle that would point the tip at the target, and stays within its range as it
-//! turns. It
-//! starts from the previous angles. On its own ([`Method::Ccd`]) it leaves errors of millimetres, and it
-//! finds only
-//! poses on its present branch. By default ([`Method::CcdThenFinish`])
+//! joint turns by its stiffness times the angle that would point the tip at the target, and stays within its
+//! range as it turns. It starts from the previous angles. On its own ([`Method::Ccd`]) it leaves errors of
+//! millimetres, and it finds only poses on its present branch. By default ([`Method::CcdThenFinish`])
 //! 1. sweeps bring the tip near the target, if it is not near;
 //! 2. a bounded least-squares finish takes it there: two steps on a path, which follow the last pose;
 //! 3. if that does not reach, Newton steps go downhill to the nearest pose;
 //! 4. if that misses by more than [`REACHED_M`], a search looks for a nearer pose over the whole ranges.
 //!
 //! So the pose is the nearest of all; while the followed pose reaches the target, the solver follows it
-//! without a jump.
-//! Works on any chain of hinges, planar or not. Never allocates after construction, keeps no state between
-//! solutions,
-//! and never hides an error that remains.
+//! without a jump. Works on any chain of hinges, planar or not. Never allocates after construction, keeps no
+//! state between solutions, and never hides an error that remains.
 
 mod arm;
 mod ccd;

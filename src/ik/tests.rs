@@ -155,8 +155,7 @@ fn a_pose_is_followed_as_long_as_it_reaches_and_only_then_left_for_another() {
     let (chain, joints) = knee((-0.8, 0.8));
     let mut solver = Solver::new(&chain, &joints);
     // Bent by 1.2 rad, the tip as seen from the root is 0.6 rad beyond the first bone, or before it: on its
-    // way
-    // round the root it can be followed with either bend, each until the first joint meets its limit.
+    // way round the root it can be followed with either bend, each until the first joint meets its limit.
     let at = |phi: f64| 0.6 * 0.6_f64.cos() * DVec3::new(-phi.sin(), 0.0, -phi.cos());
     let mut angles = [-0.6, 1.2];
     let mut leaps = Vec::new();

@@ -1,13 +1,10 @@
 //! An octopus arm as the motions and inverse kinematics see it: a chain of ball joints with links between, in
-//! three
-//! groups.
+//! three groups.
 //!
 //! The chain's own frame is the arm's: at zero angles the arm lies along x, y is to its left, z up. A ball
-//! joint is
-//! one to three hinges in one place, the last of which carries the link. On the arm of the thesis (Ishizuka
-//! 2008,
-//! 3.1.1) the spheres' diameters shrink from joint to joint, and a link is half as long as its sphere is
-//! wide.
+//! joint is one to three hinges in one place, the last of which carries the link. On the arm of the thesis
+//! (Ishizuka 2008, 3.1.1) the spheres' diameters shrink from joint to joint, and a link is half as long as
+//! its sphere is wide.
 
 use std::ops::Range;
 
@@ -58,9 +55,9 @@ pub struct ArmJoint {
 /// Rule by which an arm bends to bring the ends of its groups to their targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bending {
-    /// By the thesis' cyclic coordinate descent, group by group, each joint by its ratio (3.1.2, 3.2).
+    /// The thesis' cyclic coordinate descent, group by group, in which each joint turns by its ratio (3.1.2, 3.2).
     Ccd,
-    /// With the least sum of squared bends.
+    /// The least sum of squared bends.
     #[default]
     Smooth,
 }

@@ -156,7 +156,7 @@ pub struct Bus {
     pub name: String,
     /// Its protocol.
     pub protocol: Protocol,
-    /// Bits per second, 10 bits a byte.
+    /// Bits per second, at 10 bits per byte.
     pub baud: u32,
     /// Delay of the adapter: how much later than the wire it hands bytes over, microseconds.
     pub adapter_latency_us: u32,
@@ -186,7 +186,7 @@ impl Motion {
         }
     }
 
-    /// The settings of a rig of arms, if it is one.
+    /// The settings of a robot with arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
         match self {
             Motion::Tentacle(tentacle) => Some(tentacle),

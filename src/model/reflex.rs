@@ -66,7 +66,7 @@ impl FallDirection {
     }
 }
 
-/// Which side of the robot is down when it lies.
+/// The side of the robot that is down when it lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lying {
     /// The underside: a horse on its belly, a figure that sits.

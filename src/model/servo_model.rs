@@ -388,7 +388,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
         voltage_max_v: 6.0,
         temperature_max_c: 70,
         baud_max: 4_000_000,
-        // Present Current, 1 mA a unit; stall current 1.47 A at 5 V.
+        // Present Current, 1 mA per unit; stall current 1.47 A at 5 V.
         load_unit_share: 0.001 / 1.47,
         ..dynamixel_x("XL330-M288", 1200, "ROBOTIS e-manual, XL330-M288-T")
     },
@@ -401,14 +401,14 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
         voltage_min_v: 6.5,
         voltage_max_v: 12.0,
         temperature_max_c: 72,
-        // This model has Present Load instead of Present Current: 0.1 % a unit.
+        // This model has Present Load instead of Present Current: 0.1 % per unit.
         ..dynamixel_x("XL430-W250", 1060, "ROBOTIS e-manual, XL430-W250-T")
     },
     ServoModel {
         stall_torque_nm: 3.0,
         stall_current_a: 2.3,
         no_load_speed_rad_s: rpm(77.0),
-        // Present Current, 2.69 mA a unit; stall current 2.3 A at 12 V.
+        // Present Current, 2.69 mA per unit; stall current 2.3 A at 12 V.
         load_unit_share: 0.002_69 / 2.3,
         ..dynamixel_x("XM430-W210", 1030, "ROBOTIS e-manual, XM430-W210")
     },

@@ -1,17 +1,13 @@
 //! Tendon drives: arms whose sections are bent by cords on winches instead of by a servo in every joint.
 //!
 //! A section is a row of joints that share one bend and its direction. Four cords run along it, two above and
-//! below
-//! for lift and two to the left and right for sweep, through holes in plates on either side of each joint,
-//! and end at
-//! the section's last plate. A winch pulls one cord of a pair in by as much as it lets the other out. Cords
-//! to farther
-//! sections run through the nearer ones, so the nearer bends change their lengths, too; this module
-//! compensates that.
+//! below for lift and two to the left and right for sweep, through holes in plates on either side of each
+//! joint, and end at the section's last plate. A winch pulls one cord of a pair in by as much as it lets the
+//! other out. Cords to farther sections run through the nearer ones, so the nearer bends change their
+//! lengths, too; this module compensates that.
 //!
 //! Input: bends. Output: turns of the winches, and back, and how slack the cords are. All in the arm's frame:
-//! lift
-//! is positive up, sweep to the left.
+//! lift is positive up, sweep to the left.
 
 use glam::{DQuat, DVec3};
 use thiserror::Error;

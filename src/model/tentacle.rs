@@ -64,7 +64,7 @@ pub struct ArmSettings {
 /// Support of an arm's weight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
-    /// None but its servos.
+    /// Its servos only.
     Servos,
     /// Water: it floats.
     Water,

@@ -9,8 +9,7 @@ use crate::signals::State;
 /// ```text
 /// Limp -> Heard -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
 ///   |                                                                 ^
-/// +-----------------------------------------------------------------+   ordered to end before there was
-/// torque
+///   +-----------------------------------------------------------------+   ordered to end before there was torque
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Ends {

@@ -64,11 +64,10 @@ pub trait OnFeet {
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
-/// After a fall it restarts with `Gather`.
-/// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
-/// `Sink`. The [`OnFeet`] decides the motion on its feet. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`)
-/// are those of every motion. With the stop action `hold` the robot stays as it is instead of sinking or
-/// folding: `Held`.
+/// After a fall it restarts with `Gather`. `Gather` and `Fold` go to the sitting pose joint by joint; the
+/// feet carry the robot from `Rise` to `Sink`. The [`OnFeet`] decides the motion on its feet. The [`Ends`]
+/// (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action `hold` the robot
+/// stays as it is instead of sinking or folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),

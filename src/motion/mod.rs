@@ -1,7 +1,7 @@
 //! The generator: the stage that makes the targets, with one variant for each kind of motion.
 //!
-//! Input: the length of the last cycle, the feedback ([`State`]), and the operator's order.
-//! Output: [`Targets`]. It knows nothing about servos, and stands still while safety holds the robot.
+//! Input: the length of the last cycle, the feedback ([`State`]), and the operator's order. Output:
+//! [`Targets`]. It knows nothing about servos, and stands still while safety holds the robot.
 
 pub mod curves;
 mod ends;

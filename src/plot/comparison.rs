@@ -34,7 +34,7 @@ struct Side<'a> {
 /// with feet that swing for `swing_s`. One row per foot; time 0 is the time of the order.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn comparison(
     course: &Course<'_>,
     change: &Change,

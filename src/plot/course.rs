@@ -83,7 +83,7 @@ pub struct Span {
     pub to_s: f64,
     /// The gait, as in [`Frame::gait`].
     pub gait: Option<usize>,
-    /// As in [`Frame::is_changing`].
+    /// The same as [`Frame::is_changing`].
     pub is_changing: bool,
 }
 

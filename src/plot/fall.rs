@@ -33,7 +33,7 @@ pub struct FallRow {
 /// Draws `robot` in a fall, seen across the push, which goes to the right.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, PlotError> {
     let last_s = rows.iter().filter_map(|row| row.track.last()).map(|last| last.time_s).fold(0.0, f64::max);
     let figures: Vec<Vec<Figure>> = rows.iter().map(|row| figures(robot, scene, row, last_s)).collect();

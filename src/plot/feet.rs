@@ -19,7 +19,7 @@ const MARGIN: f64 = 0.1;
 /// One row per foot; the band is the foot's permitted range.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn feet(course: &Course<'_>) -> Result<String, PlotError> {
     let traces = traces(course);
     let rows = u32::try_from(traces.len()).unwrap_or(0);

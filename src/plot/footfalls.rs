@@ -19,7 +19,7 @@ const BAR: f64 = 0.56;
 /// One row per foot.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn footfalls(course: &Course<'_>) -> Result<String, PlotError> {
     let stances = course.stances();
     let rows = u32::try_from(stances.len()).unwrap_or(0);

@@ -20,7 +20,7 @@ const MARGIN: f64 = 0.08;
 /// One panel per joint, from the body outwards; the band is the joint's range. Angles after safety.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn joints(course: &Course<'_>) -> Result<String, PlotError> {
     let robot = course.subject.robot;
     let bands: Vec<&[Chain]> = robot.chains.chunks(COLUMNS).collect();

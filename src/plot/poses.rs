@@ -39,7 +39,7 @@ enum View {
 /// on.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
     seen_from(course, View::Right)
 }
@@ -47,7 +47,7 @@ pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
 /// The same poses seen from the front.
 ///
 /// # Errors
-/// As for [`poses`].
+/// The same as for [`poses`].
 pub fn front(course: &Course<'_>) -> Result<String, PlotError> {
     seen_from(course, View::Front)
 }

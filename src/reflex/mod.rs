@@ -13,7 +13,7 @@
 //!   |                                                           | at rest
 //!   |   up                  knows a way up                      v
 //!   +--------- GettingUp <----------------------------------- Lying
-//!                  | told to stop (rolled over: Settling)       | else
+//!                  | ordered to stop (rolled over: Settling)    | else
 //!                  +------------------> LettingGo <-------------+
 //!                                           v
 //!                                          Limp (stays, and says so)
@@ -49,7 +49,7 @@ const JOINT_REST_RAD_S: f64 = 0.5;
 /// holds up must not count as a fault then.
 const AHEAD_SHARE: f64 = 0.85;
 
-/// Which stage makes the targets of this cycle.
+/// The stage that makes the targets of this cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Charge {
     /// The generator.
@@ -77,7 +77,7 @@ enum Phase {
     Lying,
     /// The torque rises, then the robot goes through the key poses of this way up, an index.
     GettingUp { since_s: f64, way: usize },
-    /// The torque falls to nothing.
+    /// The torque falls to zero.
     LettingGo { since_s: f64 },
     /// Limp, permanently.
     Limp,

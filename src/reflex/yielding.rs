@@ -6,8 +6,8 @@
 //!            over its load for a time             rests, and long enough
 //! Holding --------------------------> Yielding -------------------------> Returning
 //!    ^                                   ^                                   |  |
-//!    |                                   +---- loaded again, thrice at most -+  |
-//!    +------------------------------ back where it was to be -------------------+
+//!    |                                   +--- loaded again, 3 times at most -+  |
+//!    +------------------------------ back at its target ------------------------+
 //! ```
 //! A load that is there at every return is no hand: safety handles a jam.
 

@@ -1,9 +1,8 @@
 //! The buffers that the pipeline's stages hand to each other, and the stage that computes each.
 //!
-//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it.
-//! Frames: `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x
-//! = 0.
-//! In both, x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`],
+//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Frames:
+//! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In
+//! both, x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`],
 //! radians.
 
 mod activity;
@@ -40,7 +39,7 @@ pub enum Aim {
 /// The targets that the generator computes.
 #[derive(Debug, Clone)]
 pub struct Targets {
-    /// Which of the fields below apply.
+    /// Selects the fields below that apply.
     pub aim: Aim,
     /// Joint angles, rad.
     pub pose_rad: Vec<f64>,
@@ -67,7 +66,7 @@ pub struct Targets {
 /// Target positions along one arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmTarget {
-    /// Which of the fields below apply.
+    /// Selects the fields below that apply.
     pub aim: ArmAim,
     /// Ends of the arm's groups, body frame, m; the last is the tip.
     pub ends_in_body: [DVec3; GROUPS],
@@ -147,7 +146,7 @@ pub struct JointTargets {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Permission {
-    /// Everything is well.
+    /// No fault.
     #[default]
     Move,
     /// A fault is present: stand still and wait for it to clear.
@@ -164,7 +163,7 @@ pub struct State {
     pub joints: Vec<JointState>,
     /// The last goals that safety passed on, rad; valid only once torque has been on.
     pub goal_rad: Vec<f64>,
-    /// What safety permits.
+    /// Safety's permission.
     pub permission: Permission,
     /// Joints whose servo has tripped: they stay without torque, and their goals follow their positions.
     pub is_out: Vec<bool>,
@@ -184,7 +183,7 @@ pub struct ImuReading {
     pub age_s: f64,
     /// Angular velocity of the trunk about its x, y and z axes, rad/s.
     pub rate_rad_s: DVec3,
-    /// Acceleration less gravity, body frame, m/s^2; (0, 0, 9.81) level and at rest.
+    /// Acceleration minus gravity, body frame, m/s^2; (0, 0, 9.81) level and at rest.
     pub specific_force_m_s2: DVec3,
     /// Roll, rad: about x, positive lowers the right side.
     pub roll_rad: f64,
@@ -275,7 +274,7 @@ pub struct JointState {
 pub enum Question {
     /// Whether they have torque: a servo that has restarted has none.
     Torque,
-    /// Why they raise an alarm.
+    /// The causes of their alarms.
     Alarms,
     /// Their goal positions: after a silence it is unknown which of the goals sent to a servo it received.
     Goal,
@@ -298,11 +297,11 @@ pub enum Told {
 pub struct Outage {
     /// The joint.
     pub joint: usize,
-    /// Why.
+    /// The cause.
     pub cause: OutageCause,
 }
 
-/// Why a joint is left without torque.
+/// Reasons why a joint is left without torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutageCause {
     /// Its servo raised an alarm: the causes, as in [`Told::Alarms`]; 0 if the servo did not report them.

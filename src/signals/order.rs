@@ -108,7 +108,7 @@ pub struct StrokeCommand {
     pub turn_rad: f64,
 }
 
-/// What the arms do.
+/// A motion of the arms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Stroke {
     /// Go to the parked pose and stay there.

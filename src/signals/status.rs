@@ -2,7 +2,7 @@
 
 use super::{Activity, Outage, Permission};
 
-/// What an operator wants to see during a run. Small and copied, so that it can be passed to another thread.
+/// The state of a run that an operator wants to see. Small and copied, so that it can be passed to another thread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status {
     /// Time of the run, s.
@@ -17,7 +17,7 @@ pub struct Status {
     pub speed_m_s: f64,
     /// Planned yaw rate, rad/s, positive to the left.
     pub yaw_rate_rad_s: f64,
-    /// What safety permits.
+    /// Safety's permission.
     pub permission: Permission,
     /// Number of joints that are out of service: they have no torque.
     pub frozen: usize,

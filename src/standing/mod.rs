@@ -1,20 +1,14 @@
 //! Standing: the torque that each joint must hold so that the robot keeps its posture.
 //!
 //! Input: joint angles, attitude and desired acceleration of the trunk, and how much of the weight each foot
-//! may take.
-//! Output: joint torques and the ground's forces on the feet. It involves no servos and no time; it serves a
-//! horse, a
-//! figure, and arms on a base, which stand on nothing.
+//! may take. Output: joint torques and the ground's forces on the feet. It involves no servos and no time; it
+//! serves a horse, a figure, and arms on a base, which stand on nothing.
 //!
 //! Inverse dynamics gives the generalised force that keeps the posture. Equation (1) of the source (a paper
-//! on human
-//! figures that fall, 4.1) shares it out: `tau_G = H_C^T tau_C + H_J^T tau_J`. Contact forces supply what
-//! they can and
-//! joint torques the rest, so that the sum of the squared joint torques is least. Contact forces stay inside
-//! friction
-//! cones, each a pyramid of four edges. All bodies count as moving as one with the trunk: no joint
-//! accelerations, and no
-//! velocity terms, which are small at these speeds.
+//! on human figures that fall, 4.1) shares it out: `tau_G = H_C^T tau_C + H_J^T tau_J`. Contact forces supply
+//! what they can and joint torques the rest, so that the sum of the squared joint torques is least. Contact
+//! forces stay inside friction cones, each a pyramid of four edges. All bodies count as moving as one with
+//! the trunk: no joint accelerations, and no velocity terms, which are small at these speeds.
 
 mod sag;
 mod share;

@@ -46,7 +46,8 @@ struct SaggingJoint {
 }
 
 impl Sag {
-    /// The correction for `robot`; `None` if the file does not ask for it, or the robot has no known foot.
+    /// The correction for `robot`; `None` if its file does not ask for it, its feet bear no weight, or it has no
+    /// known foot.
     pub fn new(robot: &Robot) -> Option<Sag> {
         let balance = robot.balance.filter(|balance| balance.sag_correction && robot.bears_weight)?;
         let soles = Sole::all_of(robot);

@@ -114,7 +114,7 @@ impl Trials {
     /// Runs one scene in every mode that makes a difference.
     ///
     /// # Errors
-    /// As [`Trials::observe`].
+    /// The same as for [`Trials::observe`].
     pub fn try_scene(&self, scene: Scene) -> Result<Tried, TrialError> {
         let off = self.observe(&scene, ReflexMode::Off, false)?;
         let is_worth_it = off.predicted_s.is_some();

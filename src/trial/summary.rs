@@ -57,8 +57,8 @@ pub struct Summary {
     pub softer_trunk: Share,
     /// The same for a figure's head; only falls in which the head hit the ground in either mode.
     pub softer_head: Share,
-    /// If the pushes have only a few strengths, N s: the falls with the reflex off for each, out of all
-    /// trials, by side, from ahead to the left; otherwise empty.
+    /// If the pushes have only a few strengths (N s): for each, the share of falls with the reflex off, by side,
+    /// counted from ahead to the left; otherwise empty.
     pub by_strength: Vec<(f64, Vec<Share>)>,
     /// Falls with the reflex after which the robot got up, as far as it was observed.
     pub got_up: Share,

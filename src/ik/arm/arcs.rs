@@ -3,7 +3,6 @@
 //! A stretch begins at the end of the one before and should end at a target. In the plane of the way to that
 //! target and of the link before the stretch, one bend, the same at each of its joints, makes it exactly as
 //! long as the way, to one side or the other.
-//! before it, one bend, the same at each of its joints, makes it as short as the way is, to one side or to the other.
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -16,7 +16,7 @@ pub use poise::{Poise, Stance};
 /// A figure from limp to limp.
 pub type FigureGenerator = LeggedGenerator<Poise>;
 
-/// What a figure must know about the robot, computed when it loads, and the pose it starts with.
+/// Data about the robot that a figure's motion needs, computed when it loads, and the pose it starts with.
 #[derive(Debug, Clone)]
 pub struct FigurePlan {
     /// The robot's own settings.

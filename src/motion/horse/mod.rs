@@ -1,7 +1,7 @@
 //! The walking horse: a trunk that follows commands and four feet that step under it.
 //!
 //! ```text
-//! Command -> limits, gait by speed (drive, auto) -> plan looked through ahead (planner)
+//! Command -> limits, gait by speed (drive, auto) -> plan checked ahead (planner)
 //!         -> speed profile and stride clock -> feet (walk) -> tips under a leaning trunk (posture)
 //! ```
 
@@ -40,7 +40,7 @@ const PLANNED_SHARE: f64 = 0.99;
 /// Shortest stance of a change, swing times: 60 ms of the thesis' 0.3 s.
 const SHORTEST_STANCE: f64 = 0.2;
 
-/// What a walk must know about the robot, computed when the robot loads, and the command it starts with.
+/// Data about the robot that a walk needs, computed when the robot loads, and the command it starts with.
 #[derive(Debug, Clone)]
 pub struct HorsePlan {
     /// The robot's own settings.

@@ -30,7 +30,7 @@ pub use performer::Performer;
 /// The strokes by key angles, in the order of [`TentaclePlan::tempo_max`].
 pub const KEYED: [Stroke; 3] = [Stroke::Sway, Stroke::Walk, Stroke::Swim];
 
-/// What arms must know about the robot, computed when it loads, and the command they start with.
+/// Data about the robot that its arms' motion needs, computed when it loads, and the command they start with.
 #[derive(Debug, Clone)]
 pub struct TentaclePlan {
     /// The robot's own settings.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!            +--> Keyed (sway, walk, swim) --+
-//!   Still <--+--> Reach                    --+--> whatever is asked next
+//!   Still <--+--> Reach                    --+--> the next stroke
 //!     |      +--> ToPath --> Travel        --+
 //!     |      |
 //!     +------+--> Approach --> Winding --> Unwinding --+   (only from Still: nothing sweeps through a pole)

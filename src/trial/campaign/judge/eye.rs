@@ -19,7 +19,7 @@ pub(super) struct Limits {
     pub(super) rate_share: f64,
 }
 
-/// What the judge knows about a servo, and saw at the last check. All positions in counts.
+/// The judge's knowledge of a servo, and its state at the last check. All positions in counts.
 #[derive(Debug)]
 pub(super) struct Eye {
     joint: usize,
@@ -160,8 +160,7 @@ impl Eye {
         }
         if truth.is_misled {
             // It obeys a command for another servo, or a corrupted one. No controller can prevent that, nor
-            // that the servo
-            // returns from there with its next goal, or slowly.
+            // that the servo returns from there with its next goal, or slowly.
             self.is_excused = true;
             self.let_in_from(truth);
             return None;

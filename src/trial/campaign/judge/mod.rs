@@ -121,8 +121,7 @@ impl Judge {
             Some(Eye::new(index, joint, servo, *place - 1, &limits))
         });
         // From one end of the widest range to the other at the slow rate: the time to bring a joint in after
-        // a
-        // silence and, along a curve, to sit down.
+        // a silence and, along a curve, to sit down.
         let widest_rad =
             robot.joints.iter().map(|joint| joint.range_rad.1 - joint.range_rad.0).fold(0.0, f64::max) * 1.2;
         let way_s = widest_rad / safety.slow_rate_rad_s;
