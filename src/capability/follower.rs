@@ -27,7 +27,7 @@ pub(super) struct Follower {
     /// Halvings of a step at the limit of the reach.
     halvings: i32,
     /// Lowest and highest position of a foot relative to the ground from which the trunk's mean height
-    /// counts, m.
+    /// is measured, m.
     heights_m: (f64, f64),
 }
 
@@ -139,7 +139,7 @@ impl Follower {
     }
 
     /// Lowest and highest position of a foot in a stride, above the ground from which the trunk's mean height
-    /// counts, m.
+    /// is measured, m.
     pub(super) fn heights_m(&self) -> (f64, f64) {
         self.heights_m
     }

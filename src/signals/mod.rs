@@ -82,7 +82,7 @@ pub struct ArmTarget {
     pub change: u32,
 }
 
-/// Which positions on an arm have a target.
+/// Selects the positions on an arm that have a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ArmAim {
     /// The ends of its groups.

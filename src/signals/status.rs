@@ -1,4 +1,4 @@
-//! The display of a run while it lasts.
+//! The status that a run shows while it lasts.
 
 use super::{Activity, Outage, Permission};
 

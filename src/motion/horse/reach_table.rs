@@ -53,7 +53,7 @@ pub struct Reachable {
     /// Reach of each leg by height.
     pub legs: [LegReach; 4],
     /// Heights of the lowest and the highest level above the ground from which the trunk's mean height
-    /// counts, m.
+    /// is measured, m.
     pub levels_m: (f64, f64),
     /// How far the trunk rises and falls about its mean height, m.
     pub half_bob_m: f64,
@@ -152,7 +152,7 @@ pub struct ReachTable {
 }
 
 impl ReachTable {
-    /// Reach of the feet at `posture`; none if it is not in the table.
+    /// Reach of the feet at `posture`; zero if it is not in the table.
     pub fn at(&self, posture: Posture) -> Reachable {
         if posture == Posture::default() {
             return self.level;
