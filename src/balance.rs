@@ -39,8 +39,7 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The feedback for `robot`. It does nothing if the file has no `[balance]`, or if the feet bear no
-    /// weight.
+    /// The feedback for `robot`. It does nothing if the file has no `[balance]`, or if the feet bear no weight.
     pub fn new(robot: &Robot) -> Balance {
         Balance {
             settings: robot.balance.filter(|_| robot.bears_weight),

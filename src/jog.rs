@@ -29,8 +29,7 @@ pub struct JogReport {
     pub is_end_heard: bool,
 }
 
-/// Turns joint number `joint` of `robot` to `goal_rad`, limited to its range, holds it for a second and lets
-/// it go.
+/// Turns joint number `joint` of `robot` to `goal_rad`, limited to its range, holds it for a second and lets it go.
 ///
 /// The `operator` is asked once per cycle. Any order to stop lets the joint go where it is; its torque falls
 /// to zero over the robot's `torque_ramp_s`.

@@ -8,8 +8,7 @@ use crate::motion::horse::{LEVELS, Lean, LegReach};
 const PULL: f64 = 0.1;
 /// Number of steps in which a leg's length is scanned.
 const STEPS_A_LENGTH: f64 = 100.0;
-/// Halvings of a step at the limit of the reach, to a ten-thousandth or an eight-hundredth of the leg's
-/// length.
+/// Halvings of a step at the limit of the reach, to a ten-thousandth or an eight-hundredth of the leg's length.
 const FINE_HALVINGS: i32 = 7;
 const COARSE_HALVINGS: i32 = 3;
 /// Number of steps from one posture or height to another.

@@ -24,8 +24,7 @@ const NEUTRALS: u32 = 400;
 pub struct Reach {
     /// The middle of the reach on the ground, body frame, m.
     pub neutral_in_body: DVec3,
-    /// How far fore and aft of that point the foot can go, on the ground and anywhere up to the swing's
-    /// height, m.
+    /// How far fore and aft of that point the foot can go, on the ground and anywhere up to the swing's height, m.
     pub half_excursion_m: f64,
 }
 

@@ -63,8 +63,7 @@ fn of_gait(robot: &Robot, plan: &HorsePlan, gait: usize) -> TopSpeed {
     TopSpeed { by_reach_m_s, by_servos_m_s, joint, backward_m_s: backward_m_s.abs() }
 }
 
-/// The top speed that the servos allow in the direction of `by_reach_m_s`, up to it, and the joint that
-/// limits it.
+/// The top speed that the servos allow in the direction of `by_reach_m_s`, up to it, and the joint that limits it.
 fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) -> (f64, Option<usize>) {
     let (mut low, mut high) = (0.0, by_reach_m_s);
     let (mut load, mut joint) = largest_load(robot, plan, gait, by_reach_m_s);

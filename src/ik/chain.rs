@@ -18,9 +18,8 @@ pub(super) struct ChainSolver<G: Geometry> {
     pub(super) search: Search<G::Vector>,
 }
 
-/// If the tip is not this near, m per metre of chain, a solution begins with sweeps, in which the stiffness
-/// shapes the pose. On a path the tip is near, and the finish, which weights the joints in the same way,
-/// suffices.
+/// If the tip is not this near, m per metre of chain, a solution begins with sweeps, in which the stiffness shapes
+/// the pose. On a path the tip is near, and the finish, which weights the joints in the same way, suffices.
 const NEAR_SHARE: f64 = 0.1;
 /// Most of those sweeps; a target out of reach uses them all.
 const SWEEPS_MAX: u32 = 10;

@@ -17,8 +17,7 @@ pub(super) const TURN_MAX_RAD: f64 = SMALL_TURN_RAD;
 const DAMPING_START: f64 = 1e-6;
 /// Damping below which steps no longer change.
 const DAMPING_MIN: f64 = 1e-12;
-/// Largest error that the pull to the neutral posture may cause, m per metre of chain; the next steps remove
-/// it.
+/// Largest error that the pull to the neutral posture may cause, m per metre of chain; the next steps remove it.
 const PULL_COST_SHARE: f64 = 0.01;
 
 impl<G: Geometry> ChainSolver<G> {
@@ -46,8 +45,7 @@ impl<G: Geometry> ChainSolver<G> {
         }
     }
 
-    /// Chooses the bounded step towards `target`, with a pull to the neutral pose if that does not move the
-    /// tip.
+    /// Chooses the bounded step towards `target`, with a pull to the neutral pose if that does not move the tip.
     fn choose_step(&mut self, target: G::Vector, pull: f64, damping: f64) {
         let miss = target - self.tip;
         let mut sums = Sums::new(miss);

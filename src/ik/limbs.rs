@@ -1,5 +1,4 @@
-//! The stage of inverse kinematics: from targets of every chain to joint angles. A pose passes straight
-//! through.
+//! The stage of inverse kinematics: from targets of every chain to joint angles. A pose passes straight through.
 
 use std::ops::Range;
 
@@ -192,9 +191,8 @@ impl Arm {
         })
     }
 
-    /// Writes the angles to send for `target`; on entry `angles` are those sent in the last cycle. A new
-    /// motion waits until it `may_begin`, and then no other may begin in this cycle; an arm that waits has no
-    /// residual.
+    /// Writes the angles to send for `target`; on entry `angles` are those sent in the last cycle. A new motion
+    /// waits until it `may_begin`, and then no other may begin in this cycle; an arm that waits has no residual.
     fn solve(&mut self, target: &ArmTarget, may_begin: &mut bool, angles: &mut [f64]) -> ArmSolution {
         let is_new = self.hand_over.is_new(target.change);
         if is_new && !*may_begin {

@@ -70,8 +70,7 @@ impl<G: Geometry> PosedJoint<G> {
         }
     }
 
-    /// Places the joint at `place`, on a link with this orientation; returns end and orientation of its own
-    /// link.
+    /// Places the joint at `place`, on a link with this orientation; returns end and orientation of its own link.
     #[inline]
     fn put(&mut self, place: G::Vector, rotation: G::Rotation) -> (G::Vector, G::Rotation) {
         self.place = place;

@@ -290,8 +290,7 @@ proptest! {
         let mut in_space = [start[0], start[1], start[2], 0.0];
         let in_space_solution =
             Solver::new(&chain, &joints).solve(Method::CcdThenFinish, target, pull, &mut in_space);
-        // The solver does not change to a pose that is nearer by less than the tolerance for a reached
-        // target.
+        // The solver does not change to a pose that is nearer by less than the tolerance for a reached target.
         let difference_m = (solution.residual_m - in_space_solution.residual_m).abs();
         prop_assert!(difference_m < REACHED_M + 1e-6, "{solution:?}, in space {in_space_solution:?}");
     }

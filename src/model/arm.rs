@@ -1,10 +1,9 @@
 //! An octopus arm as the motions and inverse kinematics see it: a chain of ball joints with links between, in
 //! three groups.
 //!
-//! The chain's own frame is the arm's: at zero angles the arm lies along x, y is to its left, z up. A ball
-//! joint is one to three hinges in one place, the last of which carries the link. On the arm of the thesis
-//! (Ishizuka 2008, 3.1.1) the spheres' diameters shrink from joint to joint, and a link is half as long as
-//! its sphere is wide.
+//! The chain's own frame is the arm's: at zero angles the arm lies along x, y is to its left, z up. A ball joint is
+//! one to three hinges in one place, the last of which carries the link. On the arm of the thesis (Ishizuka 2008,
+//! 3.1.1) the spheres' diameters shrink from joint to joint, and a link is half as long as its sphere is wide.
 
 use std::ops::Range;
 
@@ -22,9 +21,8 @@ const HINGES_MAX: usize = 3;
 /// A link may be this far off the arm's straight line, as a share of its length.
 const STRAIGHT_SHARE: f64 = 1e-6;
 
-/// Diameter of the sphere round joint `index`, counted from 0 at the root, in the unit of `root`. Each
-/// joint's sphere is smaller than the one before by the share `taper` of the root's (3.1; the thesis has
-/// 0.01).
+/// Diameter of the sphere round joint `index`, counted from 0 at the root, in the unit of `root`. Each joint's
+/// sphere is smaller than the one before by the share `taper` of the root's (3.1; the thesis has 0.01).
 pub fn diameter(root: f64, taper: f64, index: usize) -> f64 {
     root * (1.0 - taper * index as f64)
 }
@@ -73,8 +71,7 @@ pub enum ArmError {
     /// Too many hinges in one place.
     #[error("{0}: at most {HINGES_MAX} hinges are in one place")]
     Hinges(String),
-    /// A hinge that turns about none of its frame's axes, twists before the link, or repeats the one before
-    /// it.
+    /// A hinge that turns about none of its frame's axes, twists before the link, or repeats the one before it.
     #[error(
         "{0}: the hinges of an arm's joint turn about y and z, or z and y, and a third, if any, about x: lift is \
          [0, -1, 0], sweep [0, 0, 1], twist [1, 0, 0]"

@@ -53,9 +53,8 @@ pub struct BallJoint {
 }
 
 impl SwingTwist {
-    /// The swing of one rotation by `lift` up and `sweep` to the left (rad; for an arm's joint, whose x is
-    /// the link's direction, y left and z up): about one axis, by the root of the sum of their squares, at
-    /// most pi.
+    /// The swing of one rotation by `lift` up and `sweep` to the left (rad; for an arm's joint, whose x is the
+    /// link's direction, y left and z up): about one axis, by the root of the sum of their squares, at most pi.
     pub fn swing_to(lift: f64, sweep: f64) -> DVec2 {
         let angle = lift.hypot(sweep);
         if angle > 0.0 { DVec2::new(-lift, sweep) * ((0.5 * angle).sin() / angle) } else { DVec2::ZERO }

@@ -8,11 +8,10 @@ impl Gait {
     /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the lags of 3.3, and our own in
     /// addition.
     ///
-    /// `walk-steady` has a longer stance, which keeps a robot inside the triangle of its standing feet. The
-    /// thesis' canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the
-    /// mirror image. The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two lags give it: here it
-    /// is the gallop with its fore feet exchanged, so that beats and flight stay the same; its fore feet lead
-    /// on the other side.
+    /// `walk-steady` has a longer stance, which keeps a robot inside the triangle of its standing feet. The thesis'
+    /// canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the mirror image.
+    /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two lags give it: here it is the gallop with
+    /// its fore feet exchanged, so that beats and flight stay the same; its fore feet lead on the other side.
     ///
     /// Walk, trot, canter and gallop are chosen by speed: trot above the Froude number 0.35 (horse-like
     /// walkers change near it), canter above 2.5 (Alexander and Jayes 1983: trot to gallop at 2 to 3), gallop
@@ -188,8 +187,7 @@ mod tests {
     fn the_other_lead_is_the_mirror_image_of_the_gait_some_time_later() {
         for name in ["canter", "gallop", "rotary-gallop"] {
             let (gait, other) = (built_in(name), built_in(&format!("{name}-left")));
-            // Both gaits begin with a hind foot: the other's right hind lifts when this gait's left hind
-            // does.
+            // Both gaits begin with a hind foot: the other's right hind lifts when this gait's left hind does.
             let later = other.lags[RH] - gait.lags[LH];
             for (leg, mirrored) in [(LH, RH), (LF, RF), (RH, LH), (RF, LF)] {
                 for phase in phases() {

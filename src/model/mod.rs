@@ -66,8 +66,7 @@ pub struct Robot {
     pub safety: SafetySettings,
     /// The body of the simulated robot; `None` if simulated joints turn freely.
     pub physics: Option<Physics>,
-    /// True if the feet bear the robot's weight, as on every real robot; false if simulated joints turn
-    /// freely.
+    /// True if the feet bear the robot's weight, as on every real robot; false if simulated joints turn freely.
     pub bears_weight: bool,
     /// How the robot balances on its feet; `None` if it does not. Acts only if the feet bear its weight.
     pub balance: Option<BalanceSettings>,
@@ -236,8 +235,7 @@ pub struct Gait {
     pub name: String,
     /// Duty factor: share of the period that a foot is in stance, 0 < d < 1 (thesis: alpha).
     pub duty_factor: f64,
-    /// Phase offset of each leg's lift-off as a share of the period, 0 <= lag < 1, in the order of
-    /// [`LEG_NAMES`].
+    /// Phase offset of each leg's lift-off as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
     pub lags: [f64; 4],
     /// How the trunk rises and falls in this gait.
     pub bob: Bob,
@@ -276,8 +274,7 @@ pub struct SafetySettings {
     pub hold_s: f64,
     /// Largest difference between goal and measurement, rad.
     pub tracking_error_rad: f64,
-    /// Time for which the tracking error, the temperature or the voltage may be wrong before the robot holds,
-    /// s.
+    /// Time for which the tracking error, the temperature or the voltage may be wrong before the robot holds, s.
     pub fault_delay_s: f64,
     /// Highest servo temperature, degrees Celsius.
     pub temperature_c: f64,

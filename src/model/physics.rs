@@ -46,8 +46,7 @@ pub struct Step {
     pub height_m: f64,
 }
 
-/// The foot at a chain's end, in its last link. Its axes are the body frame's when all of the chain's angles
-/// are 0.
+/// The foot at a chain's end, in its last link. Its axes are the body frame's when all of the chain's angles are 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Foot {
     /// A round sole across the leg: a rod along y with round ends, centred on the tip.

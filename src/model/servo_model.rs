@@ -213,8 +213,7 @@ pub static FEETECH_STS: Registers = Registers {
 };
 
 impl Registers {
-    /// Names of the alarm `bits` of [`Registers::alarm_status`], joined by commas; empty if there is no
-    /// alarm.
+    /// Names of the alarm `bits` of [`Registers::alarm_status`], joined by commas; empty if there is no alarm.
     pub fn alarm_words(&self, bits: u8) -> String {
         let known =
             self.alarm_names.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| (*name).to_owned());
@@ -275,8 +274,7 @@ pub struct ServoModel {
     pub stall_torque_nm: f64,
     /// Stall current at that voltage, A.
     pub stall_current_a: f64,
-    /// Share of the supply voltage that its position loop, with factory settings, applies per radian of
-    /// error.
+    /// Share of the supply voltage that its position loop, with factory settings, applies per radian of error.
     pub position_gain_share_rad: f64,
     /// No-load speed at [`ServoModel::nominal_voltage_v`], rad/s.
     pub no_load_speed_rad_s: f64,
@@ -312,9 +310,8 @@ const fn dynamixel_gain(p_gain: f64) -> f64 {
     p_gain / 128.0 / 885.0 * 4096.0 / TAU
 }
 
-/// Tenths of a percent per count: a quarter of P, which is 32 as shipped (Feetech wiki,
-/// `parameter/memory-sts.md`). An STS3215 measured 5.28 (kscalelabs/sysid, STS_3215_12V_20250317), where this
-/// constant is 5.21.
+/// Tenths of a percent per count: a quarter of P, which is 32 as shipped (Feetech wiki, `parameter/memory-sts.md`).
+/// An STS3215 measured 5.28 (kscalelabs/sysid, STS_3215_12V_20250317), where this constant is 5.21.
 const STS_GAIN: f64 = 0.25 * 32.0 * 0.001 * 4096.0 / TAU;
 /// Estimate, 1.5 % per count: the servo's register table gives no factors.
 const SCS_GAIN: f64 = 15.0 * 0.001 * SCS_COUNTS_PER_TURN / TAU;

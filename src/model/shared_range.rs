@@ -119,8 +119,7 @@ impl SharedRange {
         self.axes().iter().any(|(axis, _)| *axis == Axis::X)
     }
 
-    /// The rotation nearest to `asked` that is in the range. The twist of two hinges follows from their
-    /// swing.
+    /// The rotation nearest to `asked` that is in the range. The twist of two hinges follows from their swing.
     fn nearest(&self, asked: SwingTwist) -> SwingTwist {
         let mut held = self.range.nearest(asked);
         if !self.can_twist() {

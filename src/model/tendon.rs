@@ -338,8 +338,7 @@ mod tests {
 
     #[test]
     fn an_upright_bend_shortens_the_upper_cord_by_chords_across_the_plates() {
-        // One joint between plates of gap g, bent by a: the cord at radius r is g cos(a/2) - 2 r sin(a/2)
-        // long.
+        // One joint between plates of gap g, bent by a: the cord at radius r is g cos(a/2) - 2 r sin(a/2) long.
         let drive = TendonDrive::new(vec![Section { joints: 1, ..section(0.0) }; 3], 0.0, 0.02).unwrap();
         let (gap_m, radius_m, bend) = (0.012, 0.012, 0.7_f64);
         let [upper, lower] = drive.changes_m(0, 0, &[SectionBend { lift: bend, sweep: 0.0 }]);

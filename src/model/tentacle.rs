@@ -1,5 +1,4 @@
-//! Arms that move like those of an octopus (Ishizuka 2008): their settings in a robot file beyond their
-//! joints.
+//! Arms that move like those of an octopus (Ishizuka 2008): their settings in a robot file beyond their joints.
 //!
 //! The frame of an arm's chain: x along the stretched arm from root to tip, y to its left, z up.
 

@@ -23,15 +23,13 @@ pub struct SwingCurve {
     pub time_s: f64,
     /// Height in mid-swing, m.
     pub lift_m: f64,
-    /// Share of the swing time in which the foot accelerates, and again that in which it slows down; 0 < r <
-    /// 0.5.
+    /// Share of the swing time in which the foot accelerates, and again that in which it slows down; 0 < r < 0.5.
     pub ramp_share: f64,
 }
 
 impl SwingCurve {
-    /// Share of the way completed at the share `u` of the time: speed rises linearly from rest over the ramp
-    /// share, stays constant, and falls to rest again, so that world velocity is continuous at lift-off and
-    /// landing.
+    /// Share of the way completed at the share `u` of the time: speed rises linearly from rest over the ramp share,
+    /// stays constant, and falls to rest again, so that world velocity is continuous at lift-off and landing.
     pub fn way(&self, u: f64) -> f64 {
         let (u, r) = (u.clamp(0.0, 1.0), self.ramp_share);
         let peak = 1.0 / (1.0 - r);

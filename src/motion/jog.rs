@@ -65,8 +65,7 @@ impl Jog {
         self.goal_rad
     }
 
-    /// Position of the joint when its torque began to fall, rad; `None` before that, and if it never had
-    /// torque.
+    /// Position of the joint when its torque began to fall, rad; `None` before that, and if it never had torque.
     pub fn measured_rad(&self) -> Option<f64> {
         self.measured_rad
     }

@@ -88,8 +88,7 @@ pub struct LeggedGenerator<D> {
     now_s: f64,
     /// Pose at the start of the present change of pose, rad.
     start_pose_rad: Vec<f64>,
-    /// Planned rotation of the trunk at that start, and the level rotation with the same heading: world
-    /// frame.
+    /// Planned rotation of the trunk at that start, and the level rotation with the same heading: world frame.
     start_turns: (DQuat, DQuat),
     move_for_s: f64,
     torque_ramp_s: f64,
@@ -142,9 +141,8 @@ impl<D: OnFeet> LeggedGenerator<D> {
         self.write_targets(targets);
     }
 
-    /// Slows the robot down while the trunk's attitude is unknown. It goes as fast as before once the
-    /// attitude has been known for a while, so that an IMU that drops in and out does not change the speed
-    /// all the time.
+    /// Slows the robot down while the trunk's attitude is unknown. It goes as fast as before once the attitude has
+    /// been known for a while, so that an IMU that drops in and out does not change the speed all the time.
     fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
         let Some(share) = self.lost_speed_share else { return };
         self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };

@@ -35,8 +35,7 @@ enum View {
     Front,
 }
 
-/// Twelve poses: over the first change of gait if there is one, three per swing; otherwise from the middle
-/// on.
+/// Twelve poses: over the first change of gait if there is one, three per swing; otherwise from the middle on.
 ///
 /// # Errors
 /// No known error: only the drawing library's signature contains them.

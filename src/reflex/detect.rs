@@ -41,8 +41,7 @@ pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets)
     }
 }
 
-/// Direction of a fall: by the component of the angular velocity with the largest magnitude (the same
-/// section).
+/// Direction of a fall: by the component of the angular velocity with the largest magnitude (the same section).
 pub(super) fn direction(body: &BodyEstimate) -> FallDirection {
     let [p, q, r] = body.rate_rad_s.to_array();
     if r.abs() > p.abs().max(q.abs()) {

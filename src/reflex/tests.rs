@@ -196,8 +196,7 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
     assert_eq!(scene.go_on(2.0), ["letting go", "limp"]);
 }
 
-/// From its front, by two poses: each is reached at its time, on the way from where the robot lay, without a
-/// jump.
+/// From its front, by two poses: each is reached at its time, on the way from where the robot lay, without a jump.
 #[test]
 fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     let mut robot = horse(ReflexMode::Reflex);

@@ -21,8 +21,7 @@ use crate::signals::{JointState, JointTargets, State};
 const REST_RAD_S: f64 = 0.1;
 /// How many times in a row an arm gives way.
 const IN_A_ROW: u32 = 3;
-/// An arm that never comes to rest returns anyway after this multiple of its shortest time, even against the
-/// hand.
+/// An arm that never comes to rest returns anyway after this multiple of its shortest time, even against the hand.
 const LONGEST: f64 = 10.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

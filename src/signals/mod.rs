@@ -1,9 +1,8 @@
 //! The buffers that the pipeline's stages hand to each other, and the stage that computes each.
 //!
 //! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Frames:
-//! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In
-//! both, x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`],
-//! radians.
+//! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In both,
+//! x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
 mod activity;
 mod order;
@@ -173,8 +172,7 @@ pub struct State {
     pub body: BodyEstimate,
 }
 
-/// The last reading of the trunk's inertial measurement unit (IMU), rotated from its mounting to the body
-/// frame.
+/// The last reading of the trunk's inertial measurement unit (IMU), rotated from its mounting to the body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ImuReading {
     /// True once the IMU has been heard.
@@ -199,8 +197,7 @@ pub struct ImuReading {
 /// Orientation and motion of the trunk, as far as the robot can tell.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyEstimate {
-    /// True while the IMU's reading is recent enough to act on. Otherwise the robot counts as level and
-    /// still.
+    /// True while the IMU's reading is recent enough to act on. Otherwise the robot counts as level and still.
     pub is_known: bool,
     /// Present roll, pitch and yaw, rad (as in [`ImuReading`]); the zero of yaw is the IMU's own.
     pub roll_rad: f64,
@@ -261,8 +258,7 @@ pub struct JointState {
     pub alarm_causes: u8,
     /// The servo's torque enable, valid in the cycle after it was read ([`Question::Torque`]).
     pub has_torque: Option<bool>,
-    /// The goal position that the servo holds, rad, valid in the cycle after it was read
-    /// ([`Question::Goal`]).
+    /// The goal position that the servo holds, rad, valid in the cycle after it was read ([`Question::Goal`]).
     pub held_goal_rad: Option<f64>,
     /// True if the last reply passed its checksum but was dropped because no servo can have measured it.
     pub is_implausible: bool,
@@ -345,8 +341,7 @@ pub struct Feedback {
     pub alarms: u8,
 }
 
-/// The result of one exchange for one servo. Each servo has its own slot: a lost reply never discards the
-/// others.
+/// The result of one exchange for one servo. Each servo has its own slot: a lost reply never discards the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Slot {
     /// A valid reply from this exchange.

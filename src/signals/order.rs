@@ -175,8 +175,7 @@ impl Stroke {
         ("let-go", Stroke::LetGo),
     ];
 
-    /// The stroke of this name, to its position in the robot file; `None` if there is no such stroke or
-    /// position.
+    /// The stroke of this name, to its position in the robot file; `None` if there is no such stroke or position.
     pub fn named(name: &str, tentacle: &TentacleMotion) -> Option<Stroke> {
         match name {
             "reach" => {

@@ -29,8 +29,7 @@ pub struct Status {
     pub hottest_c: f64,
     /// Lowest supply voltage, V.
     pub lowest_v: f64,
-    /// True if the reading of the inertial measurement unit is too old to act on; false on a robot without
-    /// one.
+    /// True if the reading of the inertial measurement unit is too old to act on; false on a robot without one.
     pub is_imu_lost: bool,
     /// True if the recording has broken off, which stops the robot.
     pub is_recording_lost: bool,

@@ -151,9 +151,8 @@ impl Sag {
     }
 }
 
-/// Attitude of the trunk: as measured, or as planned if it is unknown. A trunk that tips over should be
-/// braked: the acceleration that holds the posture (the source's 4.1), beyond what stiff joints do by
-/// themselves.
+/// Attitude of the trunk: as measured, or as planned if it is unknown. A trunk that tips over should be braked: the
+/// acceleration that holds the posture (the source's 4.1), beyond what stiff joints do by themselves.
 fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
     if !state.body.is_known {

@@ -28,8 +28,7 @@ pub(super) struct Sharing {
     wrenches: Vec<[DVec3; 2]>,
     burden: [DVec3; 2],
     x: Vec<f64>,
-    /// Columns above 0, in the order of the rows of their Cholesky factor, and how many of its rows are
-    /// valid.
+    /// Columns above 0, in the order of the rows of their Cholesky factor, and how many of its rows are valid.
     free: Vec<usize>,
     is_free: Vec<bool>,
     factor: Vec<f64>,

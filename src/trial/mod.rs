@@ -123,8 +123,7 @@ impl Trials {
         Ok(Tried { reflex, passive: in_mode(ReflexMode::Passive)?, scene, off })
     }
 
-    /// Runs the first `runs` trials of `seed` on all processors; calls `tell` after each with the number
-    /// done.
+    /// Runs the first `runs` trials of `seed` on all processors; calls `tell` after each with the number done.
     ///
     /// # Errors
     /// The first error that occurred.
@@ -158,8 +157,7 @@ impl Trials {
 }
 
 impl Tried {
-    /// Time from when the fall was certain until the trunk hit the ground, s; `None` if either did not
-    /// happen.
+    /// Time from when the fall was certain until the trunk hit the ground, s; `None` if either did not happen.
     pub fn lead_s(&self) -> Option<f64> {
         Some(self.off.fallen_s? - self.off.predicted_s?)
     }

@@ -19,8 +19,7 @@ use crate::simulation;
 
 /// A robot that does not stand by this time never will, s.
 const STAND_BY_S: f64 = 20.0;
-/// A robot that has not fallen this long after the push, and for which no fall is predicted, has kept its
-/// feet, s.
+/// A robot that has not fallen this long after the push, and for which no fall is predicted, has kept its feet, s.
 const KEPT_S: f64 = 2.0;
 /// A robot whose fall was predicted is on the ground, or was let go of and lies, this long after the push, s.
 const DOWN_S: f64 = 8.0;

@@ -11,8 +11,7 @@ use crate::motion::{GaitChoice, Plan};
 
 /// Friction of the ground: polished wood to rubber.
 pub const FRICTION: (f64, f64) = (0.5, 1.0);
-/// Impulse of a push per kg of the robot, N s. No robot falls at the first value; every robot does at the
-/// second.
+/// Impulse of a push per kg of the robot, N s. No robot falls at the first value; every robot does at the second.
 pub const IMPULSE_NS_KG: (f64, f64) = (0.2, 1.2);
 /// The same for a figure: weak, medium and strong, N s per kg. It keeps its feet at the first, and falls at
 /// the third.

@@ -1,10 +1,9 @@
 //! The transition from one motion of an arm to the next without a jump.
 //!
-//! When the motion changes, the difference of each joint from the new motion and its speed are stored, and
-//! fade: the offset follows a quintic that begins with that offset and speed and ends at rest at zero. So
-//! position and speed are continuous, and the duration is long enough to keep both below the joints' limits.
-//! The new motion begins at rest. While the new motion of an arm is not yet known, the arm comes to rest
-//! where it is.
+//! When the motion changes, the difference of each joint from the new motion and its speed are stored, and fade:
+//! the offset follows a quintic that begins with that offset and speed and ends at rest at zero. So position and
+//! speed are continuous, and the duration is long enough to keep both below the joints' limits. The new motion
+//! begins at rest. While the new motion of an arm is not yet known, the arm comes to rest where it is.
 
 use crate::model::{Joint, SafetySettings};
 
@@ -80,8 +79,7 @@ impl HandOver {
         self.note(angles);
     }
 
-    /// Writes the `angles` (rad) with which an arm comes to rest where it is while its motion is not yet
-    /// known.
+    /// Writes the `angles` (rad) with which an arm comes to rest where it is while its motion is not yet known.
     pub fn wait(&mut self, angles: &mut [f64]) {
         if !self.waits {
             self.joints.iter_mut().for_each(|joint| joint.rest_rad = joint.last_rad);
@@ -202,8 +200,7 @@ mod tests {
         let mut source = Pcg64Mcg::seed_from_u64(11);
         let mut draw = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let mut hand_over = HandOver::new(&[joint], &limits, dt_s);
-        // Motions that swing from rest by up to 1.2 rad about any middle, and change every half to two
-        // seconds.
+        // Motions that swing from rest by up to 1.2 rad about any middle, and change every half to two seconds.
         let (mut middle, mut swing, mut since_s, mut until_s, mut change) = (0.0, 0.5, 0.0, 1.0, 0);
         let mut last: Option<(f64, f64)> = None;
         hand_over.pass(&[0.0]);

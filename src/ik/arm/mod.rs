@@ -1,5 +1,4 @@
-//! Inverse kinematics of an octopus arm. Input: positions along it. Output: joint angles and the remaining
-//! error.
+//! Inverse kinematics of an octopus arm. Input: positions along it. Output: joint angles and the remaining error.
 //!
 //! The ends of the groups should reach their pseudo-targets, the tip a point, or the ends of all links given
 //! positions. There are two rules for how an arm bends on the way: the thesis' cyclic coordinate descent,

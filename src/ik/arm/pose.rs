@@ -210,8 +210,7 @@ impl Pose {
         self.tip = place;
     }
 
-    /// Limits joint `ball`, which starts at `from`, to the range its hinges share; returns the end of its
-    /// link.
+    /// Limits joint `ball`, which starts at `from`, to the range its hinges share; returns the end of its link.
     #[inline]
     pub(super) fn hold_ball(&mut self, ball: usize, from: (DVec3, DMat3)) -> (DVec3, DMat3) {
         let Ball { first, end, .. } = self.balls[ball];

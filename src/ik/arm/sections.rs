@@ -18,8 +18,7 @@ const BEND_COST: f64 = 1e-6;
 /// Steps on a path, and from each start of a new motion.
 const STEPS: u32 = 3;
 const STEPS_FROM_START: u32 = 40;
-/// Damping at first, and damping at which the solver gives up, as a share of the mean of the matrix'
-/// diagonal.
+/// Damping at first, and damping at which the solver gives up, as a share of the mean of the matrix' diagonal.
 const DAMPING_START: f64 = 1e-4;
 const DAMPING_GIVE_UP: f64 = 1e3;
 /// Largest change of a bend in one step, rad.

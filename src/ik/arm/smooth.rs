@@ -1,5 +1,4 @@
-//! The smooth rule: of all poses that bring the ends to their targets, the one with the least sum of squared
-//! bends.
+//! The smooth rule: of all poses that bring the ends to their targets, the one with the least sum of squared bends.
 //!
 //! Each step is bounded, damped least squares, as in the finish of a leg: the least turns that bring the ends
 //! to their targets, and a share of the way to the resting bend if that moves no end. Repeated, or cycle by
@@ -83,8 +82,7 @@ impl Pose {
         largest_rad
     }
 
-    /// Chooses the turns of the free hinges: each turns by its pull, and by the effect of the forces on the
-    /// ends.
+    /// Chooses the turns of the free hinges: each turns by its pull, and by the effect of the forces on the ends.
     fn choose_step(&mut self, ends: &Ends, damping: f64) -> f64 {
         let count = ends.count;
         let mut system = System::new(3 * count);
@@ -181,8 +179,7 @@ impl System {
         System { matrix: [[0.0; ROWS]; ROWS], right: [0.0; ROWS], rows }
     }
 
-    /// Adds a hinge that moves the rows from `from` on by `column`, and turns by a known `known_rad` of its
-    /// own.
+    /// Adds a hinge that moves the rows from `from` on by `column`, and turns by a known `known_rad` of its own.
     #[inline]
     pub(super) fn add(&mut self, column: &[f64; ROWS], from: usize, known_rad: f64, is_free: bool) {
         for row in from..self.rows {

@@ -18,8 +18,7 @@ impl Glide {
         Glide { coefficients: [place, 0.0, 0.0, 0.0, 0.0, 0.0], end: place, duration_s: 0.0 }
     }
 
-    /// Glides from the position `time_s` after its beginning to `end` in `duration_s`, above 0; its time
-    /// restarts.
+    /// Glides from the position `time_s` after its beginning to `end` in `duration_s`, above 0; its time restarts.
     pub(super) fn turn_to(&mut self, time_s: f64, end: f64, duration_s: f64) {
         let [p, v, a] = self.motion(time_s);
         let t = duration_s;

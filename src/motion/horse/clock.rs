@@ -99,8 +99,7 @@ impl StrideClock {
         }
     }
 
-    /// Strides since the left hind leg's lift-off at time `s`, by its phase offset before and after the
-    /// change.
+    /// Strides since the left hind leg's lift-off at time `s`, by its phase offset before and after the change.
     pub(super) fn phases_since_left_hind(&self, s: f64) -> [f64; 2] {
         let phase = self.phase(s);
         [phase - self.from.lags[0], phase - self.to.lags[0]]
@@ -223,8 +222,7 @@ mod tests {
         Gait::built_in().into_iter().find(|gait| gait.name == name).unwrap()
     }
 
-    /// The table of reference changes of phase offsets, in the order left hind, left fore, right hind, right
-    /// fore.
+    /// The table of reference changes of phase offsets, in the order left hind, left fore, right hind, right fore.
     #[test]
     fn lags_move_the_shortest_way() {
         let expected = [

@@ -199,8 +199,7 @@ impl Drive {
         !self.walk.is_standing()
     }
 
-    /// True once the horse goes in the gait, and at the speed and turn, of `command`, or as near to it as
-    /// possible.
+    /// True once the horse goes in the gait, and at the speed and turn, of `command`, or as near to it as possible.
     pub fn does(&self, command: Command) -> bool {
         let is_changing = self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s));
         let is_asked_gait = match command.gait {

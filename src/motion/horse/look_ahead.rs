@@ -55,8 +55,7 @@ impl Walk {
         false
     }
 
-    /// True if the foot of `leg`, number `index`, stays in its reach from `from_s` to `to_s`, between two
-    /// events.
+    /// True if the foot of `leg`, number `index`, stays in its reach from `from_s` to `to_s`, between two events.
     fn part_stays_in_reach(
         &self,
         leg: &Leg,
@@ -89,8 +88,7 @@ impl Walk {
         all
     }
 
-    /// True if the foot of `leg` in its swing of `way_m` is never too fast relative to the trunk from
-    /// `from_s` on.
+    /// True if the foot of `leg` in its swing of `way_m` is never too fast relative to the trunk from `from_s` on.
     fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, way_m: f64, from_s: f64) -> bool {
         let Some(Strides { swing_speed_max_m_s, .. }) = self.strides else { return true };
         let fastest_m_s = self.swing.fastest_m_s(way_m);

@@ -20,8 +20,7 @@ use crate::motion::curves::SMOOTH_STEP_SLOPE_MAX;
 
 /// Lengths of a change of gait to try, strides.
 const STRIDES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.0];
-/// Share of the allowed speed at which a change of gait is first tried, and the factor from one try to the
-/// next.
+/// Share of the allowed speed at which a change of gait is first tried, and the factor from one try to the next.
 const CHANGE_SPEED_SHARE: f64 = 0.98;
 const SLOWER: f64 = 0.93;
 /// Number of slower speeds to try before full speed is tried again, in another phase of the stride.
@@ -308,8 +307,7 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
     starts
 }
 
-/// Duration of a change of speed, s. To or from a stand it takes at least a stride, so that every leg takes
-/// part.
+/// Duration of a change of speed, s. To or from a stand it takes at least a stride, so that every leg takes part.
 fn ramp_s(plan: &HorsePlan, walk: &Walk, from: Rates, to: Rates) -> f64 {
     let stride_s = walk.strides.map_or(0.0, |strides| strides.clock.settled_period_s());
     let is_start_or_stop = from.is_still() != to.is_still();

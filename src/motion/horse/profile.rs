@@ -167,8 +167,7 @@ impl SpeedProfile {
         profile
     }
 
-    /// Adds a ramp from the end of the last one to `rates`, `duration_s` long. False if there is no room for
-    /// it.
+    /// Adds a ramp from the end of the last one to `rates`, `duration_s` long. False if there is no room for it.
     #[must_use]
     pub fn ramp_to(&mut self, rates: Rates, duration_s: f64) -> bool {
         if self.count + 1 >= PIECES {

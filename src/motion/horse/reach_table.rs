@@ -22,8 +22,7 @@ const SWAYING_SHARE: f64 = 0.7;
 
 /// How far a foot can go from its neutral point, by height: distances, 0 or more, m.
 ///
-/// At the top of a swing a leg may reach less far than on the ground, or have a gap where a joint's range
-/// ends.
+/// At the top of a swing a leg may reach less far than on the ground, or have a gap where a joint's range ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegReach {
     /// Backwards.
@@ -60,8 +59,7 @@ pub struct Reachable {
 }
 
 impl Reachable {
-    /// True if the foot of `leg` can be `excursion_m` forward of its neutral point and `up_m` above the
-    /// ground.
+    /// True if the foot of `leg` can be `excursion_m` forward of its neutral point and `up_m` above the ground.
     pub(super) fn holds(&self, leg: usize, excursion_m: f64, up_m: f64) -> bool {
         if excursion_m.abs() > self.half_excursion_m {
             return false;
@@ -202,8 +200,7 @@ impl ReachTable {
         corners.zip(&corners, |reach_m, _| share * reach_m)
     }
 
-    /// The posture nearest to `wanted`, on the straight way from standing level, that leaves the feet enough
-    /// reach.
+    /// The posture nearest to `wanted`, on the straight way from standing level, that leaves the feet enough reach.
     pub fn limited(&self, wanted: Posture) -> Posture {
         let ends = |values: &[f64]| (values.first().copied(), values.last().copied());
         let (Some(low), Some(high)) = ends(&self.heights_m) else { return Posture::default() };

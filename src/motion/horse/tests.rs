@@ -275,9 +275,8 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
     );
 }
 
-/// However hard it is to find a way to follow a wish, no cycle checks more than the limit. The wish leaves
-/// hardly any room in this horse's postures: a cycle that tried all ways would check 8141 stances and swings
-/// here.
+/// However hard it is to find a way to follow a wish, no cycle checks more than the limit. The wish leaves hardly
+/// any room in this horse's postures: a cycle that tried all ways would check 8141 stances and swings here.
 #[test]
 fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/thoroughbred.toml");

@@ -1,5 +1,4 @@
-//! The thesis' own change of gait (Takizawa 2005, 3.1 and 3.3), kept for comparison with ours: it drives no
-//! robot.
+//! The thesis' own change of gait (Takizawa 2005, 3.1 and 3.3), kept for comparison with ours: it drives no robot.
 //!
 //! The trunk's speed steps at once. Each leg lengthens or shortens one stance so that it lifts when the new
 //! gait requires, and compensates that, and the step of speed, in the stride that follows. No foot slips and

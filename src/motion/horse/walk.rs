@@ -43,8 +43,7 @@ pub(super) struct Strides {
     pub(super) to: usize,
     /// Largest speed of a foot relative to the trunk in a swing, m/s.
     pub(super) swing_speed_max_m_s: f64,
-    /// True if the strides are ending: a foot that is on its neutral point after the trunk has stopped stays
-    /// there.
+    /// True if the strides are ending: a foot that is on its neutral point after the trunk has stopped stays there.
     pub(super) is_ending: bool,
 }
 

@@ -44,8 +44,7 @@ pub(super) struct ArmPlan {
 }
 
 impl ArmPlan {
-    /// The arm with this index and these settings; `None` if its chain is not an arm, which no robot file
-    /// permits.
+    /// The arm with this index and these settings; `None` if its chain is not an arm, which no robot file permits.
     pub(super) fn new(
         robot: &Robot,
         plan: &TentaclePlan,
@@ -121,10 +120,9 @@ impl ArmPlan {
         };
     }
 
-    /// Ends of the sections of an arm on tendons that bend by these turns: each section by its
-    /// pseudo-target's turn, limited to its largest bend. Two bends per section can bring its end only to
-    /// points on arcs: the thesis' spacings, meant for arms with a joint's kink between two groups, would be
-    /// missed by half an arm.
+    /// Ends of the sections of an arm on tendons that bend by these turns: each section by its pseudo-target's
+    /// turn, limited to its largest bend. Two bends per section can bring its end only to points on arcs: the
+    /// thesis' spacings, meant for arms with a joint's kink between two groups, would be missed by half an arm.
     fn section_ends_in_body(&self, drive: &TendonDrive, turns: [Turn; GROUPS]) -> [DVec3; GROUPS] {
         let mut bends = [SectionBend::default(); GROUPS];
         for ((bend, section), turn) in bends.iter_mut().zip(drive.sections()).zip(turns) {

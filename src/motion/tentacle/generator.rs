@@ -16,9 +16,8 @@ use crate::signals::{Aim, Permission, State, Targets};
 ///            +-----------+----------+----------+   permission Stop, or StopAtOnce; before Performing, any stop
 /// ```
 /// `Gather` and `Fold` go to the parked pose joint by joint. An arm that is wound round a pole does not fold,
-/// because it would tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`,
-/// `Done`) are those of every motion. With the stop action `hold` the arms stay as they are instead of
-/// folding: `Held`.
+/// because it would tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`)
+/// are those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),

@@ -1,5 +1,4 @@
-//! The turn of each pseudo-target over a stroke: four key poses and the interpolation between (Ishizuka 2008,
-//! 3.3).
+//! The turn of each pseudo-target over a stroke: four key poses and the interpolation between (Ishizuka 2008, 3.3).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,5 +1,4 @@
-//! Motions of octopus arms (Ishizuka 2008): targets for the ends of an arm's groups, its tip or all its
-//! links.
+//! Motions of octopus arms (Ishizuka 2008): targets for the ends of an arm's groups, its tip or all its links.
 //!
 //! Key angles, pseudo-targets and what follows from them are functions of phase or time and settings; inverse
 //! kinematics turns them into joint angles. Frames: `in_arm` is the arm's own frame at its root, x along the

@@ -127,8 +127,7 @@ impl Performer {
         }
     }
 
-    /// Advances by `dt_s` under `command`. A command with a number that is not finite counts as a command to
-    /// rest.
+    /// Advances by `dt_s` under `command`. A command with a number that is not finite counts as a command to rest.
     pub fn step(&mut self, dt_s: f64, state: &State, command: StrokeCommand) {
         self.asked = if command.is_finite() { command } else { StrokeCommand::default() };
         self.settled.look(dt_s, state);

@@ -17,14 +17,12 @@ pub struct Turn {
     pub twist: f64,
 }
 
-/// Width of the rounding of |F|, rad. An arm that leaves the straight bends as the square root of its
-/// shortening: with the kink of |F| at 0 it would have to jump. The rounding changes the spacing by less than
-/// 1.8 %.
+/// Width of the rounding of |F|, rad. An arm that leaves the straight bends as the square root of its shortening:
+/// with the kink of |F| at 0 it would have to jump. The rounding changes the spacing by less than 1.8 %.
 const ROUNDING_RAD: f64 = 0.4;
 
 impl Turn {
-    /// A turn by `angle` in the plane at `plane_rad` about x from level: at 0 it is all sweep, at pi/2 all
-    /// lift.
+    /// A turn by `angle` in the plane at `plane_rad` about x from level: at 0 it is all sweep, at pi/2 all lift.
     pub fn in_plane(angle: f64, plane_rad: f64) -> Turn {
         Turn { lift: angle * plane_rad.sin(), sweep: angle * plane_rad.cos(), twist: 0.0 }
     }

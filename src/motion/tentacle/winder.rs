@@ -1,5 +1,4 @@
-//! Checks whether a robot has an arm that can wind round a pole, when the pole is named, long before the
-//! winding.
+//! Checks whether a robot has an arm that can wind round a pole, when the pole is named, long before the winding.
 
 use glam::DVec3;
 

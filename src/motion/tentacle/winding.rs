@@ -1,9 +1,8 @@
 //! Winding round a pole: the target position of the end of every link of an arm.
 //!
-//! The arm lies like a taut rope: straight from its root to where it touches the pole, and from there round
-//! it. Winding proceeds from the root's side to the tip. The part that is not wound yet stands off straight,
-//! on the tangent, clear of the pole. An arm that goes round more than once climbs, so that it does not lie
-//! on itself.
+//! The arm lies like a taut rope: straight from its root to where it touches the pole, and from there round it.
+//! Winding proceeds from the root's side to the tip. The part that is not wound yet stands off straight, on the
+//! tangent, clear of the pole. An arm that goes round more than once climbs, so that it does not lie on itself.
 
 use std::f64::consts::{PI, TAU};
 

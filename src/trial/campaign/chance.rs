@@ -8,8 +8,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 pub(super) struct Chance(Pcg64Mcg);
 
 impl Chance {
-    /// Stream `number` of `seed`. Two streams never coincide: the multiplier only spreads neighbouring
-    /// numbers.
+    /// Stream `number` of `seed`. Two streams never coincide: the multiplier only spreads neighbouring numbers.
     pub(super) fn new(seed: u64, number: u64) -> Chance {
         Chance(Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
     }

@@ -1,5 +1,4 @@
-//! Runs with many faults: robots run over and over, and a judge that trusts none of their reports checks each
-//! run.
+//! Runs with many faults: robots run over and over, and a judge that trusts none of their reports checks each run.
 //!
 //! Input: robots, and a seed. Output: the faults found in each episode ([`Judged`]), and the smallest episode
 //! that still shows them. Each episode runs the whole program on a virtual clock; the same robot, seed and

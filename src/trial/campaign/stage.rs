@@ -20,8 +20,7 @@ use crate::telemetry::Outcome;
 use crate::trial::TrialError;
 use crate::units::Time;
 
-/// Time for which the servos are watched after a run, s, and number of checks: longer than any servo's
-/// restart.
+/// Time for which the servos are watched after a run, s, and number of checks: longer than any servo's restart.
 const AFTER_S: f64 = 2.5;
 const AFTER_STEPS: u32 = 25;
 

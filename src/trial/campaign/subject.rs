@@ -47,9 +47,8 @@ impl Subject {
     }
 }
 
-/// Any pose in which the limp `robot` may be found, also a little outside its ranges, rad; the same for the
-/// same seed. No servo is beyond its count range: such a position could not be told from one at the other
-/// end.
+/// Any pose in which the limp `robot` may be found, also a little outside its ranges, rad; the same for the same
+/// seed. No servo is beyond its count range: such a position could not be told from one at the other end.
 pub(super) fn any_pose_rad(robot: &Robot, seed: u64) -> Vec<f64> {
     let mut chance = Chance::new(seed, 0);
     let joints = robot.joints.iter();

@@ -1,11 +1,10 @@
 //! Keeps arms at a distance from each other and from the base, whatever motion is asked for.
 //!
-//! Input: the desired angles of the arms. Output: the same angles, unless arms would come too near to each
-//! other. The nearer two arms are, the slower they may approach: their distance falls exponentially to the
-//! least permitted and never below. The resulting deviation of an arm fades again when the way is free. The
-//! checks cover the arms' links, skin to skin, except the root group of one against the root group of
-//! another, which are neighbours in any pose; and the outer two groups of each arm against the base, a
-//! sphere.
+//! Input: the desired angles of the arms. Output: the same angles, unless arms would come too near to each other.
+//! The nearer two arms are, the slower they may approach: their distance falls exponentially to the least permitted
+//! and never below. The resulting deviation of an arm fades again when the way is free. The checks cover the arms'
+//! links, skin to skin, except the root group of one against the root group of another, which are neighbours in any
+//! pose; and the outer two groups of each arm against the base, a sphere.
 //!
 //! Never allocates after construction.
 
@@ -146,8 +145,7 @@ impl Clearance {
                 break;
             }
         }
-        // If that did not help, an arm that is too near stays where it is: then all distances remain as they
-        // were.
+        // If that did not help, an arm that is too near stays where it is: then all distances remain as they were.
         for _ in 0..=self.arms.len() {
             let mut is_good = true;
             let tolerance_m = 0.1 * self.distance_m + GOOD_M;

@@ -1,5 +1,4 @@
-//! The judge's view of one servo: its goals against its joint's range and rate, its shaft against being
-//! thrown.
+//! The judge's view of one servo: its goals against its joint's range and rate, its shaft against being thrown.
 
 use hw_sim::ServoTruth;
 

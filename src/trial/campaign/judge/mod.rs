@@ -1,5 +1,4 @@
-//! A judge of runs that trusts neither the report nor safety: only the simulated servos' own registers and
-//! shafts.
+//! A judge of runs that trusts neither the report nor safety: only the simulated servos' own registers and shafts.
 //!
 //! Input: the true registers and motion of every servo, once per cycle ([`ServoTruth`]); the holds that the
 //! operator sees; the report. Output: [`Finding`]s. It takes from the robot file only ranges, counts, rates
@@ -108,8 +107,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// A judge for a run of `robot` that gets the order to stop at once at `told_s`, s of the run, at the
-    /// latest.
+    /// A judge for a run of `robot` that gets the order to stop at once at `told_s`, s of the run, at the latest.
     pub fn new(robot: &Robot, told_s: f64) -> Judge {
         let safety = &robot.safety;
         let limits = Limits { period_s: robot.period_s(), rate_share: safety.rate_share };
@@ -159,8 +157,7 @@ impl Judge {
         self.look_at(now_s, |bus, place| world.truth(bus, place).unwrap_or_default());
     }
 
-    /// Checks the true registers and motion of each servo at `now_s`; `truth` takes its bus and its index
-    /// there.
+    /// Checks the true registers and motion of each servo at `now_s`; `truth` takes its bus and its index there.
     pub fn look_at(&mut self, now_s: f64, truth: impl Fn(usize, usize) -> ServoTruth) {
         // Values written since the last check were written just after that check.
         let written_s = self.looked_s;
