@@ -1,9 +1,9 @@
-//! Feedback that keeps a robot on its feet, by how its trunk lies and turns.
+//! Feedback from the trunk's attitude and angular velocity that keeps a robot on its feet.
 //!
-//! Comes in: where the generator wants the feet, and what is known of the trunk. Goes out: the feet, moved. A trunk that
-//! turns over to a side is met by shorter legs where it rises and longer ones where it sinks, so that it turns slower;
-//! one that is off its heading by longer steps on one side and shorter ones on the other. Where the trunk's state is not
-//! known, nothing is moved.
+//! Input: the generator's foot targets, and the state of the trunk. Output: the foot targets, corrected. If
+//! the trunk tips over to a side, the legs on the rising side become shorter and those on the sinking side
+//! longer, so that it turns more slowly. If it is off its heading, the steps become longer on one side and
+//! shorter on the other. If the trunk's state is unknown, there is no correction.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,33 +12,34 @@ use glam::{DVec3, EulerRot};
 use crate::model::{BalanceSettings, Robot};
 use crate::signals::{Aim, State, Targets};
 
-/// Time in which the feedback comes in, and goes, s.
+/// Time in which the feedback fades in and out, s.
 const FADE_S: f64 = 0.5;
-/// Time constant of what moves the feet, s: the trunk's rates come in steps, a few to a cycle or a few cycles to each.
+/// Time constant of the corrections, s: the trunk's rates arrive in steps, several per cycle or one every few
+/// cycles.
 const SMOOTHING_S: f64 = 0.015;
-/// Furthest a foot is raised or lowered, as a share of the height of its leg's root above it.
+/// Largest raising or lowering of a foot, as a share of the height of its leg's root above it.
 const RAISE_SHARE: f64 = 0.1;
-/// Largest change of the length of a step, a share of it: what a leg's reach leaves at the speeds it is driven at.
+/// Largest relative change of the length of a step: the reach that a leg has left at normal speeds.
 const STEP_SHARE: f64 = 0.1;
-/// Slower than this steps are not worth changing, m/s.
+/// Steps slower than this are not corrected, m/s.
 const SLOWEST_M_S: f64 = 0.01;
 
 /// The feedback of one robot.
 #[derive(Debug, Clone)]
 pub struct Balance {
     settings: Option<BalanceSettings>,
-    /// Place of each leg's root, body frame, m.
+    /// Position of each leg's root, body frame, m.
     roots_m: Vec<DVec3>,
-    /// How far each foot is raised, m.
+    /// Correction of each foot's height, m.
     raised_m: Vec<f64>,
-    /// How much of it is in, 0 to 1.
+    /// Share of the feedback that is applied, 0 to 1.
     share: f64,
-    /// The trunk's yaw where the plan's is 0, rad.
+    /// The trunk's yaw when the plan's yaw is 0, rad.
     heading_rad: f64,
 }
 
 impl Balance {
-    /// Of `robot`. Nothing acts where the file has no `[balance]`, or where nothing bears on its feet.
+    /// The feedback for `robot`. It does nothing if the file has no `[balance]`, or if the feet bear no weight.
     pub fn new(robot: &Robot) -> Balance {
         Balance {
             settings: robot.balance.filter(|_| robot.bears_weight),
@@ -49,7 +50,8 @@ impl Balance {
         }
     }
 
-    /// Moves the tips of `targets` for this cycle, `dt_s` after the last one; the trunk is to go at `speed_m_s`.
+    /// Corrects the tips of `targets` for this cycle, `dt_s` after the last one; `speed_m_s` is the trunk's
+    /// planned speed.
     pub fn step(&mut self, dt_s: f64, speed_m_s: f64, state: &State, targets: &mut Targets) {
         let Some(settings) = self.settings else { return };
         if targets.aim != Aim::Tips || targets.feet.is_empty() {
@@ -64,7 +66,7 @@ impl Balance {
         }
         let step = if body.is_known { dt_s } else { -dt_s } / FADE_S;
         self.share = (self.share + step).clamp(0.0, 1.0);
-        // Before it is known again, the trunk counts as level and still.
+        // While the trunk's state is unknown, the trunk counts as level and still.
         let numbers = [body.rate_rad_s.x, body.rate_rad_s.y, body.yaw_rad];
         let is_known = body.is_known && numbers.iter().all(|number| number.is_finite());
         let (rate, yaw_rad) = if is_known {
@@ -107,7 +109,8 @@ mod tests {
     const LEFT_FORE: usize = 1;
     const RIGHT_HIND: usize = 2;
 
-    /// Feet moved once the feedback is all in, of a robot that goes ahead at 0.1 m/s and whose trunk does as `turn` has it.
+    /// Foot positions with the feedback fully faded in, of a robot that goes ahead at 0.1 m/s with the
+    /// trunk's state set by `turn`.
     fn moved(turn: impl Fn(&mut State)) -> Vec<DVec3> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
@@ -138,7 +141,7 @@ mod tests {
         let feet = moved(|state| state.body.rate_rad_s.y = 0.5);
         assert!((feet[LEFT_FORE].z + 0.05 * 0.5 * 0.085).abs() < 1e-9, "{feet:?}");
         assert!((feet[LEFT_HIND].z - 0.05 * 0.5 * 0.085).abs() < 1e-9, "{feet:?}");
-        // Nothing moves a foot by more than a tenth of its leg.
+        // No foot moves by more than a tenth of its leg.
         let feet = moved(|state| state.body.rate_rad_s.x = 1e3);
         assert!((feet[LEFT_HIND].z - 0.019).abs() < 1e-9, "{feet:?}");
     }
@@ -146,7 +149,7 @@ mod tests {
     #[test]
     fn who_is_turned_to_the_left_takes_longer_steps_on_the_left() {
         let feet = moved(|state| state.body.yaw_rad = TAU + 0.03);
-        // 0.2 m/s a radian are 6 mm/s of 100.
+        // 0.2 m/s per radian are 6 mm/s of 100.
         assert!((feet[LEFT_FORE].x - 0.06 * 0.02).abs() < 1e-9, "{feet:?}");
         assert!((feet[RIGHT_HIND].x + 0.06 * 0.02).abs() < 1e-9, "{feet:?}");
     }

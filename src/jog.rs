@@ -1,7 +1,7 @@
-//! Turning one joint: the servos are found and the cycle repeated as in a run, with another generator.
+//! Turns one joint: finds the servos and repeats the cycle as in a run, but with another generator.
 //!
-//! Comes in: a robot, one of its joints, an angle. Goes out: where the joint went. Whatever ends it, all joints
-//! are limp afterwards.
+//! Input: a robot, one of its joints, an angle. Output: where the joint went. All joints are limp afterwards,
+//! whatever the reason for the end.
 
 use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
@@ -11,31 +11,31 @@ use crate::motion::{Generator, Jog};
 use crate::run::{End, Operator, find_servos, perform};
 use crate::telemetry::Outcome;
 
-/// How long a joint is held at its goal, s.
+/// Time for which a joint is held at its goal, s.
 const HOLD_S: f64 = 1.0;
 
-/// How a jog went.
+/// Result of a jog.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JogReport {
-    /// Where the joint was to go, within its range, rad.
+    /// Goal of the joint, within its range, rad.
     pub goal_rad: f64,
-    /// Where it was measured when it was let go, rad; none if it never had torque.
+    /// Measured position when the joint was let go, rad; `None` if it never had torque.
     pub measured_rad: Option<f64>,
-    /// How it ended.
+    /// Kind of end.
     pub outcome: Outcome,
-    /// Why it ended so.
+    /// Reason for the end.
     pub reason: String,
-    /// True if every servo has heard the end.
+    /// True if every servo has received the command to end.
     pub is_end_heard: bool,
 }
 
-/// Turns joint number `joint` of `robot` to `goal_rad`, held to its range, holds it for a second and lets it go.
+/// Turns joint number `joint` of `robot` to `goal_rad`, limited to its range, holds it for a second and lets it go.
 ///
-/// The `operator` is asked once a cycle. Any order to stop lets the joint go
-/// where it is, its torque falling to nothing over the robot's `torque_ramp_s`.
+/// The `operator` is asked once per cycle. Any order to stop lets the joint go where it is; its torque falls
+/// to zero over the robot's `torque_ramp_s`.
 ///
 /// # Errors
-/// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
+/// [`StartError`] if a servo of the robot file does not answer or is of another model; no torque was on then.
 pub fn jog<P: Ports>(
     robot: &Robot,
     joint: usize,
@@ -47,7 +47,8 @@ pub fn jog<P: Ports>(
     Ok(turn(robot, joint, goal_rad, HOLD_S, buses, &mut operator).0)
 }
 
-/// The same on `buses` whose servos are found, limp and watching, the joint held for `hold_s`; gives them back.
+/// The same on `buses` whose servos were found and are limp with their watchdogs on; holds the joint for
+/// `hold_s` and returns the buses.
 pub(crate) fn turn<P: Ports>(
     robot: &Robot,
     joint: usize,

@@ -1,16 +1,16 @@
-//! How long an exchange takes on each bus, and so how fast the loop can be.
+//! Duration of an exchange on each bus, which limits the loop rate.
 
 use std::time::Duration;
 
 use crate::bus::timing::{GroupRead, adapter_time, cycle_cost};
 use crate::model::Robot;
 
-/// What one exchange costs on one bus.
+/// Duration of one exchange on one bus.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BusCost {
     /// Name of the bus.
     pub name: String,
-    /// Servos on it.
+    /// Number of servos on it.
     pub servos: usize,
     /// Time of the bytes on the wire and of the servos' return delays.
     pub wire: Duration,
@@ -19,12 +19,12 @@ pub struct BusCost {
 }
 
 impl BusCost {
-    /// The whole exchange.
+    /// Duration of the whole exchange.
     pub fn total(&self) -> Duration {
         self.wire + self.adapter
     }
 
-    /// The loop rate at which one exchange follows the other, Hz.
+    /// The loop rate at which exchanges follow each other without a pause, Hz.
     pub fn highest_rate_hz(&self) -> f64 {
         1.0 / self.total().as_secs_f64()
     }

@@ -1,4 +1,4 @@
-//! Where a figure's trunk and joints are in each of its poses, and what its joints hold then.
+//! Positions of a figure's trunk and joints in each of its poses, and the torques its joints hold there.
 
 use glam::DVec3;
 
@@ -8,37 +8,38 @@ use crate::model::{FigureMotion, FigurePose, Joint, Robot};
 use crate::motion::figure::{FigurePlan, Stance};
 use crate::signals::{JointTargets, Targets};
 
-/// Solves until the centre of mass is over the feet, at most.
+/// Most solutions until the centre of mass is over the feet.
 const ROUNDS: u32 = 200;
-/// Nearer than this it is there, m.
+/// The centre of mass counts as over the feet within this distance, m.
 const OVER_FEET_M: f64 = 1e-6;
 
-/// What a figure can do.
+/// Capability of a figure.
 #[derive(Debug, Clone)]
 pub struct FigureCapability {
     plan: FigurePlan,
-    /// Where the centre of mass is in each pose: ahead of the middle of the soles, to its left, above the ground, m.
+    /// Centre of mass in each pose: forward of the middle of the soles, to its left, above the ground, m.
     pub centers_m: Vec<DVec3>,
-    /// What each joint holds in each pose where the weight is split equally, half of it at the middle of each sole, N m.
+    /// Torque of each joint in each pose if the weight is split equally, half of it at the middle of each
+    /// sole, N m.
     pub split_nm: Vec<Vec<f64>>,
-    /// What each joint holds in the heaviest of its poses, in the robot's order.
+    /// Load of each joint in the heaviest of its poses, in the robot's order.
     pub loads: Vec<Load>,
 }
 
-/// Why a figure cannot take a pose.
+/// The reason why a figure cannot take a pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the {leg} sole is {miss_mm:.1} mm from where it is to be")]
 pub struct PoseError {
-    /// Number of the pose; none for sitting.
+    /// Number of the pose; `None` for sitting.
     pub pose: Option<usize>,
-    /// Which leg.
+    /// The leg.
     pub leg: &'static str,
-    /// How far, mm; a turn that is missing counts too.
+    /// Distance from the target, mm; a missing rotation counts too.
     pub miss_mm: f64,
 }
 
 impl FigureCapability {
-    /// Works out the poses of `robot`.
+    /// Computes the poses of `robot`.
     ///
     /// # Errors
     /// [`PoseError`] for the first pose it cannot take with its soles on the ground.
@@ -89,7 +90,7 @@ impl FigureCapability {
         Ok(FigureCapability { plan, centers_m, split_nm, loads })
     }
 
-    /// A plan to take pose number `pose` when told no more than to go.
+    /// A plan to take pose number `pose` if the order says no more than to go.
     pub fn plan(&self, pose: usize) -> FigurePlan {
         FigurePlan { pose, ..self.plan.clone() }
     }
@@ -105,7 +106,8 @@ struct PoseSolver<'r> {
 }
 
 impl PoseSolver<'_> {
-    /// Leaves the joints in `pose`; how far ahead of its soles the trunk is then, m, and where the centre of mass is.
+    /// Leaves the joints in `pose`; returns how far forward of its soles the trunk then is, m, and the centre
+    /// of mass.
     fn solve(&mut self, pose: &FigurePose) -> Result<(f64, DVec3), PoseError> {
         for (angle, joint) in self.joints.angles_rad.iter_mut().zip(&self.robot.joints) {
             *angle = Joint::middle_rad(joint);
@@ -141,9 +143,10 @@ impl PoseSolver<'_> {
     }
 }
 
-/// Torque that keeps joint number `joint` where it is at `angles`, N m, the weight shared by the soles as it falls on them
-/// when it is over their middle: of a leg the moment of its half of the weight at its sole, less what hangs between;
-/// of other limbs the moment of what hangs on it. The trunk is carried as `stance` says.
+/// Torque that holds joint number `joint` at `angles`, N m, with the weight shared by the soles as when the
+/// centre of mass is over their middle. For a leg it is the moment of its half of the weight at its sole,
+/// less that of the parts between; for other limbs the moment of the parts that hang on the joint. `stance`
+/// gives the trunk's posture.
 fn hold_nm(robot: &Robot, figure: &FigureMotion, stance: Stance, angles: &[f64], joint: usize) -> f64 {
     const GRAVITY_M_S2: f64 = 9.806_65;
     let Some(place) = robot.chains.iter().position(|chain| chain.joints.contains(&joint)) else { return 0.0 };

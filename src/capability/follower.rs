@@ -1,36 +1,37 @@
-//! A leg whose pose is followed from place to place, to find where its reach ends.
+//! A leg whose pose follows its foot from point to point, to find the limits of its reach.
 
 use crate::ik::{Method, REACHED_M, Solution, Solver};
 use crate::model::{HorseMotion, Joint, Robot};
 use crate::motion::horse::{LEVELS, Lean, LegReach};
 
-/// How the pose is pulled to neutral while following, as in a walk.
+/// Pull of the pose towards neutral while following, as in a walk.
 const PULL: f64 = 0.1;
-/// Steps a leg's length is scanned in.
+/// Number of steps in which a leg's length is scanned.
 const STEPS_A_LENGTH: f64 = 100.0;
-/// Halvings of a step at the end of the reach, to a ten-thousandth or an eight-hundredth of the leg's length.
+/// Halvings of a step at the limit of the reach, to a ten-thousandth or an eight-hundredth of the leg's length.
 const FINE_HALVINGS: i32 = 7;
 const COARSE_HALVINGS: i32 = 3;
-/// Steps from one posture or height to another.
+/// Number of steps from one posture or height to another.
 const STEPS_A_MOVE: u32 = 16;
 
 /// A leg's pose.
 pub(super) struct Follower {
     solver: Solver,
     angles: Vec<f64>,
-    /// Forward place of the tip in the middle of the ranges, m.
+    /// Forward position of the tip in the middle of the ranges, m.
     middle_m: f64,
     side_m: f64,
     lean: Lean,
     length_m: f64,
-    /// Halvings of a step at the end of the reach.
+    /// Halvings of a step at the limit of the reach.
     halvings: i32,
-    /// Lowest and highest a foot goes against the trunk's mean height over the ground, m.
+    /// Lowest and highest position of a foot relative to the ground from which the trunk's mean height
+    /// is measured, m.
     heights_m: (f64, f64),
 }
 
 impl Follower {
-    /// Leg `leg` of `robot` in the middle of its ranges, the trunk standing level.
+    /// Leg `leg` of `robot` in the middle of its ranges, with the trunk level.
     pub(super) fn new(robot: &Robot, horse: &HorseMotion, leg: usize) -> Follower {
         let chain = &robot.chains[horse.legs[leg]];
         let joints = robot.joints_of(chain);
@@ -49,8 +50,8 @@ impl Follower {
         }
     }
 
-    /// The same with its foot on the ground at `forward_m`, to look for ends of the reach less finely: each takes a
-    /// search for poses that are not there.
+    /// The same with its foot on the ground at `forward_m`, and a coarser search for the limits of the reach:
+    /// each limit costs a search for poses that do not exist.
     pub(super) fn standing_at(robot: &Robot, horse: &HorseMotion, leg: usize, forward_m: f64) -> Follower {
         let mut follower = Follower { halvings: COARSE_HALVINGS, ..Follower::new(robot, horse, leg) };
         for _ in 0..4 * STEPS_A_MOVE {
@@ -59,7 +60,7 @@ impl Follower {
         follower
     }
 
-    /// The same leg in the same pose, to look more finely.
+    /// The same leg in the same pose, with the fine search.
     pub(super) fn finely(&self) -> Follower {
         Follower {
             halvings: FINE_HALVINGS,
@@ -69,7 +70,7 @@ impl Follower {
         }
     }
 
-    /// Place of the leg's plane to the left of the trunk's middle, m.
+    /// Position of the leg's plane to the left of the trunk's middle, m.
     pub(super) fn side_m(&self) -> f64 {
         self.side_m
     }
@@ -79,13 +80,13 @@ impl Follower {
         self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles)
     }
 
-    /// Whether the pose goes on to this place; where it would have to leap, the reach ends.
+    /// True if the pose can follow to this point; the reach ends where the pose would have to jump.
     fn follows(&mut self, forward_m: f64, up_m: f64) -> bool {
         let solution = self.solve(forward_m, up_m);
         solution.residual_m <= REACHED_M && !solution.is_new_branch
     }
 
-    /// The reachable place on the ground nearest below the tip of the present pose; leaves the pose there.
+    /// The reachable point on the ground nearest below the tip of the present pose; leaves the pose there.
     pub(super) fn find_ground(&mut self) -> Option<f64> {
         let middle = self.angles.clone();
         let mut offset_m = 0.0;
@@ -101,20 +102,20 @@ impl Follower {
         None
     }
 
-    /// The last places aft and fore reached on the ground without a break from `start_m`, where the pose is.
+    /// The last points aft and fore reached on the ground without a gap from `start_m`, where the pose is.
     pub(super) fn ends_on_ground(&mut self, start_m: f64) -> (f64, f64) {
         self.ends(start_m, 0.0, f64::INFINITY)
     }
 
-    /// Takes the pose along the ground.
+    /// Moves the pose along the ground.
     pub(super) fn go_along(&mut self, from_m: f64, to_m: f64) {
         for step in 1..=4 * STEPS_A_MOVE {
             self.solve(from_m + (to_m - from_m) * f64::from(step) / f64::from(4 * STEPS_A_MOVE), 0.0);
         }
     }
 
-    /// The last places aft and fore that are reached at each height of a stride, at most `limit_m` from `start_m`;
-    /// none if some height is not reached over `start_m` at all. Leaves the pose on the ground there.
+    /// The last points aft and fore reached at each height of a stride, at most `limit_m` from `start_m`;
+    /// `None` if some height is not reached over `start_m` at all. Leaves the pose on the ground there.
     pub(super) fn ends_by_height(&mut self, start_m: f64, limit_m: f64) -> Option<[(f64, f64); LEVELS]> {
         let (low_m, high_m) = self.heights_m;
         for _ in 0..STEPS_A_MOVE {
@@ -136,12 +137,13 @@ impl Follower {
         is_reached.then_some(ends)
     }
 
-    /// Lowest and highest a foot goes in a stride, over the ground the trunk's mean height is counted from, m.
+    /// Lowest and highest position of a foot in a stride, above the ground from which the trunk's mean height
+    /// is measured, m.
     pub(super) fn heights_m(&self) -> (f64, f64) {
         self.heights_m
     }
 
-    /// Goes from one height to another; whether every place on the way was reached.
+    /// Moves from one height to another; true if every point on the way was reached.
     fn go(&mut self, forward_m: f64, from_m: f64, to_m: f64) -> bool {
         (1..=STEPS_A_MOVE).fold(true, |all, step| {
             let up_m = from_m + (to_m - from_m) * f64::from(step) / f64::from(STEPS_A_MOVE);
@@ -178,8 +180,8 @@ impl Follower {
         place_m
     }
 
-    /// How far up to `limit_m` the foot can go from `neutral_m` at each height of a stride, the trunk as `lean` has
-    /// it; the pose comes from the present posture and goes back to it.
+    /// How far, up to `limit_m`, the foot can go from `neutral_m` at each height of a stride, with the trunk
+    /// at `lean`; the pose starts from the present posture and returns to it.
     pub(super) fn reach_at(&mut self, lean: Lean, neutral_m: f64, limit_m: f64) -> LegReach {
         let (from, angles) = (self.lean, self.angles.clone());
         for step in 1..=STEPS_A_MOVE {
@@ -199,7 +201,7 @@ impl Follower {
         }
     }
 
-    /// The same in the present posture, the trunk `sway_m` to the left of the foot.
+    /// The same in the present posture, with the trunk `sway_m` to the left of the foot.
     pub(super) fn reach_swaying(&mut self, sway_m: f64, neutral_m: f64, limit_m: f64) -> LegReach {
         self.side_m -= sway_m;
         let found = self.reach_at(self.lean, neutral_m, limit_m);

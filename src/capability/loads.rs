@@ -1,4 +1,4 @@
-//! The weight each joint of an arm holds up in its worst pose.
+//! The weight that each joint of an arm holds up in its worst pose.
 
 use std::ops::Range;
 
@@ -7,23 +7,23 @@ use crate::model::{Robot, TendonDrive, TentacleMotion};
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// A share of stall torque that a servo may hold for long: makers advise no more than a fifth.
+/// Share of stall torque that a servo may hold for long: makers advise no more than a fifth.
 pub const LASTING_SHARE: f64 = 0.2;
 
-/// What a joint holds up.
+/// The static load of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// The joint, index into [`Robot::joints`].
     pub joint: usize,
-    /// Torque on it with the arm stretched out level from this joint on, less what the carrier carries, N m: no pose
-    /// asks for more.
+    /// Torque on it with the arm stretched out level from this joint on, less what the arm's support carries,
+    /// N m: no pose needs more.
     pub torque_nm: f64,
-    /// The same as a share of its servo's stall torque; none without a servo.
+    /// The same torque as a share of its servo's stall torque; `None` without a servo.
     pub share_of_stall: Option<f64>,
 }
 
-/// The load of every winch of an arm on tendons: the moment about its section's root, by the cords' lever and the
-/// spool's.
+/// The load of every winch of an arm on tendons: the moment about its section's root, divided by the cords'
+/// lever and multiplied by the spool's.
 fn of_winches(robot: &Robot, drive: &TendonDrive, winches: Range<usize>, gravity_m_s2: f64) -> Vec<Load> {
     let (mut mass_kg, mut moment_kg_m) = (0.0, 0.0);
     let pairs = drive.sections().iter().zip(winches.step_by(2)).rev();
@@ -55,7 +55,7 @@ pub fn of_joints(robot: &Robot, tentacle: &TentacleMotion) -> Vec<Load> {
             loads.extend(of_winches(robot, drive, range, carried_by_servos));
             continue;
         }
-        // From the tip inwards: the mass behind a joint, and its moment about the joint when stretched.
+        // From the tip inwards: the mass after a joint, and its moment about the joint when stretched.
         let (mut mass_kg, mut moment_kg_m) = (0.0, 0.0);
         let of_arm = range.rev().map(|joint| {
             let of = &robot.joints[joint];

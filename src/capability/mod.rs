@@ -1,6 +1,7 @@
-//! What a robot can do, worked out from its file: how far its legs reach, how fast each gait goes; how heavy arms are.
+//! A robot's capability, computed from its file: how far its legs reach, how fast each gait goes, how heavy
+//! arms are.
 //!
-//! Stands beside the pipeline: `check` prints it, and a run is planned within it.
+//! It is not a pipeline stage: `check` prints it, and a run is planned within it.
 
 pub mod bus_costs;
 mod figure;
@@ -20,33 +21,33 @@ pub use loads::Load;
 pub use reach::{Reach, ReachError};
 pub use top_speed::TopSpeed;
 
-/// A robot's own settings, and what it can do; one variant a kind of motion.
+/// A robot's own settings and its capability; one variant for each kind of motion.
 #[derive(Debug, Clone)]
 pub enum Capability {
     /// A horse.
     Horse(HorseMotion, Box<HorseCapability>),
-    /// A rig of arms.
+    /// A robot with arms.
     Tentacle(TentacleMotion, TentacleCapability),
     /// A figure on two feet.
     Figure(FigureMotion, Box<FigureCapability>),
 }
 
-/// Why a robot cannot do what its file says.
+/// Reasons why a robot cannot do what its file says.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CapabilityError {
-    /// A horse's legs.
+    /// A fault of a horse's legs.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// A figure's poses.
+    /// A fault of a figure's poses.
     #[error(transparent)]
     Pose(#[from] PoseError),
 }
 
 impl Capability {
-    /// Works out what `robot` can do.
+    /// Computes the capability of `robot`.
     ///
     /// # Errors
-    /// When it cannot do what its file says.
+    /// If it cannot do what its file says.
     pub fn of(robot: &Robot) -> Result<Capability, CapabilityError> {
         Ok(match &robot.motion {
             Motion::Horse(horse) => {
@@ -62,17 +63,17 @@ impl Capability {
     }
 }
 
-/// What arms can do.
+/// Capability of arms.
 #[derive(Debug, Clone)]
 pub struct TentacleCapability {
-    /// What each joint holds up, in the robot's order.
+    /// Static load of each joint, in the robot's order.
     pub loads: Vec<Load>,
-    /// Fastest swaying, walking and swimming, times the robot file's tempo.
+    /// Fastest swaying, walking and swimming, as multiples of the robot file's tempo.
     pub tempo_max: [f64; 3],
 }
 
 impl TentacleCapability {
-    /// Works out loads and tempos of `robot`.
+    /// Computes loads and tempos of `robot`.
     pub fn of(robot: &Robot, tentacle: &TentacleMotion) -> TentacleCapability {
         let plan = TentaclePlan::new(robot, tentacle, StrokeCommand::default());
         TentacleCapability {
@@ -81,13 +82,13 @@ impl TentacleCapability {
         }
     }
 
-    /// A plan to do as `command` says.
+    /// A plan to carry out `command`.
     pub fn plan(&self, robot: &Robot, tentacle: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
         TentaclePlan { tempo_max: self.tempo_max, ..TentaclePlan::new(robot, tentacle, command) }
     }
 }
 
-/// What a horse can do.
+/// Capability of a horse.
 #[derive(Debug, Clone)]
 pub struct HorseCapability {
     /// Reach of each leg, in the order of [`crate::model::LEG_NAMES`].
@@ -96,17 +97,17 @@ pub struct HorseCapability {
     pub table: ReachTable,
     /// Joint angles of the sitting robot, rad.
     pub sit_pose_rad: Vec<f64>,
-    /// How fast each gait can go, in the order of the robot file.
+    /// Top speed of each gait, in the order of the robot file.
     pub top_speeds: Vec<TopSpeed>,
     /// True if servos turn its joints.
     pub is_driven: bool,
 }
 
 impl HorseCapability {
-    /// Works out reach, sitting pose and top speeds of `robot`.
+    /// Computes reach, sitting pose and top speeds of `robot`.
     ///
     /// # Errors
-    /// When a leg cannot stand or sit as the file says.
+    /// If a leg cannot stand or sit as the file says.
     pub fn of(robot: &Robot, horse: &HorseMotion) -> Result<HorseCapability, ReachError> {
         let reaches = reach::of_legs(robot, horse)?;
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
@@ -118,12 +119,12 @@ impl HorseCapability {
         Ok(capability)
     }
 
-    /// The half-excursion every leg has, m.
+    /// The half-excursion of all legs, m.
     pub fn half_excursion_m(&self) -> f64 {
         self.table.level.half_excursion_m
     }
 
-    /// A plan to do as `command` says.
+    /// A plan to carry out `command`.
     pub fn plan(&self, horse: &HorseMotion, command: Command) -> HorsePlan {
         HorsePlan {
             settings: horse.clone(),

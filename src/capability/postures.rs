@@ -1,4 +1,4 @@
-//! How far the feet reach in other postures than standing level.
+//! The reach of the feet in postures other than standing level.
 
 use super::Reach;
 use super::follower::Follower;
@@ -6,26 +6,26 @@ use super::reach::{reachable, strides_of};
 use crate::model::{HorseMotion, Robot};
 use crate::motion::horse::{Lean, LegReach, ReachTable, Reachable};
 
-/// Heights and pitches a leg's reach is worked out at, and the steepest pitch and roll, rad.
+/// Number of heights and pitches at which a leg's reach is computed, and the steepest pitch and roll, rad.
 const HEIGHTS: u32 = 5;
 const HEIGHTS_ABOVE: u32 = 3;
 const PITCHES: u32 = 9;
 const PITCH_MAX_RAD: f64 = 0.2;
 const ROLL_MAX_RAD: f64 = 0.12;
-/// The highest posture, and the furthest sway that is tried, shares of the standing height.
+/// The highest posture, and the largest sway that is tried, as shares of the standing height.
 const HIGHEST: f64 = 1.05;
 const SWAY_MAX: f64 = 0.15;
-/// How far a reach is followed, shares of E.
+/// How far a reach is followed, as a share of E.
 const LIMIT: f64 = 1.2;
 /// Share of E that a sway must leave.
 const SWAYING_SHARE: f64 = 0.75;
-/// Halvings of the search for the furthest sway.
+/// Halvings in the search for the largest sway.
 const HALVINGS: u32 = 6;
 
-/// How far the feet reach by the trunk's height and pitch, round the neutral points of `reaches`.
+/// Reach of the feet by the trunk's height and pitch, about the neutral points of `reaches`.
 pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) -> ReachTable {
     let level_m = reaches.iter().map(|reach| reach.half_excursion_m).fold(f64::INFINITY, f64::min);
-    // The level stand is one of them: it is what most postures are near.
+    // The level stand is one of the heights: most postures are near it.
     let stand_m = horse.stand_height_m;
     let mut heights_m = between(horse.sit_height_m, stand_m, HEIGHTS);
     heights_m.extend(between(stand_m, HIGHEST * stand_m, HEIGHTS_ABOVE).into_iter().skip(1));
@@ -53,7 +53,7 @@ pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) ->
         sway_max_m = furthest_sway_m(&mut follower, neutral_m, level_m, sway_max_m);
     }
     ReachTable {
-        // The legs' own, found round the same points.
+        // The legs' own reach, found about the same points.
         level: Reachable {
             half_excursion_m: level_m,
             ..reachable(level, levels_m, horse, &strides, level_m)
@@ -74,8 +74,8 @@ fn between(low: f64, high: f64, count: u32) -> Vec<f64> {
     (0..count).map(|index| low + (high - low) * f64::from(index) / f64::from(count - 1)).collect()
 }
 
-/// How far up to `limit_m` the trunk can sway over a foot either way and leave it enough of its half-excursion
-/// `level_m`; 0 without a joint that turns sideways.
+/// How far, up to `limit_m`, the trunk can sway over a foot to either side and leave it enough of its
+/// half-excursion `level_m`; 0 without a joint that turns sideways.
 fn furthest_sway_m(follower: &mut Follower, neutral_m: f64, level_m: f64, limit_m: f64) -> f64 {
     let needed_m = SWAYING_SHARE * level_m;
     let mut sways = |sway_m: f64| {

@@ -1,8 +1,8 @@
 //! How far a leg reaches: its half-excursion E and neutral foot point, from lengths, ranges and heights.
 //!
-//! How far fore and aft a foot can be within the joints' ranges is found at every height of a stride, since legs
-//! reach less far, or have holes, higher up. E is the half-width of the largest steady strides inside that,
-//! round the neutral point that makes it largest.
+//! The fore-and-aft reach of a foot within the joints' ranges is found at every height of a stride, because
+//! legs reach less far, or have gaps, higher up. E is the half-width of the largest steady strides inside
+//! that reach, about the neutral point that makes it largest.
 
 use glam::DVec3;
 
@@ -12,32 +12,32 @@ use crate::model::{HorseMotion, Joint, LEG_NAMES, Robot};
 use crate::motion::curves::SwingCurve;
 use crate::motion::horse::{LegReach, Reachable, StridePoint};
 
-/// How the pose is pulled to neutral, as in a walk.
+/// Pull of the pose towards neutral, as in a walk.
 const PULL: f64 = 0.1;
-/// Steps a swing is looked at in.
+/// Number of steps in which a swing is checked.
 const STEPS_A_STRIDE: u32 = 128;
-/// Places tried as neutral point.
+/// Number of candidates for the neutral point.
 const NEUTRALS: u32 = 400;
 
-/// What one leg reaches when the trunk stands at its height.
+/// Reach of one leg when the trunk stands at its height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// The middle of the reach on the ground, body frame, m.
     pub neutral_in_body: DVec3,
-    /// How far fore and aft of it the foot can go, on the ground and anywhere up to the swing's height, m.
+    /// How far fore and aft of that point the foot can go, on the ground and anywhere up to the swing's height, m.
     pub half_excursion_m: f64,
 }
 
-/// Why a robot cannot stand as its file says.
+/// Reasons why a robot cannot stand as its file says.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReachError {
-    /// No pose inside the ranges puts the foot on the ground.
+    /// No pose within the ranges puts the foot on the ground.
     #[error("the {leg} leg reaches the ground at no point below or beside its root")]
     Unreachable {
         /// Name of the leg.
         leg: &'static str,
     },
-    /// The foot can stand, but nowhere take a step with the swing's lift.
+    /// The foot can stand, but cannot step anywhere with the swing's lift.
     #[error("the {leg} leg stands, but at no point can it lift its foot so high and set it down again")]
     CannotSwing {
         /// Name of the leg.
@@ -48,7 +48,7 @@ pub enum ReachError {
     CannotSit {
         /// Name of the leg.
         leg: &'static str,
-        /// By how much it misses, micrometres.
+        /// Distance by which it misses, micrometres.
         miss_um: u64,
     },
 }
@@ -93,7 +93,7 @@ fn of_leg(robot: &Robot, horse: &HorseMotion, leg: usize) -> Result<Reach, Reach
     Ok(Reach { neutral_in_body, half_excursion_m })
 }
 
-/// Where feet can be whose legs reach as `legs` say, with the E of steady `strides` up to `limit_m`.
+/// Reach of feet whose legs have the reach `legs`, with the E of steady `strides` up to `limit_m`.
 pub(super) fn reachable(
     legs: [LegReach; 4],
     levels_m: (f64, f64),
@@ -107,7 +107,7 @@ pub(super) fn reachable(
 }
 
 /// Paths of the strides with the smallest and the largest duty factor of the robot's gaits. The swing's path
-/// depends on it: after a short stance a foot swings further out at both ends.
+/// depends on the duty factor: after a short stance a foot swings further out at both ends.
 pub(super) fn strides_of(horse: &HorseMotion) -> Vec<StridePoint> {
     let factors = || horse.gaits.iter().map(|gait| gait.duty_factor);
     [factors().fold(f64::INFINITY, f64::min), factors().fold(0.0, f64::max)]
@@ -116,10 +116,10 @@ pub(super) fn strides_of(horse: &HorseMotion) -> Vec<StridePoint> {
         .collect()
 }
 
-/// The swing of a stride with `duty_factor`; what the foot does on the ground lies between its ends.
+/// The swing of a stride with `duty_factor`; the stance lies between its ends.
 fn stride(horse: &HorseMotion, duty_factor: f64) -> Vec<StridePoint> {
     let swing = SwingCurve { time_s: 1.0, lift_m: horse.swing_lift_m, ramp_share: horse.swing_ramp_share };
-    // In units of the swing time and the trunk's way in it: period and half the stance's way.
+    // In units of the swing time and the trunk's travel in it: the period, and half the travel in stance.
     let period = 1.0 / (1.0 - duty_factor);
     let half_stance = 0.5 * duty_factor * period;
     let mut stride: Vec<StridePoint> = (0..=STEPS_A_STRIDE)
@@ -133,8 +133,8 @@ fn stride(horse: &HorseMotion, duty_factor: f64) -> Vec<StridePoint> {
     stride
 }
 
-/// Joint angles of the sitting robot: feet on their neutral points, trunk at the sitting height; the
-/// joints of chains that are not legs in the middle of their ranges.
+/// Joint angles of the sitting robot: feet on their neutral points, trunk at the sitting height; the joints
+/// of chains that are not legs are in the middle of their ranges.
 ///
 /// # Errors
 /// [`ReachError::CannotSit`] for the first leg that cannot.
@@ -146,7 +146,7 @@ pub fn sit_pose(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) -> Res
         let target = reach.neutral_in_body.with_z(-horse.sit_height_m);
         let angles = &mut pose[chain.joints.clone()];
         let mut residual_m = f64::INFINITY;
-        // A few solves more than it takes, so that the pull to the neutral posture has settled too.
+        // A few more solutions than necessary, so that the pull to the neutral posture settles too.
         for _ in 0..100 {
             residual_m = solver.solve(Method::CcdThenFinish, target, PULL, angles).residual_m;
         }

@@ -1,4 +1,4 @@
-//! The fastest arms can sway, walk and swim: by the limits of their joints.
+//! The fastest tempo at which arms can sway, walk and swim within the limits of their joints.
 
 use crate::ik::{Limbs, Method};
 use crate::model::{Joint, Robot};
@@ -6,17 +6,18 @@ use crate::motion::tentacle::{KEYED, Performer, TentaclePlan};
 use crate::motion::{Stroke, StrokeCommand};
 use crate::signals::{JointTargets, State, Targets};
 
-/// Shares of the joints' speed and acceleration that a stroke may use: the rest is for going over to the next.
+/// Shares of the joints' speed and acceleration limits that a stroke may use: the rest is for the transition
+/// to the next.
 const RATE_SHARE: f64 = 0.5;
 const ACCELERATION_SHARE: f64 = 0.4;
-/// Strokes looked at, after a first in which the arms get under way: a sway does not repeat.
+/// Number of strokes checked, after a first one in which the arms get under way: a sway does not repeat.
 const STROKES: f64 = 3.0;
-/// Steps they are looked at in, at the most: a thousand a stroke.
+/// Most steps in which they are checked: a thousand per stroke.
 const STEPS_MAX: f64 = 4000.0;
-/// So often are arms moved apart at the most, which takes a while each time: those that come near to each other in a stroke
-/// now and then stay far below.
+/// Most corrections that move arms apart, each of which takes a while: strokes in which arms come near to
+/// each other only now and then stay far below.
 const CORRECTIONS_MAX: u64 = 10_000;
-/// Faster strokes are not worth the name, times the robot file's tempo.
+/// Highest tempo, as a multiple of the robot file's: faster strokes are of no use.
 const TEMPO_MAX: f64 = 4.0;
 
 /// The fastest tempo of each stroke by key angles, in the order of [`KEYED`].
@@ -33,7 +34,7 @@ fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     let state = State::new(robot);
-    // Angles of the last two cycles, rad.
+    // Angles in the last two cycles, rad.
     let mut last = [vec![0.0; robot.joints.len()], vec![0.0; robot.joints.len()]];
     let mut tempo = TEMPO_MAX;
     let mut now_s = 0.0;
@@ -53,12 +54,12 @@ fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
         last[0].copy_from_slice(&joints.angles_rad);
         now_s += dt_s;
     }
-    // What was not looked at to its end is not known to go faster than the file has it.
+    // Strokes that were not checked to the end must not go faster than in the file.
     if now_s < end_s { tempo.min(1.0) } else { tempo }
 }
 
-/// The highest tempo at which a joint that does so at tempo 1 keeps its limits: speed grows with it, acceleration with
-/// its square.
+/// The highest tempo at which a joint with this motion at tempo 1 keeps its limits: speed grows with the
+/// tempo, acceleration with its square.
 fn highest(robot: &Robot, joint: &Joint, speed: f64, acceleration: f64) -> f64 {
     let by_rate = RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s() / speed.max(1e-9);
     let by_acceleration = ACCELERATION_SHARE * robot.safety.acceleration_rad_s2 / acceleration.max(1e-9);

@@ -1,41 +1,41 @@
-//! The fastest each gait can go: by the legs' reach, and by the servos' speed.
+//! The top speed of each gait, limited by the legs' reach and by the servos' speed.
 
 use crate::ik::{Limbs, Method};
 use crate::model::{Gait, Robot};
 use crate::motion::horse::{HorsePlan, Rates, Walk};
 use crate::signals::{Aim, JointTargets, Targets};
 
-/// How fast a gait can go, and what stops it from going faster.
+/// Top speed of a gait, and what limits it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TopSpeed {
-    /// Limit by the half-excursion of the legs, m/s.
+    /// Limit from the half-excursion of the legs, m/s.
     pub by_reach_m_s: f64,
-    /// Limit by the joint speed and acceleration limits, m/s; not above the former.
+    /// Limit from the joint speed and acceleration limits, m/s; not above the other limit.
     pub by_servos_m_s: f64,
-    /// The joint that limits it, index into the robot's joints; none if the reach does.
+    /// The joint that limits it, index into the robot's joints; `None` if the reach does.
     pub joint: Option<usize>,
-    /// Both limits going backwards, m/s, 0 or more.
+    /// The lower of both limits when going backwards, m/s, 0 or more.
     pub backward_m_s: f64,
 }
 
 impl TopSpeed {
-    /// The speed the robot is held to going forward, m/s.
+    /// The top speed forward, m/s.
     pub fn m_s(&self) -> f64 {
         self.by_reach_m_s.min(self.by_servos_m_s)
     }
 }
 
-/// Shares of the joint limits a steady stride may use: the rest is for starting and stopping, and for
-/// peaks of acceleration that fall between the cycles looked at here but not between those of a run.
+/// Shares of the joint limits that a steady stride may use: the rest is for starting and stopping, and for
+/// peaks of acceleration that fall between the cycles checked here but not between those of a run.
 const RATE_SHARE: f64 = 0.93;
 const ACCELERATION_SHARE: f64 = 0.7;
-/// Speeds tried, and how close two of them come, as a share of the speed by reach.
+/// Number of speeds tried, and the final accuracy, as a share of the speed by reach.
 const TRIES: u32 = 12;
 const FOUND: f64 = 1e-3;
 
-/// Strides looked at: the last is measured, those before it settle.
+/// Strides checked: the last is measured, those before it let the pose settle.
 const STRIDES: f64 = 3.0;
-/// Steps they are looked at in, at the most: a swing has fifty of them even in the slowest gait there can be.
+/// Most steps in which they are checked: a swing has fifty of them even in the slowest possible gait.
 const STEPS_MAX: f64 = 3000.0;
 
 /// Top speeds of the gaits of `plan`.
@@ -43,7 +43,8 @@ pub fn of_gaits(robot: &Robot, plan: &HorsePlan) -> Vec<TopSpeed> {
     let gaits = &plan.settings.gaits;
     let mut found: Vec<TopSpeed> = Vec::with_capacity(gaits.len());
     for (index, gait) in gaits.iter().enumerate() {
-        // One leg alone does not know the lags: gaits that differ in nothing else are as fast.
+        // One leg alone does not depend on the phase offsets: gaits that differ in nothing else have the same
+        // speed.
         let same =
             |other: &Gait| other.duty_factor.to_bits() == gait.duty_factor.to_bits() && other.bob == gait.bob;
         let top = match gaits[..index].iter().position(same) {
@@ -62,7 +63,7 @@ fn of_gait(robot: &Robot, plan: &HorsePlan, gait: usize) -> TopSpeed {
     TopSpeed { by_reach_m_s, by_servos_m_s, joint, backward_m_s: backward_m_s.abs() }
 }
 
-/// The fastest the servos can do in the direction of `by_reach_m_s`, up to it, and the joint that limits it.
+/// The top speed that the servos allow in the direction of `by_reach_m_s`, up to it, and the joint that limits it.
 fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) -> (f64, Option<usize>) {
     let (mut low, mut high) = (0.0, by_reach_m_s);
     let (mut load, mut joint) = largest_load(robot, plan, gait, by_reach_m_s);
@@ -71,7 +72,7 @@ fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) ->
     }
     let mut speed = by_reach_m_s;
     for _ in 0..TRIES {
-        // Loads grow about as the speed does; where they do not, halving finds it.
+        // The load grows roughly as the speed does; if it does not, halving finds the limit.
         let guess = 0.9995 * speed / load;
         let is_between = (guess - low) * (high - guess) > 0.0;
         speed = if is_between { guess } else { 0.5 * (low + high) };
@@ -89,7 +90,7 @@ fn by_servos(robot: &Robot, plan: &HorsePlan, gait: usize, by_reach_m_s: f64) ->
     (low, joint)
 }
 
-/// What the most loaded joint does in a steady stride at `speed_m_s`, as a share of what it may, and the joint.
+/// Load of the most loaded joint in a steady stride at `speed_m_s`, as a share of its limit, and the joint.
 fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) -> (f64, Option<usize>) {
     let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
     let robot = &robot.with_period_of_at_least(STRIDES * period_s / STEPS_MAX);

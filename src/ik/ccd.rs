@@ -4,14 +4,14 @@ use super::chain::ChainSolver;
 use super::geometry::Geometry;
 use super::pose::{SMALL_TURN_RAD, small_turn};
 
-/// A joint whose levers to tip and target are both shorter than this, m, has no direction to turn.
+/// A joint whose levers to tip and target are both shorter than this, m, has no useful direction.
 const LEVER_MIN_M: f64 = 1e-9;
 
 impl<G: Geometry> ChainSolver<G> {
     /// From the last joint to the first, turns each by its stiffness times the angle that points the tip
     /// at the target. Joints nearer the root see the reduced turn.
     pub(super) fn sweep(&mut self, target: G::Vector) {
-        // What lies between a turned joint and the tip is not looked at again in this sweep.
+        // This sweep does not use the part between a turned joint and the tip again.
         let mut tip = self.tip;
         for joint in self.joints.iter_mut().rev() {
             let to_tip = tip - joint.place;

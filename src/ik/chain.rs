@@ -1,4 +1,4 @@
-//! The solver of one chain, in a plane or in space.
+//! The solver for one chain, in a plane or in three dimensions.
 
 use super::geometry::Geometry;
 use super::pose::PosedJoint;
@@ -6,7 +6,7 @@ use super::search::Search;
 use super::{Method, REACHED_M, Solution};
 use crate::model::{Chain, Joint};
 
-/// A chain, its pose, and room for intermediate results.
+/// A chain, its pose, and storage for intermediate results.
 #[derive(Debug, Clone)]
 pub(super) struct ChainSolver<G: Geometry> {
     pub(super) geometry: G,
@@ -18,12 +18,12 @@ pub(super) struct ChainSolver<G: Geometry> {
     pub(super) search: Search<G::Vector>,
 }
 
-/// The tip is this near, m per metre of chain, or the solve begins with sweeps, which let the stiffness shape
-/// the pose. On a path it is near, and the finish, which weighs the joints alike, follows by itself.
+/// If the tip is not this near, m per metre of chain, a solution begins with sweeps, in which the stiffness shapes
+/// the pose. On a path the tip is near, and the finish, which weights the joints in the same way, suffices.
 const NEAR_SHARE: f64 = 0.1;
-/// Most of those sweeps; a target out of reach takes them all.
+/// Most of those sweeps; a target out of reach uses them all.
 const SWEEPS_MAX: u32 = 10;
-/// A solve stops when the tip is this close, m per metre of chain.
+/// The solver stops when the tip is this close, m per metre of chain.
 const TOLERANCE_SHARE: f64 = 1e-7;
 
 impl<G: Geometry> ChainSolver<G> {

@@ -1,28 +1,28 @@
 //! The finish: weighted, bounded, damped least squares with an active set on the limits.
 //!
-//! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that
-//! soft joints take more of it, as in CCD. A joint that a step would push past a limit goes onto the limit,
-//! leaves the free set, and the others are solved again for what is left. Damping shrinks after a step that
-//! came nearer and grows after one that did not (Levenberg and Marquardt).
+//! Each step minimises |J d - e|^2 + damping |W^-1/2 d|^2 with the stiffness as the weights W, so that soft
+//! joints take more of it, as in CCD. A joint that a step would push past a limit is set to the limit and
+//! leaves the free set, and the others are solved again for the rest. Damping shrinks after a step that came
+//! nearer and grows after one that did not (Levenberg and Marquardt).
 
 use super::chain::ChainSolver;
 use super::geometry::{Geometry, Vector};
 use super::pose::{PosedJoint, SMALL_TURN_RAD};
 
-/// Most steps in one solve. On a path it takes two; what is not reached in these is mostly out of reach.
+/// Most steps in one solution. A path needs two; a target that these do not reach is mostly out of reach.
 const STEPS_MAX: u32 = 8;
 /// Largest turn of one joint in one step, rad.
 pub(super) const TURN_MAX_RAD: f64 = SMALL_TURN_RAD;
 /// Damping at the start, as a share of the trace of J W J^T.
 const DAMPING_START: f64 = 1e-6;
-/// Damping below which steps do not change any more.
+/// Damping below which steps no longer change.
 const DAMPING_MIN: f64 = 1e-12;
-/// What the pull to the neutral posture may cost at most, m per metre of chain; the next steps win it back.
+/// Largest error that the pull to the neutral posture may cause, m per metre of chain; the next steps remove it.
 const PULL_COST_SHARE: f64 = 0.01;
 
 impl<G: Geometry> ChainSolver<G> {
-    /// Takes the tip to `target`, if the joints are free to follow it. `pull` is the share of the way to the
-    /// neutral posture they go where that does not move the tip.
+    /// Moves the tip to `target`, if the joints are free to follow it. `pull` is the share of the way to the
+    /// neutral posture that they move if that does not move the tip.
     pub(super) fn finish(&mut self, target: G::Vector, mut pull: f64) {
         let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
@@ -45,8 +45,7 @@ impl<G: Geometry> ChainSolver<G> {
         }
     }
 
-    /// Chooses the bounded step towards `target`, with a pull to the neutral pose where that does not move
-    /// the tip.
+    /// Chooses the bounded step towards `target`, with a pull to the neutral pose if that does not move the tip.
     fn choose_step(&mut self, target: G::Vector, pull: f64, damping: f64) {
         let miss = target - self.tip;
         let mut sums = Sums::new(miss);
@@ -56,7 +55,7 @@ impl<G: Geometry> ChainSolver<G> {
             joint.is_free = true;
             sums.add(joint);
         }
-        // Each pass holds at least one more joint on a limit.
+        // Each pass holds at least one more joint at a limit.
         while !self.turn_free_joints(sums.multiplier(damping)) {
             sums = Sums::new(miss);
             for joint in &self.joints {
@@ -65,8 +64,8 @@ impl<G: Geometry> ChainSolver<G> {
         }
     }
 
-    /// Turns the free joints as `multiplier` says, all by the same share of it where one would turn too far;
-    /// false if one met a limit, which it is now held by.
+    /// Turns the free joints by `multiplier`, all by the same share of it if one would turn too far; false if
+    /// one met a limit, which then holds it.
     #[inline]
     fn turn_free_joints(&mut self, multiplier: G::Vector) -> bool {
         let mut largest_rad: f64 = 0.0;
@@ -91,11 +90,11 @@ impl<G: Geometry> ChainSolver<G> {
     }
 }
 
-/// What a step is solved from.
+/// The sums from which a step is solved.
 struct Sums<V: Vector> {
     /// J W J^T of the free joints.
     normal: V::Normal,
-    /// Where the tip still has to go once the pull and the held joints have turned.
+    /// Remaining way of the tip after the pull and the held joints have turned.
     wanted: V,
 }
 
@@ -118,7 +117,7 @@ impl<V: Vector> Sums<V> {
     #[inline]
     fn multiplier(&self, damping: f64) -> V {
         let multiplier = self.wanted.solved_by(&self.normal, damping);
-        // Where no free joint moves the tip, there is none.
+        // If no free joint moves the tip, there is none.
         if multiplier.dot(multiplier).is_finite() { multiplier } else { V::default() }
     }
 }

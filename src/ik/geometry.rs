@@ -1,7 +1,8 @@
-//! Where a chain moves: in the plane its hinges share, or in space. Everything else is written once for both.
+//! The space in which a chain moves: the plane that its hinges share, or all three dimensions. The rest of
+//! the code is written once for both.
 //!
 //! A leg's hinges are parallel, so its poses are points and directions in a plane: half the arithmetic of
-//! space, and no rotations to compose.
+//! three dimensions, and no rotations to compose.
 
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -15,40 +16,41 @@ const PARALLEL: f64 = 1e-9;
 
 /// A chain's fixed geometry and the arithmetic of its poses.
 pub(super) trait Geometry: Debug + Copy {
-    /// A place or a lever, m.
+    /// A position or a lever, m.
     type Vector: Vector;
-    /// A hinge's axis and the link behind it, in the frame of the link before it.
+    /// A hinge's axis and the link after it, in the frame of the link before it.
     type Hinge: Debug + Copy;
-    /// How a link is turned.
+    /// Orientation of a link.
     type Rotation: Copy;
-    /// A hinge's axis as its pose has it.
+    /// A hinge's axis in the present pose.
     type Axis: Debug + Copy + Default;
 
     /// The joints' hinges, root first.
     fn hinges(&self, joints: &[Joint]) -> Vec<Self::Hinge>;
 
-    /// The place nearest to `in_body` in which the chain moves, and how far away that is, m.
+    /// The nearest point to `in_body` in the space where the chain moves, and its distance, m.
     fn project(&self, in_body: DVec3) -> (Self::Vector, f64);
 
-    /// Where the first hinge is, and how what carries it is turned.
+    /// Position of the first hinge, and orientation of its base.
     fn root(&self) -> (Self::Vector, Self::Rotation);
 
-    /// A hinge's axis where the link before it is turned so.
+    /// A hinge's axis if the link before it has this orientation.
     fn axis(rotation: Self::Rotation, hinge: Self::Hinge) -> Self::Axis;
 
-    /// A link turned about `axis` by the angle of this sine and cosine, from its turn at angle zero.
+    /// Orientation of a link turned about `axis` by the angle with this sine and cosine, from its orientation
+    /// at angle zero.
     fn turned(rotation: Self::Rotation, axis: Self::Axis, sine: f64, cosine: f64) -> Self::Rotation;
 
-    /// The link behind a hinge where it is turned so.
+    /// The link after a hinge at this orientation.
     fn link(rotation: Self::Rotation, hinge: Self::Hinge) -> Self::Vector;
 
-    /// How a lever's end moves as the lever turns about `axis`, per rad.
+    /// Derivative of a lever's end as the lever turns about `axis`, per rad.
     fn motion(axis: Self::Axis, lever: Self::Vector) -> Self::Vector;
 
-    /// The angle from one lever to another as seen along `axis`: its sine and cosine, times both lengths.
+    /// Sine and cosine of the angle from one lever to another as seen along `axis`, times both lengths.
     fn angle_between(axis: Self::Axis, from: Self::Vector, to: Self::Vector) -> (f64, f64);
 
-    /// A lever turned about `axis` by the angle of this sine and cosine.
+    /// A lever turned about `axis` by the angle with this sine and cosine.
     fn turn_lever(axis: Self::Axis, lever: Self::Vector, sine: f64, cosine: f64) -> Self::Vector;
 }
 
@@ -64,7 +66,7 @@ pub(super) trait Vector:
     /// `normal` + `weight` `self` `self`^T.
     fn add_to(self, normal: &mut Self::Normal, weight: f64);
 
-    /// The x of (`normal` + `damping` trace(`normal`) I) x = `self`; not finite where there is none.
+    /// The x of (`normal` + `damping` trace(`normal`) I) x = `self`; not finite if there is none.
     fn solved_by(self, normal: &Self::Normal, damping: f64) -> Self;
 }
 
@@ -74,7 +76,7 @@ pub(super) struct Plane {
     across: [DVec3; 2],
     normal: DVec3,
     root_m: DVec2,
-    /// How far along the normal the tip is, m: the same in every pose.
+    /// Position of the tip along the normal, m: the same in every pose.
     height_m: f64,
     root_rotation: glam::DQuat,
 }
@@ -186,7 +188,7 @@ impl Vector for DVec2 {
     }
 }
 
-/// Space: the body frame's own coordinates.
+/// Three dimensions: the body frame's own coordinates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Space {
     root_m: DVec3,

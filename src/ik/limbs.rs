@@ -1,4 +1,4 @@
-//! The IK stage: targets of every chain to joint angles. A pose passes straight through.
+//! The stage of inverse kinematics: from targets of every chain to joint angles. A pose passes straight through.
 
 use std::ops::Range;
 
@@ -9,14 +9,14 @@ use super::{
 use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
-/// One solver a chain, and the angles they start from.
+/// One solver per chain, and the angles from which they start.
 #[derive(Debug, Clone)]
 pub struct Limbs {
     method: Method,
     limbs: Vec<Limb>,
-    /// Of arms.
+    /// Clearance of arms.
     clearance: Option<Clearance>,
-    /// The angles that came out last, rad.
+    /// The last output angles, rad.
     out_rad: Vec<f64>,
 }
 
@@ -24,13 +24,13 @@ pub struct Limbs {
 struct Limb {
     joints: Range<usize>,
     tip: Solver,
-    /// Where the chain is an arm.
+    /// The solver, if the chain is an arm.
     arm: Option<Arm>,
-    /// Of a figure: its sole, and what slows it down before the ends of its ranges.
+    /// For a figure: the solver for its sole, and the soft stops before the ends of its ranges.
     sole: Option<(SoleSolver, SoftStops)>,
 }
 
-/// An arm's solver, which follows its own last solution, and what joins one motion to the next.
+/// An arm's solver, which follows its own last solution, and the transition from one motion to the next.
 #[derive(Debug, Clone)]
 struct Arm {
     solver: Bender,
@@ -38,7 +38,7 @@ struct Arm {
     hand_over: HandOver,
 }
 
-/// What bends it.
+/// The solver of the arm's kind.
 #[derive(Debug, Clone)]
 enum Bender {
     Hinges(ArmSolver),
@@ -46,7 +46,7 @@ enum Bender {
 }
 
 impl Limbs {
-    /// How often so far arms were moved apart that came too near to each other.
+    /// Number of corrections so far that moved arms apart that came too near to each other.
     pub fn corrections(&self) -> u64 {
         self.clearance.as_ref().map_or(0, Clearance::corrections)
     }
@@ -70,14 +70,14 @@ impl Limbs {
         Limbs { method, limbs: robot.chains.iter().map(limb).collect(), clearance, out_rad }
     }
 
-    /// Writes what came out last once more: of targets that stand still no joint goes on, not even to where a change of
-    /// motion was to bring it.
+    /// Writes the last output again: with targets that stand still no joint moves, not even towards the end
+    /// of a change of motion.
     pub fn hold(&self, targets: &Targets, joints: &mut JointTargets) {
         joints.torque_shares.fill(targets.torque_share);
         joints.angles_rad.copy_from_slice(&self.out_rad);
     }
 
-    /// Writes the joint angles for `targets`. The angles `joints` comes in with are where the solve starts.
+    /// Writes the joint angles for `targets`. The solution starts from the angles in `joints`.
     pub fn solve(&mut self, targets: &Targets, joints: &mut JointTargets) {
         joints.is_limp = targets.aim == Aim::Limp;
         joints.only = match targets.aim {
@@ -155,7 +155,7 @@ impl Limbs {
     }
 
     fn solve_arms(&mut self, targets: &Targets, joints: &mut JointTargets) {
-        // To look for the pose a motion begins with takes longer than all else: one arm does so in a cycle.
+        // The search for a motion's first pose takes longer than all else: only one arm does it per cycle.
         let mut may_begin = true;
         for (index, limb) in self.limbs.iter_mut().enumerate() {
             let Some(arm) = &mut limb.arm else { continue };
@@ -191,8 +191,8 @@ impl Arm {
         })
     }
 
-    /// Writes the angles that go out for `target`; those that come in went out in the cycle before. A motion that is new
-    /// waits until it `may_begin`, which then no other may in this cycle; nothing is left over of what waits.
+    /// Writes the angles to send for `target`; on entry `angles` are those sent in the last cycle. A new motion
+    /// waits until it `may_begin`, and then no other may begin in this cycle; an arm that waits has no residual.
     fn solve(&mut self, target: &ArmTarget, may_begin: &mut bool, angles: &mut [f64]) -> ArmSolution {
         let is_new = self.hand_over.is_new(target.change);
         if is_new && !*may_begin {

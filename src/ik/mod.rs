@@ -1,18 +1,18 @@
-//! Inverse kinematics of one chain: a tip target in, joint angles and what is left over out; of an octopus arm, more
-//! than a tip ([`ArmSolver`]).
+//! Inverse kinematics of one chain. Input: a tip target. Output: joint angles and the remaining error. An
+//! octopus arm takes more than a tip ([`ArmSolver`]).
 //!
-//! Cyclic coordinate descent as the horse thesis has it (Takizawa 2005, 3.2): from the tip to the root,
-//! each joint turns by its stiffness times the angle that would point the tip at the target, and is held
-//! in its range as it turns. Started from the previous angles. On its own ([`Method::Ccd`]) it leaves
-//! millimetres, and only on the branch it is on. By default ([`Method::CcdThenFinish`])
-//! 1. sweeps bring the tip near the target, if it is not;
-//! 2. a bounded least-squares finish takes it there: two steps on a path, which follow the pose before;
-//! 3. what that does not reach, Newton steps take to the nearest pose downhill;
-//! 4. if that misses by more than [`REACHED_M`], a search looks for a nearer pose all over the ranges.
+//! Cyclic coordinate descent follows the horse thesis (Takizawa 2005, 3.2): from the tip to the root, each
+//! joint turns by its stiffness times the angle that would point the tip at the target, and stays within its
+//! range as it turns. It starts from the previous angles. On its own ([`Method::Ccd`]) it leaves errors of
+//! millimetres, and it finds only poses on its present branch. By default ([`Method::CcdThenFinish`])
+//! 1. sweeps bring the tip near the target, if it is not near;
+//! 2. a bounded least-squares finish takes it there: two steps on a path, which follow the last pose;
+//! 3. if that does not reach, Newton steps go downhill to the nearest pose;
+//! 4. if that misses by more than [`REACHED_M`], a search looks for a nearer pose over the whole ranges.
 //!
-//! So the pose is the nearest of all; while the one that is followed reaches, it is followed without a leap.
-//! Works on any chain of hinges, planar or not. Never allocates after construction, keeps nothing from one
-//! solve to the next, never hides what it could not reach.
+//! So the pose is the nearest of all; while the followed pose reaches the target, the solver follows it
+//! without a jump. Works on any chain of hinges, planar or not. Never allocates after construction, keeps no
+//! state between solutions, and never hides an error that remains.
 
 mod arm;
 mod ccd;
@@ -38,36 +38,36 @@ use geometry::{Geometry, Plane, Space};
 pub use limbs::Limbs;
 pub use sole::{SoleSolver, SoleTarget};
 
-/// A target counts as reached when the tip comes this close, m; no pose is left for another that is nearer by
-/// less.
+/// A target counts as reached when the tip comes this close, m; the solver changes to another pose only if it
+/// is nearer by at least this.
 pub const REACHED_M: f64 = 5e-5;
 
-/// How a target is solved.
+/// The method of solution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The thesis' method alone, this many sweeps at most.
+    /// The thesis' method alone, with at most this many sweeps.
     Ccd {
         /// Most sweeps over the chain.
         sweeps: u32,
     },
-    /// Sweeps of the thesis' method until the tip is near, then the least-squares finish; the nearest pose on any
-    /// branch.
+    /// Sweeps of the thesis' method until the tip is near, then the least-squares finish; finds the nearest
+    /// pose on any branch.
     CcdThenFinish,
 }
 
-/// What a solve left.
+/// Result of a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Solution {
     /// Distance from the tip to the target, m.
     pub residual_m: f64,
-    /// How many joints stand on a limit of their range.
+    /// Number of joints at a limit of their range.
     pub saturated: u32,
-    /// True where the pose does not follow from the one before but was found elsewhere: joints leap.
+    /// True if the pose does not follow from the last one but was found elsewhere: the joints jump.
     pub is_new_branch: bool,
 }
 
-/// Solver of one chain, with room for its intermediate results.
+/// Solver for one chain, with storage for its intermediate results.
 #[derive(Debug, Clone)]
 pub struct Solver(Kind);
 
@@ -78,7 +78,7 @@ enum Kind {
 }
 
 impl Solver {
-    /// A solver for `chain`, whose `joints` are held to the range goals are held to.
+    /// A solver for `chain`; its `joints` stay within the range for goals.
     pub fn new(chain: &Chain, joints: &[Joint]) -> Solver {
         Solver(match Plane::of(chain, joints) {
             Some(plane) => Kind::Plane(ChainSolver::new(plane, chain, joints)),
@@ -86,12 +86,12 @@ impl Solver {
         })
     }
 
-    /// Turns `angles` (rad, root first, one a joint; the previous solution as they come in) so that the
-    /// tip comes as near as it can to `target_in_body` (m).
+    /// Turns `angles` (rad, root first, one per joint; on entry the previous solution) so that the tip comes
+    /// as near as possible to `target_in_body` (m).
     ///
-    /// `pull` (0 to 1) is the share of the way to the middle of the ranges that joints go where this does
-    /// not move the tip; it keeps a chain with joints to spare from drifting.
-    /// A target or angle that is not finite changes nothing and leaves an infinite residual.
+    /// `pull` (0 to 1) is the share of the way to the middle of their ranges that joints move if this does
+    /// not move the tip; it keeps a chain with redundant joints from drifting.
+    /// A target or angle that is not finite changes nothing and returns an infinite residual.
     pub fn solve(
         &mut self,
         method: Method,

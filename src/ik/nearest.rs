@@ -1,8 +1,8 @@
-//! The nearest pose of a neighbourhood, where the target may be out of reach: projected Newton steps.
+//! The nearest pose of a neighbourhood if the target may be out of reach: projected Newton steps.
 //!
-//! Least squares takes what is left of the distance for small. Out of reach it is not, and the curvature of
-//! the tip's path counts: with it a few steps end in the nearest pose, where least squares takes dozens. Each
-//! step minimises half the squared distance to second order, on the joints that no limit holds back
+//! Least squares assumes that the remaining distance is small. Out of reach it is not, and the curvature of
+//! the tip's path matters: with it a few steps end in the nearest pose, where least squares takes dozens.
+//! Each step minimises half the squared distance to second order, on the joints that no limit holds back
 //! (Bertsekas 1982), damped as in the finish.
 
 use super::chain::ChainSolver;
@@ -13,13 +13,13 @@ use super::geometry::{Geometry, Vector};
 const STEPS_MAX: u32 = 32;
 /// Damping at the start, as a share of the mean of the squared lengths of the Jacobian's columns.
 const DAMPING_START: f64 = 1e-3;
-/// Damping past which no step comes nearer: the pose is the nearest.
+/// Damping beyond which no step comes nearer: the pose is the nearest.
 const DAMPING_GIVE_UP: f64 = 1e6;
 /// A step that gains less than this is the last, m per metre of chain.
 const GAIN_SHARE: f64 = 1e-9;
 
 impl<G: Geometry> ChainSolver<G> {
-    /// Takes the pose downhill to the nearest.
+    /// Moves the pose downhill to the nearest one.
     pub(super) fn descend(&mut self, target: G::Vector) {
         let mut distance_m = self.distance_m(target);
         let mut damping = DAMPING_START;
@@ -53,7 +53,7 @@ impl<G: Geometry> ChainSolver<G> {
         }
     }
 
-    /// Chooses the step towards `target`, if with this damping there is one downhill.
+    /// Chooses the step towards `target`; false if there is no downhill step with this damping.
     fn choose_newton_step(&mut self, target: G::Vector, damping: f64) -> bool {
         let count = self.joints.len();
         let miss = target - self.tip;
@@ -65,7 +65,7 @@ impl<G: Geometry> ChainSolver<G> {
             joint.is_free = downhill * (limit_rad - joint.angle.rad) > 0.0;
             joint.turn_rad = if joint.is_free { downhill } else { 0.0 };
         }
-        // The Hessian's lower half, root first; of joints held back, a row of the identity.
+        // The Hessian's lower half, root first; for joints held back, a row of the identity.
         let damping = damping * square / count as f64 + f64::MIN_POSITIVE;
         for (row, joint) in self.joints.iter().enumerate() {
             let entries = &mut self.hessian[row * count..=row * count + row];
@@ -90,7 +90,7 @@ impl<G: Geometry> ChainSolver<G> {
         true
     }
 
-    /// Solves for the turns in place, by Cholesky's decomposition; false if the Hessian is not positive.
+    /// Solves for the turns in place, by Cholesky decomposition; false if the Hessian is not positive.
     fn solve_hessian(&mut self) -> bool {
         let count = self.joints.len();
         for row in 0..count {
@@ -102,7 +102,7 @@ impl<G: Geometry> ChainSolver<G> {
                 if column < row {
                     self.hessian[row * count + column] = sum * self.hessian[column * count + column];
                 } else if sum > 0.0 {
-                    // The diagonal keeps the reciprocal.
+                    // The diagonal holds the reciprocal.
                     self.hessian[row * count + row] = 1.0 / sum.sqrt();
                 } else {
                     return false;

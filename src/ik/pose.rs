@@ -1,13 +1,13 @@
-//! The pose of a chain: each joint's angle with its sine and cosine, places and axes.
+//! The pose of a chain: each joint's angle with its sine and cosine, its position and its axis.
 
 use super::chain::ChainSolver;
 use super::geometry::{Geometry, Vector};
 
-/// A hinge and where the solve has it. One record a joint, so that a pass over a short chain stays in one
-/// piece of memory.
+/// A hinge and its present state in the solution. One record per joint, so that a pass over a short chain
+/// stays in one piece of memory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PosedJoint<G: Geometry> {
-    // What is fixed.
+    // Fixed.
     pub(super) hinge: G::Hinge,
     pub(super) range_rad: (f64, f64),
     pub(super) stiffness: f64,
@@ -17,12 +17,12 @@ pub(super) struct PosedJoint<G: Geometry> {
     pub(super) place: G::Vector,
     pub(super) axis: G::Axis,
     // The step.
-    /// How the tip moves with the joint, m/rad: its column of the Jacobian.
+    /// Derivative of the tip with respect to the joint, m/rad: its column of the Jacobian.
     pub(super) column: G::Vector,
     pub(super) turn_rad: f64,
-    /// The part of the turn that goes to the neutral posture.
+    /// The part of the turn towards the neutral posture.
     pub(super) pull_rad: f64,
-    /// False where a limit holds the joint.
+    /// False if a limit holds the joint.
     pub(super) is_free: bool,
 }
 
@@ -42,7 +42,7 @@ impl Angle {
         Angle { rad, sine, cosine }
     }
 
-    /// Sets the angle to `rad`, which is this one turned by the angle of this sine and cosine.
+    /// Sets the angle to `rad`: the present one turned by the angle with this sine and cosine.
     #[inline]
     pub(super) fn turn_to(&mut self, rad: f64, sine: f64, cosine: f64) {
         *self = Angle {
@@ -70,8 +70,7 @@ impl<G: Geometry> PosedJoint<G> {
         }
     }
 
-    /// Puts the joint at `place`, on a link that is turned so; returns where its own link ends and how that is
-    /// turned.
+    /// Places the joint at `place`, on a link with this orientation; returns end and orientation of its own link.
     #[inline]
     fn put(&mut self, place: G::Vector, rotation: G::Rotation) -> (G::Vector, G::Rotation) {
         self.place = place;
@@ -80,19 +79,19 @@ impl<G: Geometry> PosedJoint<G> {
         (place + G::link(rotation, self.hinge), rotation)
     }
 
-    /// Whether the joint stands on a limit of its range.
+    /// True if the joint is at a limit of its range.
     #[inline]
     pub(super) fn is_at_limit(&self) -> bool {
         self.angle.rad <= self.range_rad.0 || self.angle.rad >= self.range_rad.1
     }
 
-    /// Whether the angle `rad` is in the range.
+    /// True if the angle `rad` is in the range.
     #[inline]
     pub(super) fn holds(&self, rad: f64) -> bool {
         self.range_rad.0 <= rad && rad <= self.range_rad.1
     }
 
-    /// The angle `rad` held to the range.
+    /// The angle `rad` limited to the range.
     #[inline]
     pub(super) fn held(&self, rad: f64) -> f64 {
         rad.clamp(self.range_rad.0, self.range_rad.1)
@@ -100,7 +99,7 @@ impl<G: Geometry> PosedJoint<G> {
 }
 
 impl<G: Geometry> ChainSolver<G> {
-    /// Sets the angles, and all that follows from them.
+    /// Sets the angles and everything computed from them.
     pub(super) fn set_pose(&mut self, angles: &[f64]) {
         for (joint, &angle) in self.joints.iter_mut().zip(angles) {
             joint.angle = Angle::of(joint.held(angle));
@@ -108,7 +107,7 @@ impl<G: Geometry> ChainSolver<G> {
         self.place();
     }
 
-    /// Places and axes from sines and cosines: forward kinematics.
+    /// Computes positions and axes from sines and cosines: forward kinematics.
     #[inline]
     pub(super) fn place(&mut self) {
         let (mut place, mut rotation) = self.geometry.root();
@@ -118,7 +117,7 @@ impl<G: Geometry> ChainSolver<G> {
         self.tip = place;
     }
 
-    /// Turns each joint by its step's turn, which is at most [`SMALL_TURN_RAD`].
+    /// Turns each joint by its turn in this step, which is at most [`SMALL_TURN_RAD`].
     #[inline]
     pub(super) fn take_step(&mut self) {
         let (mut place, mut rotation) = self.geometry.root();
@@ -130,7 +129,7 @@ impl<G: Geometry> ChainSolver<G> {
         self.tip = place;
     }
 
-    /// Goes back to the pose before the step.
+    /// Returns to the pose before the step.
     pub(super) fn take_step_back(&mut self) {
         for joint in &mut self.joints {
             let (sine, cosine) = small_turn(joint.turn_rad);
@@ -139,7 +138,7 @@ impl<G: Geometry> ChainSolver<G> {
         self.place();
     }
 
-    /// Writes how the tip moves with each joint.
+    /// Computes the derivative of the tip with respect to each joint.
     #[inline]
     pub(super) fn differentiate(&mut self) {
         for joint in &mut self.joints {
@@ -161,11 +160,11 @@ impl<G: Geometry> ChainSolver<G> {
     }
 }
 
-/// Largest turn [`small_turn`] is good for, rad.
+/// Largest turn for which [`small_turn`] is accurate, rad.
 pub(super) const SMALL_TURN_RAD: f64 = 0.25;
 
-/// Sine and cosine of a turn of at most [`SMALL_TURN_RAD`], to 1e-14: Taylor series. Several times as fast as
-/// the general functions.
+/// Sine and cosine of a turn of at most [`SMALL_TURN_RAD`], to 1e-14, by Taylor series: several times as fast
+/// as the general functions.
 #[inline]
 pub(super) fn small_turn(turn_rad: f64) -> (f64, f64) {
     const SINE: [f64; 4] = [1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0];

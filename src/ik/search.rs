@@ -1,44 +1,44 @@
-//! The search for the nearest pose on any branch, where the one that was followed misses the target.
+//! The search for the nearest pose on any branch, for when the followed pose misses the target.
 //!
-//! The pose that is followed is the nearest of its neighbourhood; limits make other neighbourhoods, and the
-//! true nearest pose may be in one of those. So the box of the joints' ranges is cut into cells once, when the
-//! solver is made, each with some sample poses, many of them on limits, as nearest poses are. A search
-//! finishes from the sample of each cell whose tip is nearest to the target. Poses, cells and starts are the
-//! same for the same chain; the work is bounded.
+//! The followed pose is the nearest of its neighbourhood; limits create other neighbourhoods, and the true
+//! nearest pose may be in one of those. So the box of the joints' ranges is cut into cells once, when the
+//! solver is made, each with some sample poses, many of them on limits, because nearest poses often are. A
+//! search starts the finish from the sample in each cell whose tip is nearest to the target. Poses, cells and
+//! starts are the same for the same chain; the work is bounded.
 
 use super::REACHED_M;
 use super::chain::ChainSolver;
 use super::geometry::{Geometry, Vector};
 
-/// Cells of the box.
+/// Number of cells of the box.
 const CELLS: usize = 16;
-/// Sample poses in all cells together.
+/// Number of sample poses in all cells together.
 const SAMPLES: usize = 512;
-/// Samples are drawn from ranges this much wider at either end, as a share, and brought back onto the limits.
+/// Samples are drawn from ranges wider by this share at either end, and moved back onto the limits.
 const BEYOND: f64 = 0.25;
-/// Most joints that all starts of one search have together: long chains start from fewer cells.
+/// Most joints in all starts of one search together: long chains start from fewer cells.
 const JOINTS_MAX: usize = 64;
 
-/// Poses whose distances differ by less are equally near, m per metre of chain.
+/// Poses whose distances differ by less than this count as equally near, m per metre of chain.
 const SAME_SHARE: f64 = 1e-6;
 
 /// Sample poses of a chain, cell by cell.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Search<V> {
-    /// Joint angles of all samples, rad, a pose after the other.
+    /// Joint angles of all samples, rad, one pose after the other.
     angles: Vec<f64>,
     /// Tip of each sample.
     tips: Vec<V>,
-    /// Where each cell's samples end.
+    /// Index after each cell's last sample.
     ends: Vec<usize>,
-    /// The best start of each cell: squared distance, and which sample.
+    /// The best start of each cell: squared distance, and index of the sample.
     starts: Vec<(f64, usize)>,
     /// The best pose found.
     best: Vec<f64>,
 }
 
 impl<V: Vector> Search<V> {
-    /// Each cell's sample with the nearest tip, nearest first.
+    /// Chooses each cell's sample with the nearest tip, nearest first.
     fn choose_starts(&mut self, target: V) {
         let mut begin = 0;
         for (start, &end) in self.starts.iter_mut().zip(&self.ends) {
@@ -80,9 +80,9 @@ impl<G: Geometry> ChainSolver<G> {
         self.search = search;
     }
 
-    /// Goes to the nearest pose found, if it is nearer to `target` than the present one by more than a reached
-    /// target may miss; says whether it is. Of those equally near, it is the one with the least way from the
-    /// angles `from`.
+    /// Moves to the nearest pose found, if it is nearer to `target` than the present one by more than the
+    /// tolerance for a reached target; returns true if so. Among equally near poses it takes the one with the
+    /// least turn from the angles `from`.
     pub(super) fn search(&mut self, target: G::Vector, from: &[f64]) -> bool {
         let mut search = std::mem::take(&mut self.search);
         let is_found = self.search_among(&mut search, target, from);
@@ -140,7 +140,7 @@ fn samples_of(count: usize) -> Vec<Vec<f64>> {
     (0..SAMPLES).map(|sample| steps.iter().map(|step| share(sample, *step)).collect()).collect()
 }
 
-/// Which cell each sample is in: that of the nearest of [`CELLS`] samples chosen far from one another.
+/// The cell of each sample: that of the nearest of [`CELLS`] samples chosen far from one another.
 fn cells_of(samples: &[Vec<f64>]) -> Vec<usize> {
     let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
     let mut cells = vec![0; samples.len()];

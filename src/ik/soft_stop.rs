@@ -1,7 +1,7 @@
-//! A soft stop before the hard one: goals near the end of a range are slowed down, as against a spring.
+//! A soft stop before the hard one: slows goals down near the end of a range, as against a spring.
 //!
-//! Comes in: joint angles as inverse kinematics or a pose has them. Goes out: the same, unchanged but near the ends of
-//! their ranges. What that takes from a foot's way shows in its residual.
+//! Input: joint angles from inverse kinematics or a pose. Output: the same angles, changed only near the ends
+//! of their ranges. If this keeps a foot from its target, its residual shows it.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) struct SoftStops {
 }
 
 impl SoftStops {
-    /// Of a chain with these `joints`: so far before each end.
+    /// The stops of a chain with these `joints`, which begin `margin_rad` before each end.
     pub(super) fn new(joints: &[Joint], margin_rad: f64) -> SoftStops {
         SoftStops {
             margin_rad,
@@ -26,7 +26,7 @@ impl SoftStops {
         }
     }
 
-    /// Brings `angles`, rad, to where the stops let them be.
+    /// Limits `angles`, rad, by the stops.
     pub(super) fn soften(&self, angles: &mut [f64]) {
         for (hinges, range) in &self.balls {
             if let Some(angles) = angles.get_mut(hinges.clone()) {

@@ -1,39 +1,39 @@
-//! A limb that ends in a sole: the sole's place and turn to joint angles.
+//! A limb that ends in a sole: joint angles from the sole's position and orientation.
 //!
-//! Comes in: where the tip is to be and how the last link is to be turned, and the angles of the solution before. Goes
-//! out: the angles, and what is left over. Damped least squares on place and turn together, an angle counted as the way
-//! it moves the end of a lever; joints that a step would push past a limit are held there, and the others take the step
-//! (as in [`super::finish`]). Works on any hinges; six that are nowhere parallel reach every turn. Never allocates after
-//! construction.
+//! Input: desired position of the tip and orientation of the last link, and the angles of the last solution.
+//! Output: the angles and the remaining error. The method is damped least squares on position and orientation
+//! together; an angle counts as the distance it moves the end of a lever. Joints that a step would push past
+//! a limit are held there, and the others take the step (as in [`super::finish`]). Works on any hinges; six
+//! of which no two are parallel reach every orientation. Never allocates after construction.
 
 use glam::{DQuat, DVec3};
 
 use super::Solution;
 use crate::model::{Chain, Joint};
 
-/// Most steps in one solve. On a path two are enough.
+/// Most steps in one solution. On a path two are enough.
 const STEPS_MAX: u32 = 12;
 /// Largest turn of one joint in one step, rad.
 const TURN_MAX_RAD: f64 = 0.3;
-/// The lever at whose end an angle counts, m per metre of limb.
+/// Length of the lever that turns an angle into a distance, m per metre of limb.
 const LEVER_SHARE: f64 = 0.25;
-/// A solve stops when what is left is this small, m per metre of limb.
+/// The solver stops at this error, m per metre of limb.
 const TOLERANCE_SHARE: f64 = 1e-8;
-/// Damping at the start, per square metre of limb; and the least and most there is.
+/// Damping at the start, per square metre of limb; then its least and largest value.
 const DAMPING_START: f64 = 1e-8;
 const DAMPING_MIN: f64 = 1e-12;
 const DAMPING_MAX: f64 = 1.0;
 
-/// Where a sole is to be, body frame.
+/// Target of a sole, body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SoleTarget {
-    /// The tip, m.
+    /// Position of the tip, m.
     pub place: DVec3,
-    /// Turn of the last link from how it is at angle 0 of all joints.
+    /// Rotation of the last link from its orientation at angle 0 of all joints.
     pub turn: DQuat,
 }
 
-/// Solver of one limb, with room for its pose.
+/// Solver for one limb, with storage for its pose.
 #[derive(Debug, Clone)]
 pub struct SoleSolver {
     root_m: DVec3,
@@ -54,17 +54,17 @@ struct Hinge {
     place: DVec3,
     /// Its axis, body frame.
     direction: DVec3,
-    /// Angle before the step, and its turn, rad.
+    /// Angle before the step, and the turn of the step, rad.
     before: f64,
     turn: f64,
     is_free: bool,
 }
 
-/// Place and turn together, six numbers, m.
+/// Position and orientation together, six numbers, m.
 type Six = [f64; 6];
 
 impl SoleSolver {
-    /// For `chain`, whose `joints` are held to the range goals are held to.
+    /// A solver for `chain`; its `joints` stay within the range for goals.
     pub fn new(chain: &Chain, joints: &[Joint]) -> SoleSolver {
         let hinge = |joint: &Joint| Hinge {
             axis: joint.axis,
@@ -89,10 +89,10 @@ impl SoleSolver {
         }
     }
 
-    /// Turns `angles` (rad, root first, one a joint; the previous solution as they come in) so that the sole comes as
-    /// near as it can to `target`. The residual holds both: the tip's distance, and the turn that is missing as the way
-    /// of a lever a quarter as long as the limb. A target or angle that is not finite changes nothing and leaves an
-    /// infinite residual.
+    /// Turns `angles` (rad, root first, one per joint; on entry the previous solution) so that the sole comes
+    /// as near as possible to `target`. The residual contains both the tip's distance and the missing
+    /// rotation, as the distance at the end of a lever a quarter as long as the limb. A target or angle that
+    /// is not finite changes nothing and returns an infinite residual.
     pub fn solve(&mut self, target: SoleTarget, angles: &mut [f64]) -> Solution {
         let is_finite = target.place.is_finite() && target.turn.is_finite();
         if !is_finite || angles.len() != self.hinges.len() || !angles.iter().all(|angle| angle.is_finite()) {
@@ -128,7 +128,7 @@ impl SoleSolver {
         Solution { residual_m: norm(&miss), saturated, is_new_branch: false }
     }
 
-    /// What `angles` leave of `target`, as in [`SoleSolver::solve`], m.
+    /// Residual of `target` at `angles`, as in [`SoleSolver::solve`], m.
     pub fn residual_m(&mut self, target: SoleTarget, angles: &[f64]) -> f64 {
         for (hinge, angle) in self.hinges.iter_mut().zip(angles) {
             hinge.angle = *angle;
@@ -137,7 +137,7 @@ impl SoleSolver {
         norm(&self.miss(target))
     }
 
-    /// Places and axes from the angles: forward kinematics.
+    /// Positions and axes from the angles: forward kinematics.
     fn place(&mut self) {
         let (mut place, mut rotation) = (self.root_m, self.root_rotation);
         for hinge in &mut self.hinges {
@@ -158,7 +158,7 @@ impl SoleSolver {
         [place.x, place.y, place.z, turn.x, turn.y, turn.z]
     }
 
-    /// One damped step towards what is missing.
+    /// One damped step that reduces `miss`.
     fn step(&mut self, miss: &Six, damping: f64) {
         for hinge in &mut self.hinges {
             hinge.before = hinge.angle;
@@ -166,7 +166,7 @@ impl SoleSolver {
             hinge.turn = 0.0;
         }
         let mut wanted = *miss;
-        // Each pass holds at least one more joint on a limit.
+        // Each pass holds at least one more joint at a limit.
         for _ in 0..=self.hinges.len() {
             let multiplier = self.multiplier(&wanted, damping);
             let mut is_settled = true;
@@ -207,14 +207,14 @@ impl SoleSolver {
         self.place();
     }
 
-    /// How place and turn move with a hinge, m/rad.
+    /// Derivative of position and orientation with respect to a hinge, m/rad.
     fn column(&self, hinge: &Hinge) -> Six {
         let place = hinge.direction.cross(self.tip - hinge.place);
         let turn = hinge.direction * self.lever_m;
         [place.x, place.y, place.z, turn.x, turn.y, turn.z]
     }
 
-    /// The x of (J J^T + damping) x = wanted over the free joints; each turns by its column times it.
+    /// The x of (J J^T + damping) x = wanted over the free joints; each joint turns by its column times x.
     fn multiplier(&self, wanted: &Six, damping: f64) -> Six {
         let mut normal = [[0.0; 6]; 6];
         for hinge in self.hinges.iter().filter(|hinge| hinge.is_free) {
@@ -232,7 +232,7 @@ impl SoleSolver {
     }
 }
 
-/// Solves a positive definite system by Cholesky's decomposition.
+/// Solves a positive definite system by Cholesky decomposition.
 fn solved(mut a: [[f64; 6]; 6], mut x: Six) -> Six {
     for row in 0..6 {
         for column in 0..=row {
@@ -270,7 +270,7 @@ mod tests {
         crate::config::parse(include_str!("../../config/figure.toml"), "figure.toml").unwrap().robot
     }
 
-    /// Place and turn by the model's own forward kinematics.
+    /// Position and orientation from the model's own forward kinematics.
     fn sole(robot: &Robot, leg: usize, angles: &[f64]) -> SoleTarget {
         let chain = &robot.chains[leg];
         let turn =
@@ -293,7 +293,7 @@ mod tests {
             let joints = robot.joints_of(chain);
             let mut solver = SoleSolver::new(chain, joints);
             for _ in 0..500 {
-                // Anywhere well inside the ranges, knees bent; from up to 6 degrees beside it.
+                // A random pose well inside the ranges, knees bent; start from up to 6 degrees beside it.
                 let goal: Vec<f64> = joints
                     .iter()
                     .map(|joint| {
@@ -320,7 +320,7 @@ mod tests {
         let joints = robot.joints_of(chain);
         let mut solver = SoleSolver::new(chain, joints);
         let mut angles = vec![0.4, 0.0, 0.0, 0.8, 0.4, 0.0];
-        // 30 mm lower than the leg is long.
+        // 30 mm lower than the leg's length.
         let place = chain.root_m + DVec3::new(0.0, 0.0, -0.242);
         for _ in 0..20 {
             solver.solve(SoleTarget { place, turn: DQuat::IDENTITY }, &mut angles);

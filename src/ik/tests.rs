@@ -1,4 +1,4 @@
-//! What inverse kinematics must do, on chains made here.
+//! Tests of inverse kinematics, on chains made here.
 
 use std::f64::consts::PI;
 
@@ -39,7 +39,7 @@ fn four_bones(stiffness: [f64; 4]) -> (Chain, Vec<Joint>) {
     chain_of(&stiffness.map(|stiffness| (DVec3::Y, 0.25, (-PI, PI), stiffness)))
 }
 
-/// Tip by forward kinematics of its own: bones in the x-z plane, angles summed from the root.
+/// Tip by separate forward kinematics: bones in the x-z plane, angles summed from the root.
 fn planar_tip(length_m: f64, angles: &[f64]) -> DVec3 {
     let mut sum = 0.0;
     angles.iter().fold(DVec3::ZERO, |tip, angle| {
@@ -48,8 +48,8 @@ fn planar_tip(length_m: f64, angles: &[f64]) -> DVec3 {
     })
 }
 
-/// Each joint's share of the whole turn of a chain that starts straight and reaches for a point half its
-/// length away to the side and half below.
+/// Each joint's share of the total turn of a chain that starts straight and reaches for a point half its
+/// length to the side and half below.
 fn shares(method: Method, stiffness: [f64; 4]) -> ([f64; 4], f64) {
     let (chain, joints) = four_bones(stiffness);
     let mut solver = Solver::new(&chain, &joints);
@@ -154,8 +154,8 @@ fn knee(first_range_rad: (f64, f64)) -> (Chain, Vec<Joint>) {
 fn a_pose_is_followed_as_long_as_it_reaches_and_only_then_left_for_another() {
     let (chain, joints) = knee((-0.8, 0.8));
     let mut solver = Solver::new(&chain, &joints);
-    // Bent by 1.2 rad, the tip is seen from the root 0.6 rad beyond the first bone, or before it: on its way
-    // round the root it can be followed with either bend, each until the first joint meets its limit.
+    // Bent by 1.2 rad, the tip as seen from the root is 0.6 rad beyond the first bone, or before it: on its
+    // way round the root it can be followed with either bend, each until the first joint meets its limit.
     let at = |phi: f64| 0.6 * 0.6_f64.cos() * DVec3::new(-phi.sin(), 0.0, -phi.cos());
     let mut angles = [-0.6, 1.2];
     let mut leaps = Vec::new();
@@ -199,7 +199,7 @@ fn out_of_reach_a_pose_is_not_left_for_one_as_near() {
     for bend in [-1.0, 1.0] {
         let mut angles = [-0.7 * bend, 1.4 * bend, 0.0];
         for _ in 0..20 {
-            // Nearer the root than the bent bones get.
+            // Nearer to the root than the bent bones can get.
             let target = DVec3::new(0.0, 0.0, -0.1);
             let solution = solver.solve(Method::CcdThenFinish, target, 0.1, &mut angles);
             assert!(!solution.is_new_branch && angles[1] * bend > 0.0, "{solution:?} {angles:?}");
@@ -254,8 +254,8 @@ proptest! {
         }
     }
 
-    /// A chain in a tilted plane, its axes along and against one direction, its links out of the plane, too:
-    /// with one more hinge that cannot turn, across the others, it is solved in space.
+    /// A chain in a tilted plane, with axes along and against one direction and links also out of the plane.
+    /// With one more hinge that cannot turn, across the others, it is solved in three dimensions.
     #[test]
     fn a_plane_and_space_agree(
         tilt in proptest::array::uniform3(-2.0..2.0), place in proptest::array::uniform3(-0.5..0.5),
@@ -290,7 +290,7 @@ proptest! {
         let mut in_space = [start[0], start[1], start[2], 0.0];
         let in_space_solution =
             Solver::new(&chain, &joints).solve(Method::CcdThenFinish, target, pull, &mut in_space);
-        // A pose is not left for one nearer by less than a reached target may miss.
+        // The solver does not change to a pose that is nearer by less than the tolerance for a reached target.
         let difference_m = (solution.residual_m - in_space_solution.residual_m).abs();
         prop_assert!(difference_m < REACHED_M + 1e-6, "{solution:?}, in space {in_space_solution:?}");
     }

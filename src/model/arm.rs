@@ -1,5 +1,5 @@
-//! An octopus arm as the motions and inverse kinematics see it: a chain as ball joints with links between, in three
-//! groups.
+//! An octopus arm as the motions and inverse kinematics see it: a chain of ball joints with links between, in
+//! three groups.
 //!
 //! The chain's own frame is the arm's: at zero angles the arm lies along x, y is to its left, z up. A ball joint is
 //! one to three hinges in one place, the last of which carries the link. On the arm of the thesis (Ishizuka 2008,
@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use super::{BallJoint, Chain, Joint};
 
-/// Groups of joints an arm has; each has a pseudo-target.
+/// Number of groups of joints in an arm; each has a pseudo-target.
 pub const GROUPS: usize = 3;
 
 /// Most hinges of one ball joint: `lift`, `sweep` and `twist`.
@@ -21,13 +21,13 @@ const HINGES_MAX: usize = 3;
 /// A link may be this far off the arm's straight line, as a share of its length.
 const STRAIGHT_SHARE: f64 = 1e-6;
 
-/// Diameter of the sphere round joint `index`, counted from 0 at the root, in the unit of `root`: its share `taper`
-/// of the root's is lost from each joint to the next (3.1; the thesis has 0.01).
+/// Diameter of the sphere round joint `index`, counted from 0 at the root, in the unit of `root`. Each joint's
+/// sphere is smaller than the one before by the share `taper` of the root's (3.1; the thesis has 0.01).
 pub fn diameter(root: f64, taper: f64, index: usize) -> f64 {
     root * (1.0 - taper * index as f64)
 }
 
-/// Length of the link behind that joint (3.2).
+/// Length of the link after that joint (3.2).
 pub fn link_length(root: f64, taper: f64, index: usize) -> f64 {
     0.5 * diameter(root, taper, index)
 }
@@ -35,7 +35,7 @@ pub fn link_length(root: f64, taper: f64, index: usize) -> f64 {
 /// The joints and links of an arm.
 #[derive(Debug, Clone)]
 pub struct ArmGeometry {
-    /// Its joints, root first; as many as a multiple of [`GROUPS`].
+    /// Its joints, root first; their number is a multiple of [`GROUPS`].
     pub joints: Vec<ArmJoint>,
 }
 
@@ -44,26 +44,26 @@ pub struct ArmGeometry {
 pub struct ArmJoint {
     /// Its hinges, or its section's winches, counted from the chain's root.
     pub hinges: Range<usize>,
-    /// Length of the link behind it, m.
+    /// Length of the link after it, m.
     pub link_m: f64,
-    /// How far it may swing and twist; none where the hinges' own ranges are all.
+    /// Its range of swing and twist; `None` if only the hinges' own ranges apply.
     pub range: Option<BallJoint>,
 }
 
-/// How an arm is bent so that the ends of its groups are where they should be.
+/// Rule by which an arm bends to bring the ends of its groups to their targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bending {
-    /// By the thesis' cyclic coordinate descent, group by group, each joint by its ratio (3.1.2, 3.2).
+    /// The thesis' cyclic coordinate descent, group by group, in which each joint turns by its ratio (3.1.2, 3.2).
     Ccd,
-    /// With the least sum of squared bends.
+    /// The least sum of squared bends.
     #[default]
     Smooth,
 }
 
-/// What keeps a chain from being an arm.
+/// Reasons why a chain is not an arm.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArmError {
-    /// Joints that do not divide into groups.
+    /// The joints do not divide into groups.
     #[error(
         "an arm has as many joints as a multiple of {GROUPS}, not {0} (hinges in one place are one joint)"
     )]
@@ -71,19 +71,19 @@ pub enum ArmError {
     /// Too many hinges in one place.
     #[error("{0}: at most {HINGES_MAX} hinges are in one place")]
     Hinges(String),
-    /// A hinge that turns about no axis of its frame, twists before the link, or repeats the one before it.
+    /// A hinge that turns about none of its frame's axes, twists before the link, or repeats the one before it.
     #[error(
         "{0}: the hinges of an arm's joint turn about y and z, or z and y, and a third, if any, about x: lift is \
          [0, -1, 0], sweep [0, 0, 1], twist [1, 0, 0]"
     )]
     Axis(String),
-    /// A link that does not go on straight.
+    /// A link that is not in line with the arm.
     #[error("{0}: a link of an arm points along x, [length, 0, 0]")]
     Bent(String),
 }
 
 impl ArmGeometry {
-    /// The arm that `chain` with its `joints` is.
+    /// The arm that consists of `chain` and its `joints`.
     pub fn of(chain: &Chain, joints: &[Joint]) -> Result<ArmGeometry, ArmError> {
         let mut arm = ArmGeometry { joints: Vec::new() };
         if let Some(drive) = &chain.tendons {
@@ -121,13 +121,14 @@ impl ArmGeometry {
         if count == 0 || !count.is_multiple_of(GROUPS) { Err(ArmError::Count(count)) } else { Ok(arm) }
     }
 
-    /// Joints from the root to the end of group `group`, which counts from 0: the place of that many links.
+    /// Number of joints from the root to the end of group `group`, counted from 0: the group ends after as
+    /// many links.
     pub fn joints_to_end(&self, group: usize) -> usize {
         (group + 1) * self.joints.len() / GROUPS
     }
 
-    /// Length of each group, m (3.4 to 3.6). As printed the sums miss the links by one, and a straight arm would not
-    /// end on its pseudo-targets.
+    /// Length of each group, m (3.4 to 3.6). The sums as printed miss the links by one, so that a straight
+    /// arm would not end on its pseudo-targets.
     pub fn group_lengths_m(&self) -> [f64; GROUPS] {
         std::array::from_fn(|group| {
             let end = self.joints_to_end(group);
@@ -142,14 +143,14 @@ impl ArmGeometry {
     }
 }
 
-/// The hinges among `joints` that are in one place with number `last`, which is the last of them there.
+/// The hinges among `joints` that share one place, of which `last` is the last.
 pub fn hinges_in_place(joints: &[Joint], last: usize) -> Range<usize> {
     let before = joints[..last].iter().rposition(|joint| joint.link_m.length() > 0.0);
     before.map_or(0, |before| before + 1)..last + 1
 }
 
-/// Whether hinges in one place are a ball joint of a limb along x: the first turn across it, each about another axis, then
-/// perhaps one about it.
+/// True if hinges in one place are a ball joint of a limb along x: the first ones turn across it, each about
+/// a different axis; one about x may follow.
 pub fn is_ball_joint(hinges: &[Joint]) -> bool {
     let is_axis = |axis: DVec3| axis.abs().max_element() >= 1.0 - STRAIGHT_SHARE;
     let is_twist = |joint: &Joint| joint.axis.x.abs() > 0.5;

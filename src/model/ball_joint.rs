@@ -1,20 +1,20 @@
-//! The range of a ball joint: how far it may swing, and how far it may twist there.
+//! The range of motion of a ball joint: how far it may swing, and how far it may twist there.
 //!
-//! A turn is a swing, which takes the link's rest direction X to where it points, after a twist about X. The swing
-//! is a vector in the plane normal to X: along its axis, sin(gamma / 2) long, gamma the angle. Allowed is what stands
-//! over a polygon of that plane, between two surfaces of twist: triangular prisms, cut off slantwise (paper on
-//! falling figures, 3.1). Comes in: a turn in the joint's rest frame. Goes out: the nearest that is allowed, first in
-//! swing, then in twist.
+//! A rotation is a swing, which takes the link's rest direction X to where it points, after a twist about X.
+//! The swing is a vector in the plane normal to X: it lies along the swing's axis and is sin(gamma / 2) long,
+//! gamma being the angle. The permitted rotations lie over a polygon of that plane, between two surfaces of
+//! twist: triangular prisms with slanted ends (paper on falling figures, 3.1). Input: a rotation in the
+//! joint's rest frame. Output: the nearest that is permitted, first in swing, then in twist.
 
 use glam::{DQuat, DVec2};
 use thiserror::Error;
 
-/// A turn in two parts.
+/// A rotation in two parts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SwingTwist {
-    /// Axis of the swing, y and z in the rest frame, times the sine of half its angle; at most 1 long.
+    /// Axis of the swing, y and z in the rest frame, times the sine of half its angle; length at most 1.
     pub swing: DVec2,
-    /// Turn about the link itself before the swing, right-handed, -pi to pi, rad.
+    /// Rotation about the link itself before the swing, right-handed, -pi to pi, rad.
     pub twist_rad: f64,
 }
 
@@ -27,16 +27,16 @@ pub struct Corner {
     pub twist_rad: (f64, f64),
 }
 
-/// What the range of a ball joint cannot be.
+/// Reasons why a range is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum BallJointError {
     /// No area.
     #[error("a range needs at least 3 corners that are not in one line, not {0}")]
     NoArea(usize),
-    /// A corner that is no swing.
+    /// A corner that is not a valid swing.
     #[error("corner {0}: a swing is at most 1 long, the sine of half its angle")]
     TooLong(usize),
-    /// Twist limits the wrong way round, or past half a turn.
+    /// Twist limits in the wrong order, or beyond half a turn.
     #[error("corner {0}: the lowest twist first, then the highest, from -180 to 180 degrees")]
     Twist(usize),
     /// A border that crosses itself.
@@ -44,7 +44,7 @@ pub enum BallJointError {
     Crossing(usize, usize),
 }
 
-/// The range of a ball joint. Its corners go round it, counter-clockwise as seen from the tip of X.
+/// The range of a ball joint. Its corners go round it counter-clockwise, as seen from the tip of X.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BallJoint {
     corners: Vec<Corner>,
@@ -53,15 +53,15 @@ pub struct BallJoint {
 }
 
 impl SwingTwist {
-    /// The swing of one turn by `lift` up and `sweep` to the left (rad; of an arm's joint, whose x is the link's
-    /// direction, y left and z up): about one axis, by the root of the sum of their squares, at most pi.
+    /// The swing of one rotation by `lift` up and `sweep` to the left (rad; for an arm's joint, whose x is the
+    /// link's direction, y left and z up): about one axis, by the root of the sum of their squares, at most pi.
     pub fn swing_to(lift: f64, sweep: f64) -> DVec2 {
         let angle = lift.hypot(sweep);
         if angle > 0.0 { DVec2::new(-lift, sweep) * ((0.5 * angle).sin() / angle) } else { DVec2::ZERO }
     }
 
-    /// The parts of `turn`, a unit quaternion. Where the link points straight back there is no telling them apart:
-    /// the twist is 0 there.
+    /// The parts of `turn`, a unit quaternion. If the link points straight back, swing and twist cannot be
+    /// told apart: the twist is 0 there.
     pub fn of(turn: DQuat) -> SwingTwist {
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let length = turn.w.hypot(turn.x);
@@ -75,7 +75,7 @@ impl SwingTwist {
         }
     }
 
-    /// The turn they make.
+    /// The rotation that the two parts make.
     pub fn turn(self) -> DQuat {
         let DVec2 { x: y, y: z } = self.swing;
         DQuat::from_xyzw(0.0, y, z, (1.0 - y * y - z * z).max(0.0).sqrt())
@@ -84,7 +84,7 @@ impl SwingTwist {
 }
 
 impl BallJoint {
-    /// The range with these corners, in either sense round it.
+    /// The range with these corners, in either direction round it.
     pub fn new(mut corners: Vec<Corner>) -> Result<BallJoint, BallJointError> {
         for (index, corner) in corners.iter().enumerate() {
             let is_swing = corner.swing.length() <= 1.0;
@@ -118,12 +118,12 @@ impl BallJoint {
         &self.corners
     }
 
-    /// Whether the joint may swing so.
+    /// True if the joint may swing to `swing`.
     pub fn has_swing(&self, swing: DVec2) -> bool {
         self.triangles.iter().any(|triangle| self.shares(*triangle, swing).iter().all(|share| *share >= 0.0))
     }
 
-    /// The allowed swing that is nearest to `swing`.
+    /// The permitted swing nearest to `swing`.
     pub fn nearest_swing(&self, swing: DVec2) -> DVec2 {
         if self.has_swing(swing) {
             return swing;
@@ -142,9 +142,9 @@ impl BallJoint {
         nearest.1
     }
 
-    /// Lowest and highest twist at an allowed `swing`, rad.
+    /// Lowest and highest twist at a permitted `swing`, rad.
     pub fn twist_range_rad(&self, swing: DVec2) -> (f64, f64) {
-        // On a border rounding may put it outside by a hair: the prism it is least outside of.
+        // On a border, rounding may put it just outside: take the prism that it is least outside of.
         let mut best = (f64::NEG_INFINITY, [0; 3], [0.0; 3]);
         for &triangle in &self.triangles {
             let shares = self.shares(triangle, swing);
@@ -160,15 +160,15 @@ impl BallJoint {
         (mean(|corner| corner.twist_rad.0), mean(|corner| corner.twist_rad.1))
     }
 
-    /// The allowed turn nearest to `turn`: nearest in swing, then in twist.
+    /// The permitted rotation nearest to `turn`: nearest in swing, then in twist.
     pub fn nearest(&self, turn: SwingTwist) -> SwingTwist {
         let swing = self.nearest_swing(turn.swing);
         let (low, high) = self.twist_range_rad(swing);
         SwingTwist { swing, twist_rad: turn.twist_rad.clamp(low, high.max(low)) }
     }
 
-    /// `turn` as a soft stop lets it be: unchanged further than `margin_rad` from the border on the way there from rest,
-    /// slowed down behind that, and never on the border ([`soft_stop`]).
+    /// `turn` after a soft stop: unchanged further than `margin_rad` from the border on the way there from
+    /// rest, slowed down beyond that, and never on the border ([`soft_stop`]).
     pub fn softened(&self, turn: SwingTwist, margin_rad: f64) -> SwingTwist {
         let length = turn.swing.length();
         let border = self.border_on_the_way_to(turn.swing);
@@ -181,7 +181,8 @@ impl BallJoint {
         SwingTwist { swing, twist_rad: soft_range(turn.twist_rad, (low, high), margin_rad) }
     }
 
-    /// How far from rest the border is first met in the direction of `swing`; infinite where there is none.
+    /// Distance from rest to the first crossing of the border in the direction of `swing`; infinite if there
+    /// is none.
     fn border_on_the_way_to(&self, swing: DVec2) -> f64 {
         let Some(way) = swing.try_normalize() else { return f64::INFINITY };
         let mut nearest = f64::INFINITY;
@@ -197,7 +198,7 @@ impl BallJoint {
         nearest
     }
 
-    /// The corners' shares in a place of a triangle's plane; all positive inside.
+    /// Weights of the three corners at a point in a triangle's plane; all positive inside.
     fn shares(&self, [a, b, c]: [usize; 3], swing: DVec2) -> [f64; 3] {
         let [a, b, c] = [a, b, c].map(|corner| self.corners[corner].swing);
         let scale = 1.0 / (b - a).perp_dot(c - a);
@@ -207,23 +208,23 @@ impl BallJoint {
     }
 }
 
-/// How far a joint goes that is asked to go `way` towards a stop at `end`, both 0 or more: all the way up to `margin`
-/// before it; then less and less, as against a spring that gets stiffer, and never quite to the stop. The speed does not
-/// leap where it begins.
+/// How far a joint moves when asked to go `way` towards a stop at `end`, both 0 or more: all the way up to
+/// `margin` before the stop; beyond that less and less, as if against a stiffening spring, and never quite to
+/// the stop. The speed is continuous where this begins.
 pub fn soft_stop(way: f64, end: f64, margin: f64) -> f64 {
     let margin = margin.min(0.5 * end);
     let past = way - (end - margin);
     if past > 0.0 && margin > 0.0 { end - margin + margin * past / (past + margin) } else { way.min(end) }
 }
 
-/// An `angle` between two such stops.
+/// The `angle` between two such stops.
 pub fn soft_range(angle: f64, (low, high): (f64, f64), margin: f64) -> f64 {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let from_middle = angle - middle;
     middle + soft_stop(from_middle.abs(), half, margin).copysign(from_middle)
 }
 
-/// The first two sides that cross or touch, other than neighbours at their corner.
+/// The first two sides that cross or touch, other than neighbours at their common corner.
 fn crossing(corners: &[Corner]) -> Option<(usize, usize)> {
     let count = corners.len();
     let side = |index: usize| (corners[index].swing, corners[(index + 1) % count].swing);
@@ -242,7 +243,7 @@ fn crossing(corners: &[Corner]) -> Option<(usize, usize)> {
     None
 }
 
-/// Triangles of a polygon given counter-clockwise, one ear cut off after the other.
+/// Triangulates a counter-clockwise polygon by cutting off one ear after the other.
 fn triangulate(corners: &[Corner]) -> Vec<[usize; 3]> {
     let area = |[a, b, c]: [usize; 3]| {
         let [a, b, c] = [a, b, c].map(|corner| corners[corner].swing);
@@ -261,7 +262,8 @@ fn triangulate(corners: &[Corner]) -> Vec<[usize; 3]> {
             };
             area(ear) > 0.0 && !left.iter().any(|corner| !ear.contains(corner) && holds(corner))
         };
-        // A polygon that does not cross itself always has one; corners in line with their neighbours have no area.
+        // A polygon that does not cross itself always has an ear; corners in line with their neighbours have
+        // no area.
         let ear = (0..count).find(|index| is_ear(*index)).unwrap_or(0);
         let triangle = [at(ear), at(ear + 1), at(ear + 2)];
         if area(triangle) > 0.0 {
@@ -281,7 +283,7 @@ mod tests {
 
     use super::*;
 
-    /// A shoulder that is not convex and does not hold the rest direction in its middle.
+    /// A shoulder whose range is not convex and not centred on the rest direction.
     fn shoulder() -> BallJoint {
         let corner =
             |y: f64, z: f64, low: f64, high: f64| Corner { swing: DVec2::new(y, z), twist_rad: (low, high) };
@@ -296,7 +298,7 @@ mod tests {
         .unwrap()
     }
 
-    /// Directions of all kinds, uniform over the turns.
+    /// Random rotations, uniformly distributed.
     fn turns(count: usize) -> impl Iterator<Item = DQuat> {
         let mut source = Pcg64Mcg::seed_from_u64(3);
         let mut share = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -307,7 +309,7 @@ mod tests {
         })
     }
 
-    /// Whether a point is in the polygon: by the turns its corners make round it.
+    /// True if a point is inside the polygon: sums the angles between its corners as seen from the point.
     fn winds_round(corners: &[Corner], point: DVec2) -> bool {
         let angle = |i: usize| {
             let (a, b) = (corners[i].swing - point, corners[(i + 1) % corners.len()].swing - point);
@@ -320,7 +322,7 @@ mod tests {
     fn a_hundred_thousand_turns_stay_inside_or_go_to_the_nearest_of_the_border() {
         let range = shoulder();
         let corners = range.corners();
-        // Steps of less than a thousandth, as long as the longest side is less than 1.
+        // Steps of less than a thousandth while the longest side is shorter than 1.
         let (steps, step) = (1000, 1e-3);
         let border: Vec<DVec2> = (0..corners.len())
             .flat_map(|i| {
@@ -347,7 +349,7 @@ mod tests {
                 let found = nearest.swing.distance(parts.swing);
                 assert!(found <= least + 1e-9 && found >= least - step, "{found}, by search {least}");
             }
-            // What came back is in range, and stays where it is.
+            // The result is in range, and does not change if projected again.
             assert!(range.nearest(nearest).swing.distance(nearest.swing) < 1e-12);
         }
         assert!(inside > 10_000 && searched > 5000, "{inside} inside, {searched} searched");
@@ -366,7 +368,7 @@ mod tests {
             let parts_again = SwingTwist::of(again);
             assert!(parts_again.swing.distance(parts.swing) < 1e-9);
             assert!((parts_again.twist_rad - parts.twist_rad).sin().abs() < 1e-9);
-            // The swing alone points the link where the turn does.
+            // The swing alone points the link in the same direction as the whole rotation.
             let pointed = SwingTwist { twist_rad: 0.0, ..parts }.turn() * glam::DVec3::X;
             assert!(pointed.distance(turn * glam::DVec3::X) < 1e-9);
         }
@@ -380,11 +382,11 @@ mod tests {
             let asked = SwingTwist::of(turn);
             let soft = range.softened(asked, margin);
             assert!(range.nearest(soft).swing.distance(soft.swing) < 1e-12, "{asked:?} became {soft:?}");
-            // The same way from rest, and not beyond what was asked for.
+            // The same direction from rest, and no further than asked.
             assert!(soft.swing.perp_dot(asked.swing).abs() < 1e-12);
             assert!(soft.swing.length() <= asked.swing.length() + 1e-15);
         }
-        // A joint that swings out at a constant speed: its speed falls steadily to nothing.
+        // A joint that swings out at a constant speed: its speed falls steadily to zero.
         let way = DVec2::new(0.2, 0.25);
         let at = |share: f64| {
             range.softened(SwingTwist { swing: way * share, twist_rad: 0.2 }, margin).swing.length()

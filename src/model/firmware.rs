@@ -1,4 +1,4 @@
-//! The version of a servo's own program.
+//! The firmware version of a servo.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 pub struct Firmware {
     /// The number before the point.
     pub major: u8,
-    /// The number behind it; none where there is only one.
+    /// The number after the point; `None` if there is only one.
     pub minor: Option<u8>,
 }
 

@@ -5,16 +5,17 @@ use std::f64::consts::TAU;
 use super::{Bob, Gait};
 
 impl Gait {
-    /// The gaits a horse knows by itself: the table of Takizawa 2005, 2.2, with the lags of 3.3, and ours beside it.
+    /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the lags of 3.3, and our own in
+    /// addition.
     ///
     /// `walk-steady` has a longer stance, which keeps a robot inside the triangle of its standing feet. The thesis'
     /// canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the mirror image.
     /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two lags give it: here it is the gallop with
-    /// its fore feet exchanged, so that beats and flight stay as they are; its fore feet lead on the other side.
+    /// its fore feet exchanged, so that beats and flight stay the same; its fore feet lead on the other side.
     ///
-    /// Chosen by speed are walk, trot, canter and gallop: trot above the Froude number 0.35 (horse-like walkers
-    /// change near it), canter above 2.5 (Alexander and Jayes 1983: trot to gallop at 2 to 3), gallop above 9
-    /// (the fastest canter of the thesis' table, 40 km/h, at 1.4 m).
+    /// Walk, trot, canter and gallop are chosen by speed: trot above the Froude number 0.35 (horse-like
+    /// walkers change near it), canter above 2.5 (Alexander and Jayes 1983: trot to gallop at 2 to 3), gallop
+    /// above 9 (the fastest canter of the thesis' table, 40 km/h, at 1.4 m).
     pub fn built_in() -> Vec<Gait> {
         let of_thesis = |name: &str, duty_factor, fore_hind_lag, left_right_lag| Gait {
             name: name.to_owned(),
@@ -51,7 +52,7 @@ impl Gait {
         ]
     }
 
-    /// The mirror image, left for right, counted from its own left hind's lift-off.
+    /// The mirror image, left for right, with phases counted from its own left hind's lift-off.
     fn mirrored(&self, name: &str) -> Gait {
         let [lh, lf, rh, rf] = self.lags;
         let lags = [rh, rf, lh, lf].map(|lag| share_of_period(lag - rh));
@@ -69,24 +70,24 @@ impl Gait {
         swing_time_s / (1.0 - self.duty_factor)
     }
 
-    /// Time a foot stands in one stride, alpha T, s.
+    /// Duration of a foot's stance in one stride, alpha T, s.
     pub fn stance_s(&self, swing_time_s: f64) -> f64 {
         self.duty_factor * self.period_s(swing_time_s)
     }
 
-    /// Stride S = V P / (1 - alpha), m (thesis 3.3).
+    /// Stride length S = V P / (1 - alpha), m (thesis 3.3).
     pub fn stride_m(&self, speed_m_s: f64, swing_time_s: f64) -> f64 {
         speed_m_s * self.period_s(swing_time_s)
     }
 
-    /// True if `leg` is in the air at the clock's `phase` (periods since the left hind's lift-off).
+    /// True if `leg` is in swing at the clock's `phase` (periods since the left hind's lift-off).
     pub fn is_swing(&self, leg: usize, phase: f64) -> bool {
         (phase - self.lags[leg]).rem_euclid(1.0) < 1.0 - self.duty_factor
     }
 }
 
 impl Bob {
-    /// A trunk that stays at its height.
+    /// No bob: the trunk stays at its height.
     pub const NONE: Bob = Bob { rise_m: 0.0, per_stride: 0, highest_at: 0.0 };
 
     /// Height above the mean at the clock's `phase`, m.
@@ -95,7 +96,7 @@ impl Bob {
     }
 }
 
-/// A time in periods, modulo 1; a whole period but for rounding is the start of the next.
+/// A time in periods, modulo 1; a whole period, within rounding, counts as the start of the next.
 fn share_of_period(periods: f64) -> f64 {
     let share = periods.rem_euclid(1.0);
     if 1.0 - share < 1e-9 { 0.0 } else { share }
@@ -127,7 +128,7 @@ mod tests {
         assert!((gallop.stride_m(15.0, 0.3) - 6.0).abs() < 1e-12);
     }
 
-    /// Beats of a gait from the lift-off of `first` on: legs that lift together, in order.
+    /// Beats of a gait from the lift-off of `first` on: groups of legs that lift together, in order.
     fn beats(gait: &Gait, first: usize) -> Vec<Vec<usize>> {
         let since_first = |leg: usize| share_of_period(gait.lags[leg] - gait.lags[first]);
         let mut order: Vec<usize> = (0..4).collect();
@@ -175,7 +176,7 @@ mod tests {
                 let aloft: Vec<bool> = phases().map(|phase| in_air(&gait, phase) == 4).collect();
                 let all = aloft.iter().filter(|aloft| **aloft).count();
                 assert!((all as f64 / 1000.0 - flight).abs() < 0.002, "{name}: {all} of 1000");
-                // One flight a period, not several: it ends once.
+                // One flight per period, not several: it ends once.
                 let ends = (0..1000).filter(|&at| aloft[at] && !aloft[(at + 1) % 1000]).count();
                 assert_eq!(ends, 1, "{name}");
             }
@@ -186,7 +187,7 @@ mod tests {
     fn the_other_lead_is_the_mirror_image_of_the_gait_some_time_later() {
         for name in ["canter", "gallop", "rotary-gallop"] {
             let (gait, other) = (built_in(name), built_in(&format!("{name}-left")));
-            // Both leads begin with a hind foot: the other's right hind lifts where the gait's left hind does.
+            // Both gaits begin with a hind foot: the other's right hind lifts when this gait's left hind does.
             let later = other.lags[RH] - gait.lags[LH];
             for (leg, mirrored) in [(LH, RH), (LF, RF), (RH, LH), (RF, LF)] {
                 for phase in phases() {

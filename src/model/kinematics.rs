@@ -1,4 +1,4 @@
-//! Where a chain's joints and tip are for given joint angles, and what a joint's count means.
+//! Positions of a chain's joints and tip for given joint angles, and the meaning of a joint's count.
 
 use glam::{DQuat, DVec3};
 
@@ -28,14 +28,14 @@ impl Robot {
         position
     }
 
-    /// Places of the joints of `chain` and, last, of its tip in the body frame, m, for the same `angles`.
+    /// Positions of the joints of `chain` and, last, of its tip, body frame, m, for the same `angles`.
     pub fn places_in_body(&self, chain: &Chain, angles: impl IntoIterator<Item = f64>) -> Vec<DVec3> {
         let mut places = Vec::new();
         self.write_places_in_body(chain, angles, &mut places);
         places
     }
 
-    /// The same, in the place of what `places` holds.
+    /// Writes the same into `places`, and replaces its contents.
     pub fn write_places_in_body(
         &self,
         chain: &Chain,
@@ -50,8 +50,8 @@ impl Robot {
         self.trunk_mass_kg + self.joints.iter().map(|joint| joint.mass_kg).sum::<f64>()
     }
 
-    /// Where its centre of mass is for these `angles` of all joints (rad), body frame, m. Of arms on tendons, only the
-    /// trunk's counts.
+    /// Centre of mass for these `angles` of all joints (rad), body frame, m. For arms on tendons, only the
+    /// trunk counts.
     pub fn center_of_mass_in_body(&self, angles: &[f64]) -> DVec3 {
         let (mut mass, mut moment) = (self.trunk_mass_kg, self.trunk_mass_kg * self.trunk_center_m);
         for chain in self.chains.iter().filter(|chain| chain.tendons.is_none()) {
@@ -66,7 +66,7 @@ impl Robot {
         moment / mass
     }
 
-    /// Lowest and highest coordinates of the limbs' roots in the body frame, m: what the trunk spans.
+    /// Lowest and highest coordinates of the limbs' roots, body frame, m: the extent of the trunk.
     pub fn root_extent(&self) -> (DVec3, DVec3) {
         let roots = || self.chains.iter().map(|chain| chain.root_m);
         let low = roots().reduce(DVec3::min).unwrap_or_default();
@@ -79,13 +79,13 @@ impl Robot {
         1.0 / self.rate_hz
     }
 
-    /// The same robot; with a slower loop, where a cycle takes less than `period_s`.
+    /// The same robot, with a slower loop if a cycle would take less than `period_s`.
     pub(crate) fn with_period_of_at_least(&self, period_s: f64) -> Robot {
         Robot { rate_hz: self.rate_hz.min(1.0 / period_s), ..self.clone() }
     }
 }
 
-/// The bends that these turns of its winches make of an arm on tendons.
+/// The bends of an arm on tendons at these turns of its winches.
 fn bends_at(drive: &TendonDrive, angles: impl IntoIterator<Item = f64>) -> [SectionBend; GROUPS] {
     let (mut winches, mut bends) = ([0.0; 2 * GROUPS], [SectionBend::default(); GROUPS]);
     for (winch, angle) in winches.iter_mut().zip(angles) {
@@ -96,8 +96,8 @@ fn bends_at(drive: &TendonDrive, angles: impl IntoIterator<Item = f64>) -> [Sect
 }
 
 impl Chain {
-    /// Writes the places of its `joints` and, last, of its tip in the body frame, m, for the same `angles` as
-    /// [`Robot::tip_in_body`], in the place of what `places` holds.
+    /// Writes the positions of its `joints` and, last, of its tip, body frame, m, for the same `angles` as
+    /// [`Robot::tip_in_body`], into `places`, and replaces its contents.
     pub fn write_places_in_body(
         &self,
         joints: &[Joint],
@@ -127,8 +127,8 @@ impl Chain {
     }
 }
 
-/// How far beyond its range a joint meets its mechanical stop: this share of the range's width, or this angle if that is
-/// more, rad.
+/// Distance of a joint's mechanical stop beyond its range: this share of the range's width, or this angle if
+/// larger, rad.
 const STOP_SHARE: f64 = 0.1;
 const STOP_RAD: f64 = 0.035;
 
@@ -138,28 +138,28 @@ impl Joint {
         0.5 * (self.range_rad.0 + self.range_rad.1)
     }
 
-    /// The range goals are held to, rad: the joint's own, rounded inward to whole counts of its servo
-    /// and to the servo's own count range, so that rounding a goal to a count never leaves the range.
+    /// The permitted range for goals, rad: the joint's own, rounded inward to whole counts of its servo and
+    /// limited to the servo's own count range, so that rounding a goal to a count never leaves the range.
     pub fn goal_range_rad(&self) -> (f64, f64) {
         let Some(servo) = &self.servo else { return self.range_rad };
         let (a, b) = (servo.count_of(self.range_rad.0), servo.count_of(self.range_rad.1));
         let (low, high) = servo.model.count_range;
-        // A hair of tolerance, or a limit that is a whole count would lose one to rounding error.
+        // The small tolerance keeps a limit that is a whole count from losing one to rounding error.
         let lowest = (a.min(b) - 1e-9).ceil().max(f64::from(low));
         let highest = (a.max(b) + 1e-9).floor().min(f64::from(high));
         let (p, q) = (servo.angle_of(lowest), servo.angle_of(highest));
         (p.min(q), p.max(q))
     }
 
-    /// Where the joint meets its mechanical stops, rad: a tenth of its range beyond it, two degrees at least. Nobody has
-    /// measured them; a range is meant to end before them.
+    /// The joint's mechanical stops, rad: a tenth of its range beyond it, at least two degrees. They are not
+    /// measured; a range should end before them.
     pub fn stops_rad(&self) -> (f64, f64) {
         let (low, high) = self.range_rad;
         let beyond_rad = STOP_RAD.max(STOP_SHARE * (high - low));
         (low - beyond_rad, high + beyond_rad)
     }
 
-    /// Where the joint's servo has counts, rad; everywhere on a joint without servo.
+    /// The angles within the servo's count range, rad; unlimited for a joint without a servo.
     pub fn servo_range_rad(&self) -> (f64, f64) {
         let Some(servo) = &self.servo else { return (f64::NEG_INFINITY, f64::INFINITY) };
         let (low, high) = servo.model.count_range;
@@ -167,35 +167,35 @@ impl Joint {
         (a.min(b), a.max(b))
     }
 
-    /// Largest speed the servo can turn at without load, rad/s; infinite on a joint without servo.
+    /// No-load speed of the servo, rad/s; infinite for a joint without a servo.
     pub fn no_load_speed_rad_s(&self) -> f64 {
         self.servo.as_ref().map_or(f64::INFINITY, |servo| servo.model.no_load_speed_rad_s)
     }
 }
 
 impl Servo {
-    /// Counts one radian is worth, negative where the servo is mounted reversed.
+    /// Counts per radian; negative if the servo is mounted reversed.
     fn counts_per_rad(&self) -> f64 {
         let magnitude = self.model.counts_per_turn / std::f64::consts::TAU;
         if self.reversed { -magnitude } else { magnitude }
     }
 
-    /// Count, not rounded, at the joint angle `rad`.
+    /// The count, not rounded, at the joint angle `rad`.
     pub fn count_of(&self, rad: f64) -> f64 {
         self.zero_count + rad * self.counts_per_rad()
     }
 
-    /// Joint angle, rad, at `count`.
+    /// The joint angle at `count`, rad.
     pub fn angle_of(&self, count: f64) -> f64 {
         (count - self.zero_count) / self.counts_per_rad()
     }
 
-    /// Joint speed, rad/s, for a speed register that reads `speed`.
+    /// The joint speed for a speed register that reads `speed`, rad/s.
     pub fn speed_of(&self, speed: i32) -> f64 {
         f64::from(speed) * self.model.speed_unit_rad_s * self.counts_per_rad().signum()
     }
 
-    /// One count, rad.
+    /// The angle of one count, rad.
     pub fn count_rad(&self) -> f64 {
         1.0 / self.counts_per_rad().abs()
     }

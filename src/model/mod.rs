@@ -1,6 +1,6 @@
 //! The robot as the program knows it: checked, in SI units, never changed after loading.
 //!
-//! Comes in: a robot file, through [`crate::config`]. Goes out: [`Robot`]. One schema serves horses,
+//! Input: a robot file, through [`crate::config`]. Output: [`Robot`]. One schema serves horses,
 //! tentacles and figures.
 
 mod arm;
@@ -43,7 +43,7 @@ pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
 pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
 
-/// A whole robot.
+/// A complete robot.
 #[derive(Debug, Clone)]
 pub struct Robot {
     /// Name, from the file.
@@ -52,31 +52,31 @@ pub struct Robot {
     pub rate_hz: f64,
     /// Mass of the trunk, kg.
     pub trunk_mass_kg: f64,
-    /// Centre of the trunk's mass in the body frame, m.
+    /// Centre of mass of the trunk, body frame, m.
     pub trunk_center_m: DVec3,
     /// Limbs, in file order.
     pub chains: Vec<Chain>,
-    /// All joints of all chains, in file order; [`Chain::joints`] says which are whose.
+    /// All joints of all chains, in file order; [`Chain::joints`] gives each chain's range.
     pub joints: Vec<Joint>,
-    /// Buses, in file order; none for a robot that exists only on paper.
+    /// Buses, in file order; empty for a robot that exists only on paper.
     pub buses: Vec<Bus>,
-    /// What it does.
+    /// The robot's kind of motion and its settings.
     pub motion: Motion,
-    /// What keeps it from harm.
+    /// Limits that protect the robot.
     pub safety: SafetySettings,
-    /// The body of the simulated robot; none where simulated joints turn freely.
+    /// The body of the simulated robot; `None` if simulated joints turn freely.
     pub physics: Option<Physics>,
-    /// True where its feet bear its weight, as those of every real robot do; false where simulated joints turn freely.
+    /// True if the feet bear the robot's weight, as on every real robot; false if simulated joints turn freely.
     pub bears_weight: bool,
-    /// How it keeps its balance on its feet; none where it does not. Acts only where they bear its weight.
+    /// How the robot balances on its feet; `None` if it does not. Acts only if the feet bear its weight.
     pub balance: Option<BalanceSettings>,
-    /// What it does when it stops.
+    /// The action it takes when it stops.
     pub stop_action: StopAction,
-    /// The inertial measurement unit in its trunk; none where it has none.
+    /// The inertial measurement unit in its trunk; `None` if there is none.
     pub imu: Option<ImuSettings>,
-    /// What it does when it falls; none where the file says nothing.
+    /// Its reaction to a fall; `None` if the file has no settings for it.
     pub reflex: Option<ReflexSettings>,
-    /// What an arm does that is loaded beyond its limit; none where the file says nothing.
+    /// How an arm reacts to a load beyond its limit; `None` if the file has no settings for it.
     pub yielding: Option<YieldSettings>,
 }
 
@@ -93,58 +93,58 @@ impl Robot {
 pub struct Chain {
     /// Name, from the file.
     pub name: String,
-    /// Place of the first joint in the body frame, m.
+    /// Position of the first joint, body frame, m.
     pub root_m: DVec3,
     /// Rotation from the chain's own frame to the body frame.
     pub root_rotation: DQuat,
-    /// Its joints, as indices into [`Robot::joints`]; where tendons bend it, their winches, lift and sweep of each
-    /// section, whose angles are the winches' turns.
+    /// Its joints, as indices into [`Robot::joints`]. On a tendon arm these are the winches, lift and sweep
+    /// of each section, and their angles are the winches' turns.
     pub joints: Range<usize>,
-    /// What bends it, where that is not a servo in every joint.
+    /// The tendon drive that bends it; `None` if each joint has its own servo.
     pub tendons: Option<TendonDrive>,
-    /// What it stands on, where it does.
+    /// The foot at its end, if any.
     pub foot: Option<Foot>,
 }
 
-/// A hinge and the link behind it.
+/// A hinge and the link after it.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// Name: the chain's, a dot, the joint's own; `left_hind.hip`.
+    /// Name: the chain's name, a dot and the joint's own, such as `left_hind.hip`.
     pub name: String,
     /// Turning axis in the parent link's frame, unit length; positive turns are right-handed about it.
     pub axis: DVec3,
-    /// From this joint to the next (or to the tip) at zero angle, in this joint's frame, m.
+    /// Vector from this joint to the next (or to the tip) at zero angle, in this joint's frame, m.
     pub link_m: DVec3,
     /// Lowest and highest angle, rad.
     pub range_rad: (f64, f64),
-    /// Share of each turn CCD finds that this joint takes, 0 < s <= 1 (thesis 3.2).
+    /// Share of each CCD rotation that this joint takes, 0 < s <= 1 (thesis 3.2).
     pub stiffness: f64,
     /// Mass of the link, kg.
     pub mass_kg: f64,
-    /// Centre of the link's mass, in this joint's frame, m.
+    /// Centre of mass of the link, in this joint's frame, m.
     pub center_m: DVec3,
-    /// How far it may swing and twist together with the hinges before it in the same place, beyond their own ranges;
-    /// only on the last of them, which carries the link.
+    /// Limits on the combined swing and twist of this hinge and those before it in the same place, in
+    /// addition to their own ranges. Only the last of these hinges, which carries the link, has it.
     pub ball: Option<BallJoint>,
-    /// The servo that turns it; none on a robot without buses.
+    /// The servo that turns it; `None` on a robot without buses.
     pub servo: Option<Servo>,
 }
 
-/// One servo in its place.
+/// One servo and its mounting.
 #[derive(Debug, Clone, Copy)]
 pub struct Servo {
-    /// What it is.
+    /// Its model.
     pub model: &'static ServoModel,
     /// Index into [`Robot::buses`].
     pub bus: usize,
-    /// Its address there.
+    /// Its id on that bus.
     pub id: ServoId,
-    /// True where a positive joint turn is a falling count.
+    /// True if the count falls when the joint turns in the positive direction.
     pub reversed: bool,
-    /// Count at joint angle zero; may lie outside the servo's own range. Without a unit file the horn
-    /// counts as mounted so that the middle of the joint's range is the middle of the servo's range.
+    /// Count at joint angle zero; may lie outside the servo's own range. Without a unit file the program
+    /// assumes that the middle of the joint's range is the middle of the servo's range.
     pub zero_count: f64,
-    /// Firmware it was calibrated with, where the unit file says so.
+    /// The firmware version at calibration, if the unit file gives it.
     pub firmware: Option<Firmware>,
 }
 
@@ -153,24 +153,24 @@ pub struct Servo {
 pub struct Bus {
     /// Name, from the file.
     pub name: String,
-    /// Language.
+    /// Its protocol.
     pub protocol: Protocol,
-    /// Bits per second, 10 bits a byte.
+    /// Bits per second, at 10 bits per byte.
     pub baud: u32,
-    /// How much later than the wire the adapter hands bytes over, microseconds.
+    /// Delay of the adapter: how much later than the wire it hands bytes over, microseconds.
     pub adapter_latency_us: u32,
-    /// How long a servo waits before it answers, microseconds.
+    /// Delay of a servo's reply, microseconds.
     pub return_delay_us: u32,
-    /// Resistance of the simulated supply with its wires and plugs, ohm.
+    /// Resistance of the simulated supply, including wires and plugs, ohm.
     pub supply_ohm: f64,
 }
 
-/// What the robot does; one variant a kind of rig.
+/// The robot's motion; one variant for each kind of robot.
 #[derive(Debug, Clone)]
 pub enum Motion {
     /// A four-legged walker.
     Horse(HorseMotion),
-    /// Arms that move like an octopus'.
+    /// Arms that move like those of an octopus.
     Tentacle(TentacleMotion),
     /// A human figure on two feet.
     Figure(FigureMotion),
@@ -185,7 +185,7 @@ impl Motion {
         }
     }
 
-    /// The settings of a rig of arms, if it is one.
+    /// The settings of a robot with arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
         match self {
             Motion::Tentacle(tentacle) => Some(tentacle),
@@ -208,105 +208,105 @@ pub const LEG_NAMES: [&str; 4] = ["left hind", "left fore", "right hind", "right
 /// Settings of a horse.
 #[derive(Debug, Clone)]
 pub struct HorseMotion {
-    /// Chains that are the legs, in the order of [`LEG_NAMES`].
+    /// Chains of the legs, in the order of [`LEG_NAMES`].
     pub legs: [usize; 4],
     /// Height of the body frame's origin above the ground when standing, m.
     pub stand_height_m: f64,
-    /// The same when sitting, from which it stands up, m.
+    /// Height of that origin when sitting, from which the robot stands up, m.
     pub sit_height_m: f64,
-    /// Time a foot is in the air, every gait, s (thesis: P).
+    /// Duration of a foot's swing, in every gait, s (thesis: P).
     pub swing_time_s: f64,
     /// Height of a foot in mid-swing, m.
     pub swing_lift_m: f64,
-    /// Share of the swing time in which the foot gains, and again loses, its speed; 0 < r < 0.5.
+    /// Share of the swing in which the foot accelerates, and again that in which it slows down; 0 < r < 0.5.
     pub swing_ramp_share: f64,
     /// Largest acceleration of the trunk, and of every leg's plane in a turn, m/s^2.
     pub acceleration_m_s2: f64,
-    /// Fastest turn of the trunk, rad/s.
+    /// Largest yaw rate of the trunk, rad/s.
     pub yaw_rate_max_rad_s: f64,
-    /// The gaits it knows.
+    /// The horse's gaits.
     pub gaits: Vec<Gait>,
 }
 
-/// A gait: who is in the air when (thesis 2.2, 3.3).
+/// A gait: when each foot is in swing (thesis 2.2, 3.3).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gait {
     /// Name used in files and options.
     pub name: String,
-    /// Share of the period a foot stands, 0 < d < 1 (thesis: alpha).
+    /// Duty factor: share of the period that a foot is in stance, 0 < d < 1 (thesis: alpha).
     pub duty_factor: f64,
-    /// Lift-off of each leg as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
+    /// Phase offset of each leg's lift-off as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
     pub lags: [f64; 4],
-    /// How the trunk rises and falls in it.
+    /// How the trunk rises and falls in this gait.
     pub bob: Bob,
-    /// Where gaits are chosen by speed: the Froude number V^2 / (g h), h the standing height, above which a horse
-    /// takes the next faster gait. None for a gait that is taken only by name.
+    /// Froude number V^2 / (g h), h the standing height, above which a horse that chooses its gait by speed
+    /// takes the next faster gait. `None` for a gait that is used only by name.
     pub auto_froude_max: Option<f64>,
 }
 
-/// How the trunk rises and falls round its mean height: a cosine over the stride.
+/// How the trunk rises and falls about its mean height: a cosine over the stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bob {
-    /// From lowest to highest, m.
+    /// Height from lowest to highest point, m.
     pub rise_m: f64,
-    /// How often in a stride.
+    /// Cycles per stride.
     pub per_stride: u32,
-    /// When it is highest: stride since the left hind's lift-off.
+    /// Phase of its highest point: share of the stride since the left hind's lift-off.
     pub highest_at: f64,
 }
 
-/// Limits that hold whatever the motion asks.
+/// Limits that hold whatever the motion requests.
 #[derive(Debug, Clone)]
 pub struct SafetySettings {
     /// Joint speed limit as a share of the servo's no-load speed, 0 < s <= 1.
     pub rate_share: f64,
     /// Joint acceleration limit, rad/s^2.
     pub acceleration_rad_s2: f64,
-    /// Joint speed while a joint outside its range is brought in, and in start-up and sitting, rad/s.
+    /// Joint speed in start-up, in sitting, and while a joint outside its range is brought back in, rad/s.
     pub slow_rate_rad_s: f64,
     /// Torque limit while moving, share of stall torque, 0 < s <= 1.
     pub torque_share: f64,
-    /// Time in which the torque limit rises from nothing at start, s.
+    /// Time in which the torque limit rises from zero at start, s.
     pub torque_ramp_s: f64,
-    /// A servo unheard for up to this long: the motion goes on, s.
+    /// The motion continues while a servo has been silent for no longer than this, s.
     pub coast_s: f64,
-    /// A hold that lasts this long ends in the stop action, s.
+    /// A hold that lasts this long leads to the stop action, s.
     pub hold_s: f64,
     /// Largest difference between goal and measurement, rad.
     pub tracking_error_rad: f64,
-    /// How long the difference, the heat or the voltage may be wrong before the robot holds, s.
+    /// Time for which the tracking error, the temperature or the voltage may be wrong before the robot holds, s.
     pub fault_delay_s: f64,
     /// Highest servo temperature, degrees Celsius.
     pub temperature_c: f64,
     /// Lowest supply voltage, V.
     pub voltage_v: f64,
-    /// What is done about a servo that raises an alarm.
+    /// Response to a servo that raises an alarm.
     pub on_trip: OnTrip,
 }
 
-/// What is done about a servo that raises an alarm, which has often switched its torque off by itself, and about one
-/// that is held up, which would soon.
+/// Response to a servo that raises an alarm, which has often switched its torque off by itself, and to one
+/// that is blocked, which would soon do so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OnTrip {
-    /// The robot holds, and stops if that does not pass.
+    /// The robot holds, and stops if the fault does not clear.
     #[default]
     Stop,
-    /// The joint is left without torque and the robot goes on; once it is parked, the servo is restarted
-    /// if it is in alarm, and has its torque back.
+    /// The joint is left without torque and the robot continues. Once it is parked, a servo that is in alarm
+    /// is restarted, and the joint gets its torque back.
     Freeze,
 }
 
-/// What the robot does when it stops, for whatever reason.
+/// The action a robot takes when it stops, for any reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopAction {
     /// Keep the last pose, torque on.
     Hold,
-    /// Sit down slowly (arms go to where they are parked), then torque off.
+    /// Sit down slowly (arms go to their parked pose), then torque off.
     SitThenLimp,
 }
 
 impl SafetySettings {
-    /// A servo unheard for longer than this, s, may have started again, and may not have heard the goals that were sent.
+    /// Silence after which a servo may have restarted and may have missed the goals sent to it, s.
     pub fn lost_after_s(&self) -> f64 {
         self.coast_s.min(START_MIN_S)
     }

@@ -1,24 +1,24 @@
-//! What a simulated robot has beside its buses: a body under gravity on the ground.
+//! The simulated robot apart from its buses: a body under gravity on the ground.
 
 use glam::DVec3;
 
-/// The body that carries a simulated robot's joints. Hardware has one of its own.
+/// The body that carries a simulated robot's joints. Hardware has its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Physics {
-    /// Length of a step of the simulated body, ms, 1 or 2; the servos' own is 1.
+    /// Time step of the simulated body, ms, 1 or 2; the servos' own is 1.
     pub step_ms: u32,
-    /// Inertia of rotor and gears at the shaft, kg m^2, in the place of the servo models' own.
+    /// Inertia of rotor and gears at the shaft, kg m^2, which replaces the servo models' own.
     pub rotor_inertia_kg_m2: Option<f64>,
-    /// Edges of the box that the trunk is, its middle the trunk's centre of mass, m; none where the trunk is bolted
+    /// Edges of the trunk's box, centred on the trunk's centre of mass, m; `None` if the trunk is bolted
     /// down.
     pub trunk_box_m: Option<DVec3>,
-    /// Radius of every link that is not an arm's, m.
+    /// Radius of every link outside arms, m.
     pub link_radius_m: f64,
-    /// Torque that every joint loses for each unit of speed, beside its servo's friction, N m s/rad.
+    /// Viscous friction of every joint, in addition to its servo's friction, N m s/rad.
     pub viscosity_nm_s: f64,
-    /// Stiffness and damping of the stops behind the ranges of joints and ball joints, N m/rad and N m s/rad.
+    /// Stiffness and damping of the stops beyond the ranges of joints and ball joints, N m/rad and N m s/rad.
     pub stop: (f64, f64),
-    /// What it stands on.
+    /// The ground it stands on.
     pub ground: Ground,
 }
 
@@ -27,46 +27,46 @@ pub struct Physics {
 pub struct Ground {
     /// Coulomb friction between ground and robot.
     pub friction: f64,
-    /// How steep it is, rad: uphill where `uphill_rad` points.
+    /// Slope, rad: it rises in the direction `uphill_rad`.
     pub slope_rad: f64,
     /// Direction uphill, rad from x to the left.
     pub uphill_rad: f64,
-    /// Steps across the way.
+    /// Steps across the robot's way.
     pub steps: Vec<Step>,
 }
 
 /// A block across the whole way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Where it begins, m along x from the start.
+    /// Position of its near edge, m along x from the start.
     pub at_m: f64,
-    /// How long it is along x, m.
+    /// Length along x, m.
     pub length_m: f64,
-    /// How high, m.
+    /// Height, m.
     pub height_m: f64,
 }
 
-/// What a chain stands on, in its last link. Its axes are the body frame's where all of the chain's angles are 0.
+/// The foot at a chain's end, in its last link. Its axes are the body frame's when all of the chain's angles are 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Foot {
-    /// A round sole across the leg: a rod along y with round ends, its middle the tip.
+    /// A round sole across the leg: a rod along y with round ends, centred on the tip.
     Round {
         /// Radius, m.
         radius_m: f64,
-        /// Between the middles of its round ends, m.
+        /// Distance between the centres of its round ends, m.
         width_m: f64,
     },
     /// A flat sole: a box.
     Plate {
         /// Edges along x, y and z, m.
         size_m: DVec3,
-        /// Its middle from the tip, m.
+        /// Its centre from the tip, m.
         middle_m: DVec3,
     },
 }
 
 impl Foot {
-    /// How far below the tip the sole is, the leg as at angle 0, m.
+    /// Distance of the sole below the tip, with the leg at angle 0, m.
     pub fn below_tip_m(&self) -> f64 {
         match self {
             Foot::Round { radius_m, .. } => *radius_m,

@@ -1,4 +1,4 @@
-//! The robot's masses and joints where they are: levers, and the torques that hold the limbs up.
+//! The robot's masses and joints at their positions: levers, and the torques that hold the limbs up.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use glam::{DQuat, DVec3};
 
 use super::{Chain, Robot};
 
-/// Smallest length that lengths are compared with, m.
+/// Smallest reference length, m.
 const LEAST_SIZE_M: f64 = 0.1;
 
-/// What of a joint does not change.
+/// The constant data of a joint.
 #[derive(Debug, Clone, Copy)]
 struct Hinge {
     axis: DVec3,
@@ -25,25 +25,25 @@ struct Limb {
     joints: Range<usize>,
 }
 
-/// A robot of hinges in one posture. Body frame throughout. Arms on tendons count as weightless: their winches turn no
-/// link.
+/// A robot of hinges in one posture. Body frame throughout. Arms on tendons count as weightless: their
+/// winches turn no link.
 #[derive(Debug, Clone)]
 pub struct Posture {
     trunk: (f64, DVec3),
     limbs: Vec<Limb>,
     hinges: Vec<Hinge>,
-    /// Where each joint is, the way its axis points, and where its link's mass is.
+    /// Position and axis of each joint, and position of its link's mass.
     places: Vec<DVec3>,
     axes: Vec<DVec3>,
     centers: Vec<DVec3>,
     tips: Vec<(DVec3, DQuat)>,
-    /// Mass of the whole, kg, and its centre, m.
+    /// Mass of the whole robot, kg, and its centre, m.
     whole: (f64, DVec3),
     size_m: f64,
 }
 
 impl Posture {
-    /// Of `robot`, not bent yet.
+    /// The posture of `robot`, not bent yet.
     pub fn new(robot: &Robot) -> Posture {
         let limb = |chain: &Chain| Limb {
             root_m: chain.root_m,
@@ -94,7 +94,7 @@ impl Posture {
         self.whole = (mass_kg, if mass_kg > 0.0 { moment / mass_kg } else { DVec3::ZERO });
     }
 
-    /// Writes the torque of every joint that holds its limb against `gravity` (m/s^2), nothing touching it.
+    /// Writes the torque with which every joint holds its limb against `gravity` (m/s^2), with no contact.
     pub fn hold(&self, gravity: DVec3, torques_nm: &mut [f64]) {
         torques_nm.fill(0.0);
         for limb in &self.limbs {
@@ -118,7 +118,7 @@ impl Posture {
         self.limbs[chain].joints.clone()
     }
 
-    /// Place and turn of a chain's tip.
+    /// Position and orientation of a chain's tip.
     pub fn tip(&self, chain: usize) -> (DVec3, DQuat) {
         self.tips[chain]
     }
@@ -128,7 +128,7 @@ impl Posture {
         self.whole
     }
 
-    /// A length to compare lengths with, m.
+    /// A reference length, m.
     pub fn size_m(&self) -> f64 {
         self.size_m
     }

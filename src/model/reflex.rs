@@ -1,34 +1,35 @@
-//! What a robot does when it falls, and when a limb is loaded beyond its limit: settings.
+//! Settings for a robot's reaction to a fall, and to a load on a limb beyond its limit.
 
-/// What a fall is met with.
+/// How the robot reacts to a fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ReflexMode {
-    /// The key poses of its direction, then joints that give way.
+    /// The key poses for its direction, then compliant joints.
     #[default]
     Reflex,
-    /// No torque from the moment a fall is certain: the completely passive drop, to compare with.
+    /// No torque from the moment a fall is certain: a completely passive drop, for comparison.
     Passive,
-    /// Nothing: a fall is noted, and the motion goes on.
+    /// No reaction: the fall is recorded and the motion continues.
     Off,
 }
 
-/// When a fall counts as certain.
+/// The condition under which a fall counts as certain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Detector {
-    /// |roll + T p| or |pitch + T q| past its limit: where the trunk will be in a time T at its present rate.
+    /// |roll + T p| or |pitch + T q| beyond its limit: the trunk's attitude after a time T at its present
+    /// rate.
     Lean {
-        /// Limit of the first, rad.
+        /// Limit on roll, rad.
         roll_rad: f64,
-        /// Limit of the second, rad.
+        /// Limit on pitch, rad.
         pitch_rad: f64,
         /// T, s.
         ahead_s: f64,
     },
-    /// The size of the trunk's roll and pitch rates together past this, rad/s.
+    /// The magnitude of the trunk's roll and pitch rates together is above this, rad/s.
     Rate(f64),
 }
 
-/// Which way it falls, by the largest component of the trunk's angular velocity.
+/// Direction of a fall, by the largest component of the trunk's angular velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FallDirection {
     /// Nose first: positive pitch rate.
@@ -39,12 +40,12 @@ pub enum FallDirection {
     Left,
     /// Positive roll rate.
     Right,
-    /// About the vertical more than about either.
+    /// More about the vertical than about either horizontal axis.
     Twisting,
 }
 
 impl FallDirection {
-    /// All of them, each at its place in [`ReflexSettings::falls`].
+    /// All directions, in the order of [`ReflexSettings::falls`].
     pub const ALL: [FallDirection; 5] = [
         FallDirection::Forward,
         FallDirection::Backward,
@@ -65,7 +66,7 @@ impl FallDirection {
     }
 }
 
-/// What is down when it lies.
+/// The side of the robot that is down when it lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lying {
     /// The underside: a horse on its belly, a figure that sits.
@@ -99,7 +100,7 @@ impl Lying {
         }
     }
 
-    /// In words, for people.
+    /// Its description in words.
     pub fn words(self) -> &'static str {
         match self {
             Lying::Upright => "upright",
@@ -112,58 +113,58 @@ impl Lying {
     }
 }
 
-/// A pose at a time of a motion.
+/// A pose and its time in a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyPose {
-    /// When it is to be reached, s since the motion began.
+    /// Time at which it should be reached, s since the motion began.
     pub at_s: f64,
     /// Angles of all joints, rad.
     pub angles_rad: Vec<f64>,
-    /// Torque on the way there, share of what is permitted, 0 to 1; at 0 it is limp meanwhile.
+    /// Torque on the way there, share of what is permitted, 0 to 1; at 0 the robot is limp on the way.
     pub torque_share: f64,
 }
 
-/// How it gets up from one way of lying.
+/// How the robot gets up from one lying position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GetUp {
-    /// From there.
+    /// The lying position.
     pub lying: Lying,
-    /// By way of these; then as from limp. May be empty.
+    /// Key poses to go through; then it gets up as from limp. May be empty.
     pub keys: Vec<KeyPose>,
 }
 
-/// What a robot does when it falls.
+/// Settings of the reaction to a fall.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReflexSettings {
-    /// With what a fall is met.
+    /// Kind of reaction.
     pub mode: ReflexMode,
-    /// When it is certain.
+    /// Condition for a certain fall.
     pub detector: Detector,
-    /// Key poses by direction, in the order of [`FallDirection::ALL`]; none: its joints give way at once.
+    /// Key poses by direction, in the order of [`FallDirection::ALL`]; if empty, the joints give way at once.
     pub falls: [Vec<KeyPose>; 5],
-    /// Torque with which joints give way, share of what is permitted, 0 < s <= 1.
+    /// Torque while joints give way, share of what is permitted, 0 < s <= 1.
     pub passive_torque_share: f64,
-    /// The trunk rests while it turns slower than this, rad/s.
+    /// The trunk is at rest while it turns slower than this, rad/s.
     pub rest_rate_rad_s: f64,
-    /// And has for this long, s.
+    /// Time for which it must be at rest, s.
     pub rest_s: f64,
-    /// From where it can get up, and how.
+    /// Lying positions from which it can get up, and how.
     pub get_ups: Vec<GetUp>,
-    /// How often it gets up in one run.
+    /// Largest number of attempts to get up in one run.
     pub get_ups_max: u32,
 }
 
-/// What an arm does that is loaded beyond its limit.
+/// How an arm reacts to a load beyond its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YieldSettings {
-    /// The largest load of any of its joints that is borne, share of stall torque, 0 < s < 1.
+    /// Largest permitted load of any of its joints, share of stall torque, 0 < s < 1.
     pub load_share: f64,
-    /// How long more is borne, s.
+    /// Time for which more is tolerated, s.
     pub after_s: f64,
-    /// Torque with which its joints give way, share of what is permitted, 0 < s <= 1.
+    /// Torque while its joints give way, share of what is permitted, 0 < s <= 1.
     pub torque_share: f64,
-    /// How long it gives way at the least, s.
+    /// Shortest time for which it gives way, s.
     pub for_s: f64,
-    /// How long it takes to return, s.
+    /// Time it takes to return, s.
     pub return_s: f64,
 }

@@ -1,12 +1,12 @@
-//! How near two straight pieces come to each other.
+//! The nearest points of two straight segments.
 
 use glam::DVec3;
 
-/// Shorter pieces are points, m^2.
+/// Shorter segments count as points, m^2.
 const POINT_M2: f64 = 1e-18;
 
-/// Shares, 0 to 1, of the ways along `a` and along `b` (each from its first place to its second) at which they are
-/// nearest to each other (Ericson, Real-Time Collision Detection, 2005, 5.1.9).
+/// Positions of the nearest points on `a` and `b`, as shares, 0 to 1, from the first point of each to its
+/// second (Ericson, Real-Time Collision Detection, 2005, 5.1.9).
 pub fn nearest(a: [DVec3; 2], b: [DVec3; 2]) -> [f64; 2] {
     let (along_a, along_b, between) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
     let (square_a, square_b) = (along_a.length_squared(), along_b.length_squared());
@@ -19,7 +19,7 @@ pub fn nearest(a: [DVec3; 2], b: [DVec3; 2]) -> [f64; 2] {
     }
     let dot = along_a.dot(along_b);
     let area = square_a * square_b - dot * dot;
-    // Of parallel pieces any share will do.
+    // For parallel segments any share is right.
     let free = if area > 1e-12 * square_a * square_b { (dot * on_b - on_a * square_b) / area } else { 0.0 };
     let share_a = free.clamp(0.0, 1.0);
     let share_b = (dot * share_a + on_b) / square_b;
@@ -32,7 +32,7 @@ pub fn nearest(a: [DVec3; 2], b: [DVec3; 2]) -> [f64; 2] {
     }
 }
 
-/// Least distance of two such pieces, m.
+/// Least distance of two such segments, m.
 pub fn distance_m(a: [DVec3; 2], b: [DVec3; 2]) -> f64 {
     let [share_a, share_b] = nearest(a, b);
     a[0].lerp(a[1], share_a).distance(b[0].lerp(b[1], share_b))

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-/// The language a bus speaks.
+/// The protocol of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
     /// Dynamixel Protocol 2.0.
@@ -24,7 +24,7 @@ impl Protocol {
         }
     }
 
-    /// Baud rates the protocol's servos can be set to, bits per second.
+    /// Baud rates that servos of this protocol can be set to, bits per second.
     /// Sources: e-manual register 8; Feetech register 6 with the vendor's codes.
     pub fn bauds(self) -> &'static [u32] {
         match self {
@@ -39,18 +39,18 @@ impl Protocol {
     pub const ID_MAX: u8 = 252;
 }
 
-/// How a register's bits mean a number.
+/// How a register's bits encode a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
-    /// Plain unsigned.
+    /// Unsigned integer.
     Unsigned,
     /// Two's complement over the register's width.
     TwosComplement,
-    /// Magnitude below this bit, sign in it.
+    /// Sign and magnitude: this bit is the sign, the bits below it are the magnitude.
     SignMagnitude(u8),
 }
 
-/// One register of a control table. The byte order is that of its [`Registers`].
+/// One register of a control table. Its [`Registers`] give the byte order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Register {
     /// First address.
@@ -68,29 +68,30 @@ const fn register(address: u16, bytes: u8, encoding: Encoding) -> Register {
 /// The registers the loop uses. All servos of one bus share one set.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Registers {
-    /// Whether words come high byte first.
+    /// True if words come high byte first.
     pub is_big_endian: bool,
-    /// Whether one request can ask all servos of a bus. Where it cannot, they are asked one by one.
+    /// True if one request can read all servos of a bus. Otherwise they are read one by one.
     pub has_sync_read: bool,
     /// Model number, read at start.
     pub model_number: Register,
-    /// Firmware version, and what stands behind its point where it has one.
+    /// Firmware version: the major number and, if there is one, the minor number.
     pub firmware: (Register, Option<Register>),
-    /// What must hold before a run, since the registers above mean something else in other modes.
+    /// Registers and the values they must hold before a run: in other modes the registers above mean
+    /// something else.
     pub expected: &'static [(Register, i64)],
-    /// Where the return delay is, in units of 2 microseconds, if it is told.
+    /// Return delay, in units of 2 microseconds; `None` if its address is unknown.
     pub return_delay: Option<Register>,
-    /// What is written before a run, and again to a servo that may have started anew, in this order: torque off, no bus watchdog (one that has tripped
-    /// takes no goals), and no ramp of the servo's own, since the goals are smooth already and a ramp would
-    /// only make it lag.
+    /// Values written, in this order, before a run and again to a servo that may have restarted: torque off;
+    /// no bus watchdog (one that has tripped rejects goals); no ramp of the servo's own (the goals are
+    /// already smooth, and a ramp would only make it lag).
     pub preparation: &'static [(Register, i64)],
     /// Torque on (1) or off (0).
     pub torque_enable: Register,
-    /// What is written, in this order, so that the servo takes where its shaft stands for its middle count, for good.
-    /// Nothing on servos that cannot.
+    /// Values written, in this order, to make the shaft's present position the servo's middle count,
+    /// permanently. Empty for servos that cannot do this.
     pub set_middle: &'static [(Register, i64)],
-    /// Stops the servo when its bus has been silent for this many units of 20 ms; 0 for never. None on
-    /// servos that have no such watchdog.
+    /// Stops the servo when its bus has been silent for this many units of 20 ms; 0 means never. `None` for
+    /// servos without such a watchdog.
     pub bus_watchdog: Option<Register>,
     /// Torque limit while moving, in units of [`ServoModel::torque_limit_full`].
     pub torque_limit: Register,
@@ -102,38 +103,38 @@ pub struct Registers {
     pub present_speed: Register,
     /// Present load or current.
     pub present_load: Register,
-    /// Supply voltage, 0.1 V.
+    /// Supply voltage, units of 0.1 V.
     pub present_voltage: Register,
     /// Temperature, degrees Celsius.
     pub present_temperature: Register,
-    /// Why a servo raises an alarm, a bit a reason.
+    /// Causes of an alarm, one bit each.
     pub alarm_status: Register,
-    /// What the bits mean, in a word or two.
+    /// Name of each alarm bit, in a word or two.
     pub alarm_names: &'static [(u8, &'static str)],
-    /// Whether every reply comes with those bits. Else it only says that there is an alarm, and the register must be
-    /// asked why.
+    /// True if every reply contains the alarm bits. Otherwise a reply only says that there is an alarm, and
+    /// the register must be read for the cause.
     pub tells_alarms: bool,
-    /// First address of the block read every cycle; it holds all the `present_` registers.
+    /// First address of the block read in every cycle; the block holds all the `present_` registers.
     pub feedback_address: u16,
     /// Length of that block, bytes.
     pub feedback_bytes: u16,
 }
 
-/// The alarm bit of a servo that was loaded too much for too long: both makers have the same.
+/// The alarm bit for too much load for too long; both makers use the same bit.
 pub const OVERLOAD_ALARM: u8 = 0x20;
 
-/// No servo starts anew in less, s: Feetech's take 1.8 s (wiki, ft-scs 4.12); an XC330 took 0.4 s (ROBOTIS-GIT/emanual,
-/// issue 1698). Who was silent for longer may have forgotten everything.
+/// Shortest restart of any servo, s: Feetech's take 1.8 s (wiki, ft-scs 4.12); an XC330 took 0.4 s
+/// (ROBOTIS-GIT/emanual, issue 1698). A servo that was silent for longer may have lost all its settings.
 pub const START_MIN_S: f64 = 0.25;
 
 /// Dynamixel X-series (e-manual control tables of XL330-M288, XL430-W250, XM430-W210, XM430-W350).
-/// The torque limit is Goal PWM (100): every model has it in position mode.
+/// Goal PWM (100) serves as the torque limit: every model has it in position mode.
 pub static DYNAMIXEL_X: Registers = Registers {
     is_big_endian: false,
     has_sync_read: true,
     model_number: register(0, 2, Encoding::Unsigned),
     firmware: (register(6, 1, Encoding::Unsigned), None),
-    // Operating Mode 3 is position control; in mode 16 the torque limit would be the motor's drive itself.
+    // Operating Mode 3 is position control; in mode 16 this register would drive the motor directly.
     expected: &[(register(11, 1, Encoding::Unsigned), 3)],
     return_delay: Some(register(9, 1, Encoding::Unsigned)),
     preparation: &[
@@ -144,7 +145,7 @@ pub static DYNAMIXEL_X: Registers = Registers {
         (register(112, 4, Encoding::Unsigned), 0),
     ],
     torque_enable: register(64, 1, Encoding::Unsigned),
-    // Homing Offset is added to a count that has wrapped already: it does not move the seam.
+    // The servo adds Homing Offset to a count that has already wrapped: the offset does not move the seam.
     set_middle: &[],
     bus_watchdog: Some(register(98, 1, Encoding::TwosComplement)),
     torque_limit: register(100, 2, Encoding::Unsigned),
@@ -184,7 +185,7 @@ pub static FEETECH_STS: Registers = Registers {
         (register(41, 1, Encoding::Unsigned), 0),
     ],
     torque_enable: register(40, 1, Encoding::Unsigned),
-    // Settings unlocked; torque switch, 128: present position becomes 2048; locked again.
+    // Unlock the settings; torque enable 128 makes the present position 2048; lock again.
     set_middle: &[
         (register(55, 1, Encoding::Unsigned), 0),
         (register(40, 1, Encoding::Unsigned), 128),
@@ -212,7 +213,7 @@ pub static FEETECH_STS: Registers = Registers {
 };
 
 impl Registers {
-    /// The alarm `bits` of [`Registers::alarm_status`] in words, joined by commas; empty where there is no alarm.
+    /// Names of the alarm `bits` of [`Registers::alarm_status`], joined by commas; empty if there is no alarm.
     pub fn alarm_words(&self, bits: u8) -> String {
         let known =
             self.alarm_names.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| (*name).to_owned());
@@ -224,26 +225,26 @@ impl Registers {
 
 /// Feetech SCS (wiki `parameter/memory-scscl.md`): 10 bit, high byte first, no sync read.
 ///
-/// It has no torque limit in RAM: Max Torque (16), an EPROM register, takes its place. It acts at once, and what is
-/// written to it while the lock (48) is shut is not kept.
+/// It has no torque limit in RAM: Max Torque (16), an EPROM register, serves instead. It acts at once, and
+/// the servo does not keep values written to it while the lock (48) is closed.
 pub static FEETECH_SCS: Registers = Registers {
     is_big_endian: true,
     has_sync_read: false,
     model_number: register(3, 2, Encoding::Unsigned),
     firmware: (register(0, 1, Encoding::Unsigned), Some(register(1, 1, Encoding::Unsigned))),
-    // END: 1 is the high byte first.
+    // END (byte order): 1 means high byte first.
     expected: &[(register(2, 1, Encoding::Unsigned), 1)],
     // Register 7 is undefined.
     return_delay: None,
     preparation: &[
         (register(40, 1, Encoding::Unsigned), 0),
         (register(48, 1, Encoding::Unsigned), 1),
-        // Running time and speed: 0 and 0 are as fast as it can.
+        // Running time and speed: 0 and 0 mean as fast as possible.
         (register(44, 2, Encoding::Unsigned), 0),
         (register(46, 2, Encoding::Unsigned), 0),
     ],
     torque_enable: register(40, 1, Encoding::Unsigned),
-    // A potentiometer's middle is where it is.
+    // The middle of a potentiometer is fixed.
     set_middle: &[],
     bus_watchdog: None,
     torque_limit: register(16, 2, Encoding::Unsigned),
@@ -260,24 +261,24 @@ pub static FEETECH_SCS: Registers = Registers {
     feedback_bytes: 8,
 };
 
-/// What the controller must know of a servo model.
+/// The data that the controller needs about a servo model.
 #[derive(Debug, PartialEq)]
 pub struct ServoModel {
     /// Name used in robot files.
     pub name: &'static str,
-    /// Language it speaks.
+    /// Protocol of its bus.
     pub protocol: Protocol,
-    /// What its model-number register reads.
+    /// Value of its model-number register.
     pub model_number: u16,
     /// Stall torque at [`ServoModel::nominal_voltage_v`], N m.
     pub stall_torque_nm: f64,
-    /// Current at stall at that voltage, A.
+    /// Stall current at that voltage, A.
     pub stall_current_a: f64,
-    /// Share of the supply that its position loop, as shipped, puts on the motor for each radian of error.
+    /// Share of the supply voltage that its position loop, with factory settings, applies per radian of error.
     pub position_gain_share_rad: f64,
     /// No-load speed at [`ServoModel::nominal_voltage_v`], rad/s.
     pub no_load_speed_rad_s: f64,
-    /// Supply voltage the two figures above hold at, V.
+    /// Supply voltage at which the figures above hold, V.
     pub nominal_voltage_v: f64,
     /// Lowest supply voltage the maker allows, V.
     pub voltage_min_v: f64,
@@ -285,9 +286,9 @@ pub struct ServoModel {
     pub voltage_max_v: f64,
     /// Factory temperature limit, degrees Celsius.
     pub temperature_max_c: u8,
-    /// Highest baud rate it can be set to, bits per second.
+    /// Highest baud rate it supports, bits per second.
     pub baud_max: u32,
-    /// Counts in one turn of the horn, whether or not it can turn so far.
+    /// Counts in one full turn of the horn, even if it cannot turn that far.
     pub counts_per_turn: f64,
     /// Lowest and highest goal position in position mode, counts.
     pub count_range: (i32, i32),
@@ -295,24 +296,24 @@ pub struct ServoModel {
     pub speed_unit_rad_s: f64,
     /// One unit of the load register as a share of stall torque.
     pub load_unit_share: f64,
-    /// Torque-limit register value that means all of the stall torque.
+    /// Value of the torque-limit register that means full stall torque.
     pub torque_limit_full: u16,
     /// Registers the loop uses.
     pub registers: &'static Registers,
-    /// Where the figures are from.
+    /// Source of the figures.
     pub source: &'static str,
 }
 
-/// Position P Gain of a Dynamixel: so many steps of PWM, of 885, for each 128th of a count (e-manual, Position PID
-/// Gain, and PWM Limit).
+/// Gain share from a Dynamixel's Position P Gain: P / 128 steps of PWM per count, where 885 steps are full
+/// drive (e-manual, Position PID Gain, and PWM Limit).
 const fn dynamixel_gain(p_gain: f64) -> f64 {
     p_gain / 128.0 / 885.0 * 4096.0 / TAU
 }
 
-/// A quarter of P, as shipped 32, tenths of a percent for each count (Feetech wiki, `parameter/memory-sts.md`); 5.28 were
-/// measured on an STS3215 (kscalelabs/sysid, STS_3215_12V_20250317), where this is 5.21.
+/// Tenths of a percent per count: a quarter of P, which is 32 as shipped (Feetech wiki, `parameter/memory-sts.md`).
+/// An STS3215 measured 5.28 (kscalelabs/sysid, STS_3215_12V_20250317), where this constant is 5.21.
 const STS_GAIN: f64 = 0.25 * 32.0 * 0.001 * 4096.0 / TAU;
-/// Estimate: a fifteenth of a percent for each count; its table tells no factors.
+/// Estimate, 1.5 % per count: the servo's register table gives no factors.
 const SCS_GAIN: f64 = 15.0 * 0.001 * SCS_COUNTS_PER_TURN / TAU;
 
 const fn rpm(value: f64) -> f64 {
@@ -372,7 +373,7 @@ const fn feetech_sts(name: &'static str, model_number: u16, source: &'static str
     }
 }
 
-/// Every model a robot file may name.
+/// Every model that a robot file may name.
 pub static SERVO_MODELS: [ServoModel; 8] = [
     ServoModel {
         stall_torque_nm: 0.52,
@@ -384,7 +385,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
         voltage_max_v: 6.0,
         temperature_max_c: 70,
         baud_max: 4_000_000,
-        // Present Current, 1 mA a unit; stall current 1.47 A at 5 V.
+        // Present Current, 1 mA per unit; stall current 1.47 A at 5 V.
         load_unit_share: 0.001 / 1.47,
         ..dynamixel_x("XL330-M288", 1200, "ROBOTIS e-manual, XL330-M288-T")
     },
@@ -397,14 +398,14 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
         voltage_min_v: 6.5,
         voltage_max_v: 12.0,
         temperature_max_c: 72,
-        // This model has Present Load in the place of Present Current: 0.1 % a unit.
+        // This model has Present Load instead of Present Current: 0.1 % per unit.
         ..dynamixel_x("XL430-W250", 1060, "ROBOTIS e-manual, XL430-W250-T")
     },
     ServoModel {
         stall_torque_nm: 3.0,
         stall_current_a: 2.3,
         no_load_speed_rad_s: rpm(77.0),
-        // Present Current, 2.69 mA a unit; stall current 2.3 A at 12 V.
+        // Present Current, 2.69 mA per unit; stall current 2.3 A at 12 V.
         load_unit_share: 0.002_69 / 2.3,
         ..dynamixel_x("XM430-W210", 1030, "ROBOTIS e-manual, XM430-W210")
     },
@@ -426,7 +427,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
     },
     ServoModel {
         stall_torque_nm: 2.94,
-        // Estimates, this and the next model's: the maker gives none.
+        // Estimates, for this and the next model: the maker gives no figure.
         stall_current_a: 2.7,
         no_load_speed_rad_s: rpm(45.0),
         ..feetech_sts("STS3215-12V", 777, "Feetech wiki, ST-3215-C018, at 12 V")
@@ -445,7 +446,7 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
         nominal_voltage_v: 6.0,
         voltage_min_v: 4.8,
         voltage_max_v: 8.4,
-        // 300 degrees are 1024 counts; as shipped it takes goals of 20 to 1003.
+        // 300 degrees are 1024 counts; as shipped the servo accepts goals of 20 to 1003.
         counts_per_turn: SCS_COUNTS_PER_TURN,
         count_range: (20, 1003),
         speed_unit_rad_s: TAU / SCS_COUNTS_PER_TURN,
@@ -457,30 +458,31 @@ pub static SERVO_MODELS: [ServoModel; 8] = [
 /// SCS0009: 1024 counts are 300 degrees.
 const SCS_COUNTS_PER_TURN: f64 = 1024.0 / 300.0 * 360.0;
 
-/// What servos tell of a voltage, V: a reading this much above a limit may be at it.
+/// Resolution of a servo's voltage reading, V: a reading this much above a limit may be at the limit.
 const VOLTAGE_STEP_V: f64 = 0.1;
 
 impl ServoModel {
-    /// Torque a radian of position error, with this supply, N m/rad.
+    /// Torque per radian of position error at this supply, N m/rad.
     pub fn stiffness_nm_rad(&self, supply_v: f64) -> f64 {
         self.position_gain_share_rad * self.stall_torque_nm * supply_v / self.nominal_voltage_v
     }
 
-    /// Torque of a motor that reports this share of its stall torque while it turns at `speed_rad_s`, N m. What Feetech
-    /// servos report is the share of the supply on the motor, so that what its own turning takes is left out.
+    /// Torque of a motor that reports this share of its stall torque while it turns at `speed_rad_s`, N m.
+    /// Feetech servos report the share of the supply on the motor, so this subtracts the part that the
+    /// motor's own speed takes.
     pub fn torque_nm(&self, load_share: f64, speed_rad_s: f64) -> f64 {
         let own =
             if self.protocol == Protocol::Feetech { speed_rad_s / self.no_load_speed_rad_s } else { 0.0 };
         (load_share - own) * self.stall_torque_nm
     }
 
-    /// Whether a servo that reports the supply `voltage_v` has more than it takes. It counts in steps of 0.1 V, so one
-    /// step more may be the limit itself.
+    /// True if a servo that reports the supply `voltage_v` has more than its maximum. The servo counts in
+    /// steps of 0.1 V, so a reading one step above may be the limit itself.
     pub fn is_too_much(&self, voltage_v: f64) -> bool {
         voltage_v > self.voltage_max_v + VOLTAGE_STEP_V
     }
 
-    /// The count in the middle of what it can turn: 2048 of a whole turn (both makers' manuals), 512 of 300 degrees.
+    /// The middle count of its range: 2048 of a full turn (both makers' manuals), 512 of 300 degrees.
     pub fn middle_count(&self) -> f64 {
         if self.registers.is_big_endian { 512.0 } else { 0.5 * self.counts_per_turn }
     }

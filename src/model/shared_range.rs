@@ -1,4 +1,5 @@
-//! Hinges in one place that share the range of a ball joint: what their angles make of it, and angles that keep it.
+//! Hinges in one place that share the range of a ball joint: the joint rotation their angles make, and angles
+//! that keep it in range.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -10,12 +11,12 @@ use super::{BallJoint, Joint, Robot, hinges_in_place};
 
 /// Most hinges of one joint.
 const HINGES_MAX: usize = 3;
-/// So far outside, in swing or twist (rad), is rounding.
+/// A pose this far outside, in swing or twist (rad), counts as inside: it is rounding.
 const ROUNDING: f64 = 1e-9;
-/// Halvings that find how much of a way is inside.
+/// Halvings to find how much of a way is inside.
 const HALVINGS: u32 = 24;
 
-/// Coordinate axis of its own frame that a hinge of an arm turns about.
+/// Coordinate axis of its own frame about which an arm's hinge turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// Along the link: a twist.
@@ -27,7 +28,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// The axis of `joint`, and 1, or -1 where it turns about it backwards.
+    /// The axis of `joint`, and 1, or -1 if it turns about it backwards.
     pub fn of(joint: &Joint) -> (Axis, f64) {
         let (axis, along) = match joint.axis.abs().max_position() {
             0 => (Axis::X, joint.axis.x),
@@ -37,7 +38,7 @@ impl Axis {
         (axis, along.signum())
     }
 
-    /// The turn about it by `angle`, rad.
+    /// The rotation about this axis by `angle`, rad.
     pub fn turn(self, angle: f64) -> DQuat {
         match self {
             Axis::X => DQuat::from_rotation_x(angle),
@@ -46,7 +47,7 @@ impl Axis {
         }
     }
 
-    /// The turn about it that brings x as near to `way`, in the hinge's frame, as it can, rad; none by a twist.
+    /// The rotation about this axis that brings x closest to `way`, in the hinge's frame, rad; 0 for a twist.
     pub fn aim(self, way: DVec3) -> f64 {
         match self {
             Axis::X => 0.0,
@@ -60,14 +61,14 @@ impl Axis {
 #[derive(Debug, Clone)]
 pub struct SharedRange {
     hinges: [(Axis, f64); HINGES_MAX],
-    /// Ranges of their own, rad.
+    /// The hinges' own ranges, rad.
     ranges_rad: [(f64, f64); HINGES_MAX],
     count: usize,
     range: BallJoint,
 }
 
 impl SharedRange {
-    /// The `range` of these hinges, of which there are at most three.
+    /// The `range` that these hinges share; there are at most three.
     pub fn new(hinges: &[Joint], range: BallJoint) -> SharedRange {
         let mut all = [(Axis::X, 1.0); HINGES_MAX];
         let mut ranges_rad = [(0.0, 0.0); HINGES_MAX];
@@ -89,7 +90,7 @@ impl SharedRange {
         robot.chains.iter().flat_map(of_chain).collect()
     }
 
-    /// Those of a chain with these `joints`, counted from its root.
+    /// The shared ranges of a chain with these `joints`, counted from its root.
     pub fn of_chain(joints: &[Joint]) -> Vec<(Range<usize>, SharedRange)> {
         let shared = |(last, joint): (usize, &Joint)| {
             let hinges = hinges_in_place(joints, last);
@@ -103,7 +104,7 @@ impl SharedRange {
         &self.hinges[..self.count]
     }
 
-    /// What the hinges at these angles (rad) make of the joint.
+    /// Swing and twist of the joint at these hinge angles (rad).
     fn parts(&self, angles: &[f64]) -> SwingTwist {
         let turn = self
             .axes()
@@ -113,12 +114,12 @@ impl SharedRange {
         SwingTwist::of(turn)
     }
 
-    /// False of two hinges, which have the twist that comes with their swing.
+    /// False for two hinges: their twist follows from their swing.
     fn can_twist(&self) -> bool {
         self.axes().iter().any(|(axis, _)| *axis == Axis::X)
     }
 
-    /// The nearest to `asked` that is in the range. Two hinges have the twist that comes with their swing.
+    /// The rotation nearest to `asked` that is in the range. The twist of two hinges follows from their swing.
     fn nearest(&self, asked: SwingTwist) -> SwingTwist {
         let mut held = self.range.nearest(asked);
         if !self.can_twist() {
@@ -127,19 +128,20 @@ impl SharedRange {
         held
     }
 
-    /// How far outside the range the hinges are at these `angles` (rad): in swing or in twist (rad), whichever is more.
+    /// How far outside the range the hinges are at these `angles` (rad): in swing or in twist (rad),
+    /// whichever is larger.
     pub fn outside_by(&self, angles: &[f64]) -> f64 {
         let asked = self.parts(angles);
         let held = self.nearest(asked);
         held.swing.distance(asked.swing).max((held.twist_rad - asked.twist_rad).abs())
     }
 
-    /// Whether they are inside.
+    /// True if the hinges are inside the range at these `angles` (rad).
     pub fn holds(&self, angles: &[f64]) -> bool {
         self.outside_by(angles) <= ROUNDING
     }
 
-    /// Brings the `angles` (rad) to the nearest border where they are outside; says whether they were.
+    /// Moves `angles` (rad) that are outside to the nearest border; returns true if they were outside.
     pub fn bring_in(&self, angles: &mut [f64]) -> bool {
         let asked = self.parts(angles);
         let held = self.nearest(asked);
@@ -150,7 +152,7 @@ impl SharedRange {
         true
     }
 
-    /// Brings the `angles` (rad) to where a soft stop lets them be that begins `margin_rad` before the border
+    /// Limits the `angles` (rad) by a soft stop that begins `margin_rad` before the border
     /// ([`BallJoint::softened`]).
     pub fn soften(&self, angles: &mut [f64], margin_rad: f64) {
         let asked = self.parts(angles);
@@ -163,8 +165,8 @@ impl SharedRange {
         }
     }
 
-    /// Writes the angles (rad) at which the hinges make `turn`: of the two ways there are, the one in the hinges' own
-    /// ranges, or less outside; of those alike, the one nearer to what they were.
+    /// Writes the hinge angles (rad) that make `turn`. Of the two solutions it takes the one within the
+    /// hinges' own ranges, or less outside; if both are equal, the one nearer to the previous angles.
     fn write(&self, turn: SwingTwist, angles: &mut [f64]) {
         let ways = [false, true].map(|is_over| self.angles_of(turn, is_over));
         let most = |parts: &mut dyn Iterator<Item = f64>| parts.fold(0.0_f64, f64::max);
@@ -179,8 +181,8 @@ impl SharedRange {
         angles.copy_from_slice(&ways[nearer][..angles.len()]);
     }
 
-    /// The angles (rad) at which the hinges make `turn`; where it `is_over`, the first of two that swing is turned half
-    /// round, and the second goes over the top.
+    /// The hinge angles (rad) that make `turn`; if `is_over`, the first of the two swing hinges is turned
+    /// half round, and the second goes over the top.
     fn angles_of(&self, turn: SwingTwist, is_over: bool) -> [f64; HINGES_MAX] {
         let mut angles = [0.0; HINGES_MAX];
         let mut left = turn.turn();
@@ -189,7 +191,7 @@ impl SharedRange {
             let way = left * DVec3::X;
             let sign = if is_over && Some(index) != last { -1.0 } else { 1.0 };
             let aim = match axis {
-                // Once the link points where it is to, what is left is twist.
+                // Once the link has its direction, the rest is twist.
                 Axis::X => SwingTwist::of(left).twist_rad,
                 Axis::Y | Axis::Z => axis.aim(way * sign),
             };
@@ -199,8 +201,8 @@ impl SharedRange {
         angles
     }
 
-    /// How much of the way from `before` to `after` (rad) may be gone, 0 to 1, all hinges alike. Who is outside may go
-    /// on: he is on his way in.
+    /// Share of the way from `before` to `after` (rad) that the hinges may move, 0 to 1, the same for all. If
+    /// they are outside already, they may move: they are on their way in.
     pub fn share_inside(&self, before: &[f64], after: &[f64]) -> f64 {
         if self.holds(after) || !self.holds(before) {
             return 1.0;
@@ -241,8 +243,8 @@ mod tests {
         }
     }
 
-    /// A hip's pitch goes past a right angle. The same turn can be made the other way round, half a turn off in pitch and
-    /// yaw and over the top in roll, where no hip can be.
+    /// A hip's pitch goes past a right angle. The same rotation has a second solution, half a turn off in
+    /// pitch and yaw and over the top in roll, where no hip can be.
     #[test]
     fn hinges_stay_on_their_side_where_they_are_brought_in() {
         let corner = |lift: f64, sweep: f64| Corner {
@@ -255,7 +257,7 @@ mod tests {
         let mut hinges: Vec<Joint> = [DVec3::NEG_Y, DVec3::Z, DVec3::X].into_iter().map(hinge).collect();
         hinges[0].range_rad = (-0.5, 2.2);
         let shared = SharedRange::new(&hinges, range);
-        // Nearer to the way over the top, which no hip can go.
+        // Nearer to the solution over the top, which no hip can reach.
         let mut angles = [184.0_f64, -46.0, 86.0].map(f64::to_radians);
         shared.bring_in(&mut angles);
         assert!(
@@ -277,7 +279,7 @@ mod tests {
     #[test]
     fn of_any_way_that_begins_inside_only_what_is_inside_is_gone() {
         let corner = |y: f64, z: f64| Corner { swing: DVec2::new(y, z), twist_rad: (-0.3, 0.2) };
-        // Not convex: the straight way between two places inside may lead outside.
+        // Not convex: the straight way between two points inside may lead outside.
         let corners = vec![
             corner(-0.4, -0.4),
             corner(0.4, -0.4),

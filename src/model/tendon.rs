@@ -1,26 +1,27 @@
 //! Tendon drives: arms whose sections are bent by cords on winches instead of by a servo in every joint.
 //!
-//! A section is a row of joints that share one bend and its direction. Four cords run along it, two above and below
-//! for lift and two to the left and right for sweep, through holes in plates on either side of each joint, and end at
-//! the section's last plate. A winch pulls one cord of a pair in by as much as it lets the other out. Cords to farther
-//! sections run through the nearer ones, whose bends change their lengths, too; that is made up for here.
+//! A section is a row of joints that share one bend and its direction. Four cords run along it, two above and
+//! below for lift and two to the left and right for sweep, through holes in plates on either side of each
+//! joint, and end at the section's last plate. A winch pulls one cord of a pair in by as much as it lets the
+//! other out. Cords to farther sections run through the nearer ones, so the nearer bends change their
+//! lengths, too; this module compensates that.
 //!
-//! Comes in: bends. Go out: turns of the winches, and back, and how slack the cords are. All in the arm's frame: lift
-//! is positive up, sweep to the left.
+//! Input: bends. Output: turns of the winches, and back, and how slack the cords are. All in the arm's frame:
+//! lift is positive up, sweep to the left.
 
 use glam::{DQuat, DVec3};
 use thiserror::Error;
 
 use super::GROUPS;
 
-/// Most iterations that find a section's bend from its winches.
+/// Largest number of iterations to find a section's bend from its winches.
 const NEWTON_STEPS: u32 = 8;
-/// No bend that is found from winches is larger than so many times its section's largest.
+/// A bend found from winches is limited to this multiple of its section's largest.
 const MOST_SHARE: f64 = 2.0;
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
 
-/// How a section is bent: the sum over its joints, rad.
+/// Bend of a section: the sum over its joints, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SectionBend {
     /// Up.
@@ -30,35 +31,35 @@ pub struct SectionBend {
 }
 
 impl SectionBend {
-    /// The same to the same side, and no larger than `most_rad`.
+    /// The bend in the same direction, limited to `most_rad`.
     fn within(self, most_rad: f64) -> SectionBend {
         let share = (most_rad / self.lift.hypot(self.sweep)).min(1.0);
         SectionBend { lift: share * self.lift, sweep: share * self.sweep }
     }
 }
 
-/// A row of joints that bend as one.
+/// A row of joints that bend together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
-    /// How many.
+    /// Number of joints.
     pub joints: usize,
-    /// Length of the link behind each, m.
+    /// Length of the link after each joint, m.
     pub link_m: f64,
-    /// How far its own cords run from the middle of the arm, m.
+    /// Distance of its own cords from the middle of the arm, m.
     pub cord_radius_m: f64,
-    /// Turn of its cords about the arm, so that they pass between those of other sections: the first runs this far
-    /// from up towards the right, rad.
+    /// Rotation of its cords about the arm, so that they pass between those of other sections: the first cord
+    /// is this far from up towards the right, rad.
     pub cord_turn_rad: f64,
     /// Distance between the plates on either side of a joint, m.
     pub gap_m: f64,
     /// Radius of its winches' spools, to the middle of the cord, m.
     pub spool_radius_m: f64,
-    /// Most that it may be bent in one direction, rad.
+    /// Largest bend in one direction, rad.
     pub bend_max_rad: f64,
 }
 
 impl Section {
-    /// Turn of each of its joints where it is bent so: lift, then sweep, in equal shares.
+    /// Rotation of each of its joints at this bend: lift, then sweep, in equal shares.
     fn joint_turn(&self, bend: SectionBend) -> DQuat {
         let share = 1.0 / self.joints as f64;
         DQuat::from_rotation_y(-share * bend.lift) * DQuat::from_rotation_z(share * bend.sweep)
@@ -70,13 +71,13 @@ impl Section {
 pub struct TendonJoint {
     /// Its section.
     pub section: usize,
-    /// Where it is, m.
+    /// Its position, m.
     pub place: DVec3,
-    /// How the link before it is turned.
+    /// Orientation of the link before it.
     pub before: DQuat,
-    /// Where its link ends, m.
+    /// End of its link, m.
     pub end: DVec3,
-    /// How its link is turned.
+    /// Orientation of its link.
     pub after: DQuat,
 }
 
@@ -84,17 +85,17 @@ pub struct TendonJoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TendonDrive {
     sections: Vec<Section>,
-    /// How far each cord is stretched when the arm is straight, m.
+    /// Stretch of each cord when the arm is straight, m.
     pretension_m: f64,
 }
 
-/// What keeps a drive from working.
+/// Reasons why a drive cannot work.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum TendonError {
-    /// Another number of sections.
+    /// Wrong number of sections.
     #[error("an arm on tendons has {GROUPS} sections, not {0}")]
     Sections(usize),
-    /// A length that is none.
+    /// An invalid length.
     #[error("section {0}: joints, links, radii and gaps are above 0, and a gap is at most a link long")]
     Size(usize),
     /// Cords that would hang loose.
@@ -103,22 +104,23 @@ pub enum TendonError {
          pretension of {pretension_mm:.2} mm, and {limit_mm:.2} mm are allowed: allow less bend or more pretension"
     )]
     Slack {
-        /// Which, from 0 at the root.
+        /// The section, counted from 0 at the root.
         section: usize,
         /// Its largest bend, degrees.
         bend_deg: f64,
-        /// How slack, mm.
+        /// Its slack, mm.
         slack_mm: f64,
         /// Stretch of the cords, mm.
         pretension_mm: f64,
-        /// How slack they may be, mm.
+        /// Permitted slack, mm.
         limit_mm: f64,
     },
 }
 
 impl TendonDrive {
-    /// The drive of these sections, root first, whose cords are stretched by `pretension_m` when the arm is straight
-    /// and nowhere hang loose by more than `slack_max_m`, each section bent as far as it may be, all the same way.
+    /// The drive of these sections, root first. The cords are stretched by `pretension_m` when the arm is
+    /// straight and may nowhere be slack by more than `slack_max_m` when each section is at its largest bend,
+    /// all the same way.
     pub fn new(
         sections: Vec<Section>,
         pretension_m: f64,
@@ -166,7 +168,7 @@ impl TendonDrive {
         &self.sections
     }
 
-    /// Links of all sections.
+    /// Number of links in all sections.
     pub fn links(&self) -> usize {
         self.sections.iter().map(|section| section.joints).sum()
     }
@@ -184,14 +186,15 @@ impl TendonDrive {
         }
     }
 
-    /// Writes the bends that these turns of the winches (rad) make: the root section's from its own, then the next
-    /// one's, whose cords it bends. Where no bend makes them, as where a limp winch may stand, one that is near.
+    /// Writes the bends that these turns of the winches (rad) make: first the root section's, then the next
+    /// one's, whose cords the root's bend changes, and so on. If no bend matches, as a limp winch may stand,
+    /// it writes one that is close.
     pub fn bends(&self, winches: &[f64], bends: &mut [SectionBend]) {
         for (section, pair) in winches.chunks(2).enumerate().take(self.sections.len()) {
             let Section { cord_radius_m, spool_radius_m, cord_turn_rad, .. } = self.sections[section];
             bends[section] = SectionBend::default();
             let own = if section > 0 { self.pair_rad(section, bends) } else { [0.0; 2] };
-            // Near enough a circle's arc to start from.
+            // Close enough to a circular arc to start from.
             let ratio = spool_radius_m / cord_radius_m;
             let (sine, cosine) = cord_turn_rad.sin_cos();
             let (up, left) = (ratio * (pair[0] - own[0]), ratio * (pair[1] - own[1]));
@@ -215,7 +218,7 @@ impl TendonDrive {
                     lift: lift + scale * (d * miss_up - b * miss_left),
                     sweep: sweep + scale * (a * miss_left - c * miss_up),
                 };
-                // Where the cords come no nearer, there is no way on.
+                // Stop if the step is not finite.
                 let has_next = next.lift.is_finite() && next.sweep.is_finite();
                 bends[section] = if has_next { next.within(most_rad) } else { SectionBend { lift, sweep } };
                 if !has_next {
@@ -228,8 +231,9 @@ impl TendonDrive {
         }
     }
 
-    /// Hands each joint, root first, to `visit`: where it is, how the link before it is turned, and where its own link
-    /// ends and how that is turned; of an arm at `root` on what is turned by `rotation`. Returns the tip.
+    /// Calls `visit` for each joint, root first, with its position, the orientation of the link before it,
+    /// and the end and orientation of its own link. The arm starts at `root`, on a base rotated by
+    /// `rotation`. Returns the tip.
     pub fn walk(
         &self,
         root: DVec3,
@@ -250,9 +254,9 @@ impl TendonDrive {
         place
     }
 
-    /// How slack the cords of `section` are, the slackest of its four, beyond the stretch they have; negative where all
-    /// are taut, m. A pair is slack together: its winch lets one out by what it pulls the other in, and where plates
-    /// tilt both need less.
+    /// Slack of the slackest of the four cords of `section`, beyond their stretch, m; negative if all are
+    /// taut. Both cords of a pair are slack together: the winch lets one out by as much as it pulls the other
+    /// in, and both need less where plates tilt.
     pub fn slack_m(&self, section: usize, bends: &[SectionBend]) -> f64 {
         let pairs = [0, 1].map(|pair| {
             let [near, far] = self.changes_m(section, pair, bends);
@@ -269,8 +273,8 @@ impl TendonDrive {
         })
     }
 
-    /// How much longer than in the straight arm the two cords of a pair of `section` must be, m: those of lift, upper
-    /// first, or those of sweep, left first.
+    /// Extra length that the two cords of a pair of `section` need compared with the straight arm, m: lift,
+    /// upper first, or sweep, left first.
     fn changes_m(&self, section: usize, pair: usize, bends: &[SectionBend]) -> [f64; 2] {
         let Section { cord_radius_m, cord_turn_rad, .. } = self.sections[section];
         let (sine, cosine) = cord_turn_rad.sin_cos();
@@ -316,7 +320,8 @@ mod tests {
         let mut winches = [0.0; 6];
         let up = SectionBend { lift: 1e-4, sweep: 0.0 };
         drive.winches_rad(&[up, SectionBend::default(), SectionBend::default()], &mut winches);
-        // 0.012 m of lever on a spool of 0.01 m; farther cords at 0.5 and 1 rad from up follow by their cosine.
+        // 0.012 m of lever on a spool of 0.01 m; for the farther cords, at 0.5 and 1 rad from up, the cosine
+        // applies.
         for (winch, wanted) in winches.iter().zip([
             1.2e-4,
             0.0,
@@ -361,7 +366,7 @@ mod tests {
         }
     }
 
-    /// A limp winch may stand where no bend has its cords.
+    /// A limp winch may stand at an angle that no bend of the cords matches.
     #[test]
     fn winches_that_no_bend_turns_so_far_still_make_one() {
         let drive = drive();

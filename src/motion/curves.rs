@@ -1,4 +1,4 @@
-//! The curves motions are made of: the smooth step and the swing of a foot.
+//! The curves of which motions consist: the smooth step and the swing of a foot.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,20 +16,20 @@ pub fn smooth_step_integral(u: f64) -> f64 {
     u * u * u * u * (2.5 + u * (u - 3.0))
 }
 
-/// How a foot swings: the share of its way, and its height, over the swing time.
+/// The swing of a foot: the share of its way, and its height, over the swing time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SwingCurve {
-    /// Time in the air, s.
+    /// Swing time, s.
     pub time_s: f64,
     /// Height in mid-swing, m.
     pub lift_m: f64,
-    /// Share of the time in which the foot gains, and again loses, its speed; 0 < r < 0.5.
+    /// Share of the swing time in which the foot accelerates, and again that in which it slows down; 0 < r < 0.5.
     pub ramp_share: f64,
 }
 
 impl SwingCurve {
-    /// Share of the way done at the share `u` of the time: speed rises linearly from rest over the ramp
-    /// share, stays, and falls to rest again, so that world velocity is continuous at lift-off and landing.
+    /// Share of the way completed at the share `u` of the time: speed rises linearly from rest over the ramp share,
+    /// stays constant, and falls to rest again, so that world velocity is continuous at lift-off and landing.
     pub fn way(&self, u: f64) -> f64 {
         let (u, r) = (u.clamp(0.0, 1.0), self.ramp_share);
         let peak = 1.0 / (1.0 - r);
@@ -42,7 +42,7 @@ impl SwingCurve {
         }
     }
 
-    /// Largest speed of a foot that swings `way_m`, m/s.
+    /// Largest speed of a foot in a swing of `way_m`, m/s.
     pub fn fastest_m_s(&self, way_m: f64) -> f64 {
         way_m / ((1.0 - self.ramp_share) * self.time_s)
     }
@@ -53,23 +53,23 @@ impl SwingCurve {
         self.lift_m * sine * sine
     }
 
-    /// A bound on the acceleration of a foot that swings `way_m`, m/s^2.
+    /// An upper bound on the acceleration of a foot in a swing of `way_m`, m/s^2.
     pub fn acceleration_max_m_s2(&self, way_m: f64) -> f64 {
         let along = way_m / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
         let up = self.lift_m * 0.5 * (TAU / self.time_s) * (TAU / self.time_s);
         along.hypot(up)
     }
 
-    /// How far behind the lift-off point, in the body's frame, the foot falls at the steady speed
-    /// `speed_m_s` before it is as fast as the trunk, m; the same ahead of the landing point.
+    /// How far behind the lift-off point, in the body's frame, the foot falls at the steady speed `speed_m_s`
+    /// before it is as fast as the trunk, m; it overshoots the landing point ahead by the same distance.
     /// `period_s` is the stride's.
     pub fn overshoot_m(&self, speed_m_s: f64, period_s: f64) -> f64 {
         0.5 * speed_m_s * self.catch_up_s(speed_m_s * period_s, speed_m_s)
     }
 
-    /// Time from lift-off until the foot, on a swing of `way_m`, is as fast as a trunk at `speed_m_s`, s; the
-    /// same from when it is slower again until it lands. At most the time of the ramp; 0 where it goes the
-    /// other way.
+    /// Time from lift-off until the foot, in a swing of `way_m`, is as fast as a trunk at `speed_m_s`, s; the
+    /// time from when it is slower again until it lands is the same. At most the ramp's time; 0 if the foot
+    /// goes the other way.
     pub fn catch_up_s(&self, way_m: f64, speed_m_s: f64) -> f64 {
         let ramp_s = self.ramp_share * self.time_s;
         let acceleration = way_m / ((1.0 - self.ramp_share) * ramp_s * self.time_s);

@@ -1,4 +1,4 @@
-//! One joint, slowly to an angle, held for a moment and let go; all others stay limp.
+//! One joint turns slowly to an angle, stays there for a moment and is let go; all others stay limp.
 
 use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
 use super::ends::Ends;
@@ -9,7 +9,7 @@ use crate::signals::{Aim, Permission, State, Targets};
 /// Shortest time for the turn, s.
 const TURN_MIN_S: f64 = 0.5;
 
-/// Where the joint is between limp and limp. `from` fields are motion time, s.
+/// Phase of the joint between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
 /// Limp -> TorqueUp -> Turn -> Hold -> LetGo -> Done
@@ -24,17 +24,17 @@ enum Phase {
     Hold { from: f64 },
 }
 
-/// Makes the targets of a robot of which one joint moves.
+/// Makes the targets of a robot that moves only one joint.
 #[derive(Debug, Clone)]
 pub struct Jog {
     joint: usize,
     goal_rad: f64,
     phase: Phase,
-    /// How long the joint is held at its goal, s: what it measures then is where it came to rest.
+    /// Time for which the joint is held at its goal, s: its measurement then shows where it came to rest.
     hold_s: f64,
-    /// Motion time, s: stands still while safety holds.
+    /// Motion time, s; does not advance while safety holds.
     now_s: f64,
-    /// Every joint where the turn, or the letting go, began, rad.
+    /// Angle of every joint when the turn, or the letting go, began, rad.
     start_pose_rad: Vec<f64>,
     measured_rad: Option<f64>,
     torque_ramp_s: f64,
@@ -42,8 +42,8 @@ pub struct Jog {
 }
 
 impl Jog {
-    /// A limp robot whose joint number `joint` will turn to `goal_rad`, held to the range goals are held to, and stay
-    /// there for `hold_s`. An angle that is not finite is the middle of that range.
+    /// A limp robot whose joint number `joint` will turn to `goal_rad`, limited to the range for goals, and
+    /// stay there for `hold_s`. An angle that is not finite means the middle of that range.
     pub fn new(robot: &Robot, joint: usize, goal_rad: f64, hold_s: f64) -> Jog {
         let of = &robot.joints[joint];
         let (low, high) = of.goal_range_rad();
@@ -60,17 +60,17 @@ impl Jog {
         }
     }
 
-    /// Where the joint is to go, rad.
+    /// Goal of the joint, rad.
     pub fn goal_rad(&self) -> f64 {
         self.goal_rad
     }
 
-    /// Where the joint was when its torque began to fall, rad; none before, and if it never had torque.
+    /// Position of the joint when its torque began to fall, rad; `None` before that, and if it never had torque.
     pub fn measured_rad(&self) -> Option<f64> {
         self.measured_rad
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         if state.permission == Permission::Hold && !order.is_stop() {
             return;
@@ -105,7 +105,7 @@ impl Jog {
         Phase::Ends(Ends::let_go(self.now_s, share, state, &mut self.start_pose_rad))
     }
 
-    /// Time for the turn at no more than the slow rate, s.
+    /// Duration of the turn at no more than the slow rate, s.
     fn turn_duration_s(&self) -> f64 {
         let turn_rad = (self.goal_rad - self.start_pose_rad[self.joint]).abs();
         (SMOOTH_STEP_SLOPE_MAX * turn_rad / self.slow_rate_rad_s).max(TURN_MIN_S)
@@ -131,7 +131,7 @@ impl Jog {
         *angle += share * (self.goal_rad - *angle);
     }
 
-    /// What the robot is doing.
+    /// The robot's activity.
     pub fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Jogging),

@@ -1,4 +1,4 @@
-//! A robot on legs from limp to limp: up, on its feet, down.
+//! A robot on legs from limp to limp: it rises, acts on its feet, and goes down.
 
 use glam::{DQuat, EulerRot};
 
@@ -10,34 +10,35 @@ use crate::signals::{Aim, Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
-/// Time to stand before it does anything, and after, s.
+/// Time to stand before and after it acts, s.
 pub(super) const STAND_S: f64 = 0.3;
 
-/// How long the trunk's attitude is to be known again before the robot goes as fast as before, s.
+/// Time for which the trunk's attitude must be known again before the robot goes as fast as before, s.
 const HEARD_S: f64 = 1.0;
 
-/// What a robot does on its feet, and how it is put there.
+/// A motion of a robot on its feet.
 pub trait OnFeet {
-    /// What an operator can ask of it.
+    /// The operator's command for this motion.
     type Command: Copy;
 
-    /// What it is to do that has been on its feet for `since_s`; none to come to a stand and stop. Told no more than to
-    /// go, it does what was planned for `move_for_s`.
+    /// The command to carry out `since_s` after the robot came to its feet; `None` to come to a stand and
+    /// stop. If the order says no more than to go, it is the planned motion, for `move_for_s`.
     fn command(&self, order: Order, since_s: f64, move_for_s: f64) -> Option<Self::Command>;
 
-    /// Goes on by `dt_s`, as `command` says; without one, to its stand.
+    /// Advances by `dt_s` under `command`; without one, towards its stand.
     fn step(&mut self, dt_s: f64, state: &State, command: Option<Self::Command>);
 
-    /// Stands as it stood up, as if it had never done anything.
+    /// Resets to the stand in which the robot rises, as if it had not moved yet.
     fn stand_anew(&mut self);
 
-    /// True once it stands as it stood up, and will go on to.
+    /// True once the robot stands as it stood up and will stay so.
     fn is_standing(&self) -> bool;
 
-    /// What it is doing.
+    /// Its present activity.
     fn activity(&self) -> Activity;
 
-    /// How long it stands still once it has risen, s, before it counts as on its feet: whoever holds it sets it down.
+    /// Time for which the robot stands still after it has risen, s, before it counts as on its feet: a person
+    /// who holds it sets it down in this time.
     fn set_down_s(&self) -> f64 {
         0.0
     }
@@ -48,14 +49,14 @@ pub trait OnFeet {
     /// Height of the body above the ground, sitting and standing, m.
     fn heights_m(&self) -> (f64, f64);
 
-    /// Goes no faster than this share of its top speed from now on; of no matter to what does not walk.
+    /// Limits the speed from now on to this share of the top speed; no effect on a robot that does not walk.
     fn limit_speed(&mut self, _share: f64) {}
 
     /// Writes the targets for a body whose posture begins `height_m` above the ground.
     fn write(&self, height_m: f64, targets: &mut Targets);
 }
 
-/// Where the robot is between limp and limp. `from` fields are motion time, s.
+/// Phase of the robot between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
 /// Limp -> TorqueUp -> Gather -> Rise -> OnFeet -> Sink -> LetGo -> Done
@@ -63,10 +64,10 @@ pub trait OnFeet {
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
-/// After a fall it begins anew with `Gather`.
-/// `Gather` and `Fold` go to the sitting pose joint by joint; the feet carry the robot from `Rise` to
-/// `Sink`. What it does on its feet is the [`OnFeet`]'s. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of
-/// every motion. With the stop action `hold` the robot stays as it is instead of sinking or folding: `Held`.
+/// After a fall it restarts with `Gather`. `Gather` and `Fold` go to the sitting pose joint by joint; the
+/// feet carry the robot from `Rise` to `Sink`. The [`OnFeet`] decides the motion on its feet. The [`Ends`]
+/// (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action `hold` the robot
+/// stays as it is instead of sinking or folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),
@@ -78,29 +79,29 @@ enum Phase {
     Held,
 }
 
-/// Makes the targets of a robot that stands up, moves on its feet and stops.
+/// Generates the targets of a robot that stands up, moves on its feet and stops.
 #[derive(Debug, Clone)]
 pub struct LeggedGenerator<D> {
     drive: D,
     phase: Phase,
-    /// Motion time, s: stands still while safety holds.
+    /// Motion time, s; does not advance while safety holds.
     now_s: f64,
-    /// Pose a change of pose began at, rad.
+    /// Pose at the start of the present change of pose, rad.
     start_pose_rad: Vec<f64>,
-    /// How the trunk was to lean when it began, and where level is from there: world frame.
+    /// Planned rotation of the trunk at that start, and the level rotation with the same heading: world frame.
     start_turns: (DQuat, DQuat),
     move_for_s: f64,
     torque_ramp_s: f64,
     slow_rate_rad_s: f64,
     stop_action: StopAction,
-    /// Share of its top speed without feedback of the trunk's attitude; none where there never is any.
+    /// Share of its top speed without feedback of the trunk's attitude; `None` if it never has any.
     lost_speed_share: Option<f64>,
-    /// How long that has been there without a break, s.
+    /// Time for which that feedback has been present without a break, s.
     heard_for_s: f64,
 }
 
 impl<D: OnFeet> LeggedGenerator<D> {
-    /// A limp robot that will do what `drive` has planned for `move_for_s` once ordered to.
+    /// A limp robot that, once ordered, carries out the plan of `drive` for `move_for_s`.
     pub fn new(robot: &Robot, drive: D, move_for_s: f64) -> LeggedGenerator<D> {
         LeggedGenerator {
             drive,
@@ -117,7 +118,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         if state.permission == Permission::Hold {
             return;
@@ -140,8 +141,8 @@ impl<D: OnFeet> LeggedGenerator<D> {
         self.write_targets(targets);
     }
 
-    /// A robot that cannot feel how its trunk lies goes slower; and as before once that has been felt for a while, so that
-    /// one that is heard off and on does not change its speed all the time.
+    /// Slows the robot down while the trunk's attitude is unknown. It goes as fast as before once the attitude has
+    /// been known for a while, so that an IMU that drops in and out does not change the speed all the time.
     fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
         let Some(share) = self.lost_speed_share else { return };
         self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };
@@ -161,7 +162,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         let wants_stop = order.is_stop();
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
         let must_end = wants_stop || must_fold;
-        // A fold once begun is not begun again.
+        // A fold that has begun must not restart.
         if must_fold && !matches!(self.phase, Phase::Ends(_) | Phase::Fold { .. } | Phase::Held) {
             self.phase = self.fold(state);
             return;
@@ -202,7 +203,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// The stop action from whatever pose the robot is in.
+    /// Begins the stop action from the present pose.
     fn fold(&mut self, state: &State) -> Phase {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
@@ -211,7 +212,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// Time for every joint to go from the start pose to the sitting pose at the slow rate, s.
+    /// Time for every joint to move from the start pose to the sitting pose at the slow rate, s.
     fn gather_duration_s(&self) -> f64 {
         pose_change::duration_s(&self.start_pose_rad, self.drive.sit_pose_rad(), self.slow_rate_rad_s)
     }
@@ -235,7 +236,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
             Phase::Fold { from, duration } => {
                 let share = smooth_step((now - from) / duration);
                 self.write_pose(share, targets);
-                // A trunk that leant is level once its joints are as in sitting.
+                // A trunk that leant is level once its joints are in the sitting pose.
                 let (leaning, level) = self.start_turns;
                 targets.trunk_turn = leaning.slerp(level, share);
             }
@@ -249,17 +250,17 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// The pose `share` of the way from the start pose to the sitting pose.
+    /// Writes the pose `share` of the way from the start pose to the sitting pose.
     fn write_pose(&self, share: f64, targets: &mut Targets) {
         pose_change::write(&self.start_pose_rad, self.drive.sit_pose_rad(), share, targets);
     }
 
-    /// True where it lets go of its joints, as it was to, or has.
+    /// True if the robot lets go of its joints as planned, or has done so.
     pub fn is_letting_go(&self) -> bool {
         matches!(self.phase, Phase::Ends(Ends::LetGo { .. } | Ends::Done))
     }
 
-    /// What the robot is doing.
+    /// The robot's activity.
     pub fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
@@ -272,7 +273,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// What carries it while it is on its feet.
+    /// The motion on its feet.
     pub fn drive(&self) -> &D {
         &self.drive
     }

@@ -1,7 +1,7 @@
-//! The generator: who makes the targets, and the hand-over from one to the next.
+//! The generator: the stage that makes the targets, with one variant for each kind of motion.
 //!
-//! Comes in: how long the last cycle was, what flows back ([`State`]), and the operator's order.
-//! Goes out: [`Targets`]. It knows nothing of servos, and stands still while safety holds the robot.
+//! Input: the length of the last cycle, the feedback ([`State`]), and the operator's order. Output:
+//! [`Targets`]. It knows nothing about servos, and stands still while safety holds the robot.
 
 pub mod curves;
 mod ends;
@@ -20,22 +20,22 @@ use horse::{Drive, HorseGenerator, HorsePlan};
 pub use jog::Jog;
 use tentacle::{TentacleGenerator, TentaclePlan};
 
-/// Time constant with which joints to spare go to their neutral posture, s.
+/// Time constant with which redundant joints go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;
 
-/// Share of the way to their neutral posture that joints to spare go in a cycle of `dt_s`.
+/// Share of the way to their neutral posture that redundant joints move in a cycle of `dt_s`.
 pub fn posture_pull(dt_s: f64) -> f64 {
     1.0 - (-dt_s / POSTURE_TIME_S).exp()
 }
 
-/// What a robot is to do, and what that takes to know of it; one variant a kind of motion.
+/// The planned motion of a robot, and the data it needs; one variant for each kind of motion.
 #[derive(Debug, Clone)]
 pub enum Plan {
-    /// A horse's.
+    /// Plan for a horse.
     Horse(Box<HorsePlan>),
-    /// That of a rig of arms.
+    /// Plan for a robot with arms.
     Tentacle(Box<TentaclePlan>),
-    /// A figure's.
+    /// Plan for a figure.
     Figure(Box<FigurePlan>),
 }
 
@@ -57,12 +57,12 @@ impl From<FigurePlan> for Plan {
     }
 }
 
-/// Makes the targets of one robot; one variant a kind of motion.
+/// Makes the targets of one robot; one variant for each kind of motion.
 #[derive(Debug, Clone)]
 pub enum Generator {
     /// A horse that stands up, walks and stops.
     Horse(Box<HorseGenerator>),
-    /// Arms that wake, move by strokes and are parked.
+    /// Arms that wake, move by strokes and park.
     Tentacle(Box<TentacleGenerator>),
     /// A figure that stands up, takes poses and stops.
     Figure(Box<FigureGenerator>),
@@ -71,7 +71,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// A limp robot that will follow the command of `plan` for `move_for_s` once ordered to.
+    /// A limp robot that, once ordered, follows the command of `plan` for `move_for_s`.
     pub fn new(robot: &Robot, plan: impl Into<Plan>, move_for_s: f64) -> Generator {
         match plan.into() {
             Plan::Horse(plan) => {
@@ -87,7 +87,7 @@ impl Generator {
         }
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         match self {
             Generator::Horse(horse) => horse.step(dt_s, state, order, targets),
@@ -97,8 +97,8 @@ impl Generator {
         }
     }
 
-    /// Begins anew from the last goals with torque on, as a robot does that has just been given torque; what it did
-    /// before is forgotten.
+    /// Restarts from the last goals with torque on, like a robot that has just been given torque; it forgets
+    /// its earlier motion.
     pub fn begin_anew(&mut self, state: &State) {
         match self {
             Generator::Horse(horse) => horse.begin_anew(state),
@@ -108,7 +108,7 @@ impl Generator {
         }
     }
 
-    /// True where the robot lets go of its joints, as it was to, or has.
+    /// True if the robot lets go of its joints as planned, or has done so.
     pub fn is_letting_go(&self) -> bool {
         match self {
             Generator::Horse(horse) => horse.is_letting_go(),
@@ -117,7 +117,7 @@ impl Generator {
         }
     }
 
-    /// What the robot is doing.
+    /// The robot's activity.
     pub fn activity(&self) -> Activity {
         match self {
             Generator::Horse(horse) => horse.activity(),
@@ -127,7 +127,7 @@ impl Generator {
         }
     }
 
-    /// Speed of the trunk the plan has now, m/s; 0 for all but a horse.
+    /// Planned present speed of the trunk, m/s; 0 for all but a horse.
     pub fn speed_m_s(&self) -> f64 {
         match self {
             Generator::Horse(horse) => horse.drive().rates().speed_m_s,
@@ -135,7 +135,7 @@ impl Generator {
         }
     }
 
-    /// Name of the stroke its arms do; none for a horse, and at rest.
+    /// Name of the arms' stroke; `None` for a horse, and at rest.
     pub fn stroke(&self) -> Option<&'static str> {
         match self {
             Generator::Tentacle(arms) => arms.stroke().map(Stroke::name),
@@ -143,7 +143,7 @@ impl Generator {
         }
     }
 
-    /// The pose a figure on its feet is in or on the way to, index into [`crate::model::FigureMotion::poses`].
+    /// Present or next pose of a figure on its feet, index into [`crate::model::FigureMotion::poses`].
     pub fn pose(&self) -> Option<usize> {
         match self {
             Generator::Figure(figure) => Some(figure.drive().pose()),
@@ -151,7 +151,7 @@ impl Generator {
         }
     }
 
-    /// The horse on its feet, if it is one.
+    /// The horse on its feet, if the robot is a horse.
     pub fn drive(&self) -> Option<&horse::Drive> {
         match self {
             Generator::Horse(horse) => Some(horse.drive()),

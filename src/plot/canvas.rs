@@ -1,4 +1,4 @@
-//! What all pictures share: size, colours, letters, panels with a time axis.
+//! Common parts of all pictures: size, colours, letters, panels with a time axis.
 
 use std::ops::Range;
 
@@ -12,12 +12,12 @@ use super::course::Course;
 
 /// Width of every picture, pixels.
 pub(super) const WIDTH: u32 = 800;
-/// The library places everything by whole pixels; a pixel of the picture has so many of them.
+/// The library places everything on whole pixels; a pixel of the picture is this many of them.
 pub(super) const FINE: u32 = 4;
-/// Room left of a panel for numbers and names, and right of it, pixels.
+/// Space left of a panel for numbers and names, and right of it, pixels.
 pub(super) const LEFT: u32 = 76;
 pub(super) const RIGHT: u32 = 12;
-/// Room left of a panel that shares the width with others, pixels.
+/// Space left of a panel that shares the width with others, pixels.
 pub(super) const NARROW_LEFT: u32 = 44;
 /// Sizes of letters, pixels.
 pub(super) const HEADING: f64 = 15.0;
@@ -34,12 +34,12 @@ pub(super) const TRUNK: RGBColor = RGBColor(0xd9, 0xc7, 0xa8);
 pub(super) const STANCE: RGBColor = RGBColor(0x2f, 0x7d, 0x4f);
 pub(super) const SWING: RGBColor = RGBColor(0xe0, 0x8a, 0x1e);
 pub(super) const ALERT: RGBColor = RGBColor(0xc2, 0x36, 0x6b);
-/// Where something may be.
+/// Permitted range.
 pub(super) const BAND: RGBColor = RGBColor(0xdc, 0xe8, 0xf2);
-/// When the gait changes.
+/// Change of gait.
 pub(super) const CHANGE: RGBColor = RGBColor(0xf6, 0xe3, 0xc4);
 
-/// Of both, so that each is seen through the other.
+/// Opacity of both, so that each shows through the other.
 const OPACITY: f64 = 0.7;
 
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
@@ -66,13 +66,13 @@ pub(super) fn fine(pixels: f64) -> i32 {
     }
 }
 
-/// Letters `size` pixels high. The library writes sizes in a unit of its own.
+/// Style for letters `size` pixels high. The library has its own unit for sizes.
 pub(super) fn letters(size: f64, color: RGBColor, horizontal: HPos) -> TextStyle<'static> {
     let font = ("sans-serif", size * 1.24 * f64::from(FINE)).into_font();
     font.color(&color).pos(Pos::new(horizontal, VPos::Center))
 }
 
-/// Writes `text` at a place in pixels.
+/// Writes `text` at a position in pixels.
 pub(super) fn write(area: &Area<'_>, text: &str, at: (f64, f64), style: &TextStyle<'_>) -> Drawn {
     area.draw(&Text::new(text, (fine(at.0), fine(at.1)), style.clone()))
 }
@@ -83,25 +83,25 @@ pub(super) fn line(color: RGBColor, width: f64) -> ShapeStyle {
     ShapeStyle { color: color.into(), filled: true, stroke_width: width }
 }
 
-/// What a panel shows.
+/// Axes and labels of a panel.
 pub(super) struct Axes<'a> {
-    /// Over the panel, if anything.
+    /// Title above the panel, if any.
     pub(super) title: Option<&'a str>,
-    /// Room left of it, pixels.
+    /// Space left of it, pixels.
     pub(super) left: u32,
     pub(super) x: Range<f64>,
     pub(super) y: Range<f64>,
-    /// Under the axis along the panel; where there is none, its numbers are left out as well.
+    /// Label below the horizontal axis; without it that axis has no numbers either.
     pub(super) x_label: Option<&'a str>,
-    /// Numbers on the axes, about; 0 across for none at all.
+    /// Approximate count of numbers on the axes; 0 across for none at all.
     pub(super) ticks: (usize, usize),
 }
 
-/// Height of a panel's title, and of the numbers and the label under it, pixels.
+/// Height of a panel's title, and of the numbers and the label below it, pixels.
 pub(super) const TITLE: u32 = 20;
 pub(super) const NUMBERS: u32 = 40;
 
-/// A panel on the whole of `area`. What `under` draws lies under the grid.
+/// A panel that fills `area`. What `under` draws lies under the grid.
 pub(super) fn panel<'a, 'b>(
     area: &Area<'b>,
     axes: Axes<'_>,
@@ -146,13 +146,13 @@ where
     Ok(panel)
 }
 
-/// A number on an axis, without zeros that say nothing.
+/// A number on an axis, without trailing zeros.
 fn number(value: &f64) -> String {
-    // Adding 0 makes a 0 of -0.
+    // Adding 0 turns -0 into 0.
     format!("{}", (value * 1e3).round() / 1e3 + 0.0)
 }
 
-/// Fills what lies between two places along the panel, and two across it.
+/// Fills the area between two positions along the panel and two across it.
 pub(super) fn fill(panel: &mut Panel<'_, '_>, x: (f64, f64), y: (f64, f64), color: RGBColor) -> Drawn {
     panel.draw_series([Rectangle::new([(x.0, y.0), (x.1, y.1)], color.mix(OPACITY).filled())])?;
     Ok(())
@@ -164,7 +164,7 @@ pub(super) fn draw(panel: &mut Panel<'_, '_>, points: Vec<(f64, f64)>, style: Sh
     Ok(())
 }
 
-/// Shades the times in which `course` changes its gait.
+/// Shades the times when `course` changes its gait.
 pub(super) fn shade_changes(panel: &mut Panel<'_, '_>, course: &Course<'_>, y: (f64, f64)) -> Drawn {
     for span in course.spans().iter().filter(|span| span.is_changing) {
         fill(panel, (span.from_s, span.to_s), y, CHANGE)?;
@@ -172,7 +172,7 @@ pub(super) fn shade_changes(panel: &mut Panel<'_, '_>, course: &Course<'_>, y: (
     Ok(())
 }
 
-/// Names the gaits of `course` above panels that begin at `top` pixels and span the picture.
+/// Writes the names of the gaits of `course` above panels that begin at `top` pixels and span the picture.
 pub(super) fn name_gaits(area: &Area<'_>, course: &Course<'_>, top: f64) -> Drawn {
     let (from_s, to_s) = course.times_s();
     let width = f64::from(WIDTH - LEFT - RIGHT);
@@ -181,7 +181,7 @@ pub(super) fn name_gaits(area: &Area<'_>, course: &Course<'_>, top: f64) -> Draw
     for span in course.spans() {
         let name = course.name_of(span.gait, span.is_changing);
         let (left, right) = (place(span.from_s), place(span.to_s));
-        // About the width of the letters.
+        // Approximate width of the letters.
         if right - left > 0.6 * LABEL * f64::from(u32::try_from(name.len()).unwrap_or(u32::MAX)) {
             write(area, name, (0.5 * (left + right), top), &style)?;
         }
@@ -189,7 +189,7 @@ pub(super) fn name_gaits(area: &Area<'_>, course: &Course<'_>, top: f64) -> Draw
     Ok(())
 }
 
-/// The times of `course`, thinned to what a picture can show: indices of its frames.
+/// Indices of the frames of `course`, thinned to what a picture can show.
 pub(super) fn thinned(course: &Course<'_>) -> impl Iterator<Item = usize> + Clone {
     let count = course.frames.len();
     let every = count.div_ceil(2 * WIDTH as usize).max(1);
@@ -205,7 +205,7 @@ pub(super) struct Mark {
     pub(super) is_swing: bool,
 }
 
-/// Draws where a foot was, standing or in the air; and again, loudly, where it was beyond `limits`.
+/// Draws the positions of a foot, in stance or in swing, and again in a bright colour those beyond `limits`.
 pub(super) fn draw_trace(panel: &mut Panel<'_, '_>, marks: &[Mark], limits: Option<(f64, f64)>) -> Drawn {
     let point = |mark: &Mark| (mark.time_s, mark.forward_m);
     let is_beyond = |mark: &Mark| {
@@ -220,14 +220,14 @@ pub(super) fn draw_trace(panel: &mut Panel<'_, '_>, marks: &[Mark], limits: Opti
     while let Some(first) = rest.first() {
         let kind = (first.is_swing, is_beyond(first));
         let length = rest.iter().take_while(|mark| (mark.is_swing, is_beyond(mark)) == kind).count();
-        // With the first of the next piece: the line goes on.
+        // Include the first point of the next piece, so that the line continues.
         draw(panel, rest.iter().take(length + 1).map(point).collect(), style(first))?;
         rest = &rest[length..];
     }
     Ok(())
 }
 
-/// Writes what colours mean, in one row from the `left` at the height `y`, pixels.
+/// Writes the key to the colours in one row from `left` at the height `y`, pixels.
 pub(super) fn write_key(area: &Area<'_>, left: f64, y: f64, entries: &[(RGBColor, &str)]) -> Drawn {
     let style = letters(LABEL, FAINT, HPos::Left);
     let mut x = left;

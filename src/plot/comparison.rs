@@ -1,4 +1,5 @@
-//! A change of gait by the thesis' own rule beside the robot's: where each foot is against its neutral point.
+//! A change of gait by the thesis' own rule beside the robot's: position of each foot relative to its neutral
+//! point.
 
 use plotters::style::text_anchor::HPos;
 
@@ -12,28 +13,28 @@ use crate::motion::horse::thesis_rule::ThesisRule;
 
 const HEAD: u32 = 84;
 const ROW: u32 = 104;
-/// Free share over and under the traces.
+/// Free space over and under the traces, as a share.
 const MARGIN: f64 = 0.06;
-/// Time shown before the change is ordered, and after it is over, s, swing times.
+/// Time shown before the order to change, and after the end of the change, in swing times.
 const BEFORE: f64 = 4.0;
 const AFTER: f64 = 5.0;
-/// Moments of the thesis' rule that are drawn.
+/// Number of moments drawn for the thesis' rule.
 const MOMENTS: u32 = 800;
 
-/// One way to change.
+/// One of the two rules.
 struct Side<'a> {
     title: &'a str,
-    /// From its begin to its end, s.
+    /// Start and end of the change, s.
     change_s: (f64, f64),
-    /// Of each foot.
+    /// Trace of each foot.
     marks: Vec<Vec<Mark>>,
 }
 
-/// The first change of gait in `course`, which is `change`, beside the same change by the thesis' `rule`, with feet
-/// that swing for `swing_s`. One row a foot; time 0 is when the change was ordered.
+/// The first change of gait in `course`, which is `change`, beside the same change by the thesis' `rule`,
+/// with feet that swing for `swing_s`. One row per foot; time 0 is the time of the order.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn comparison(
     course: &Course<'_>,
     change: &Change,

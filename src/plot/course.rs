@@ -1,4 +1,4 @@
-//! What a robot is to do over time, on joints that are always where they are told to be.
+//! A robot's planned motion over time, on joints that are always exactly at their goals.
 
 use glam::{DQuat, DVec3};
 
@@ -11,88 +11,88 @@ use crate::motion::{Activity, Command, Generator, Order, StrokeCommand};
 use crate::signals::FootTarget;
 use crate::telemetry::CycleRecord;
 
-/// A robot that does not stand after so long never will, s.
+/// A robot that does not stand after this time never will, s.
 const RISING_MAX_S: f64 = 120.0;
 
-/// A robot, and what a picture says of it.
+/// A robot and the labels for its pictures.
 #[derive(Debug, Clone)]
 pub struct Subject<'r> {
     /// The robot.
     pub robot: &'r Robot,
     /// Names of its gaits, by index.
     pub gait_names: Vec<String>,
-    /// Where each foot may be; empty if that is not known.
+    /// Range of each foot; empty if it is not known.
     pub ranges: Vec<FootRange>,
 }
 
-/// What a robot does, from some time after it stood on.
+/// A robot's motion over a span of time, counted from when it stood.
 #[derive(Debug, Clone)]
 pub struct Course<'r> {
     /// The robot.
     pub subject: Subject<'r>,
-    /// One a cycle; at least one.
+    /// One frame per cycle; at least one.
     pub frames: Vec<Frame>,
 }
 
-/// Where the foot of a chain may be, fore and aft, when the trunk is level.
+/// Fore-and-aft range of a chain's foot when the trunk is level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FootRange {
     /// Index into [`Robot::chains`].
     pub chain: usize,
-    /// Neutral foot point, ahead of the body frame's origin, m.
+    /// Neutral foot point, forward of the body frame's origin, m.
     pub neutral_m: f64,
-    /// How far from it, m.
+    /// Largest distance from that point, m.
     pub half_excursion_m: f64,
 }
 
 /// One cycle.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// Since the robot stood, s.
+    /// Time since the robot stood, s.
     pub time_s: f64,
-    /// What was ordered.
+    /// The operator's order.
     pub order: Order,
-    /// The gait it goes, index into [`Subject::gait_names`]; none while it takes no steps.
+    /// Its gait, index into [`Subject::gait_names`]; `None` while it takes no steps.
     pub gait: Option<usize>,
-    /// Name of the stroke its arms do; none for a horse, and at rest.
+    /// Name of the arms' stroke; `None` for a horse, and at rest.
     pub stroke: Option<&'static str>,
-    /// The pose a figure is in or on the way to, index into [`crate::model::FigureMotion::poses`].
+    /// A figure's present or next pose, index into [`crate::model::FigureMotion::poses`].
     pub pose: Option<usize>,
-    /// True on the way from one gait to another.
+    /// True during a change of gait.
     pub is_changing: bool,
     /// Speed of the trunk, m/s.
     pub speed_m_s: f64,
-    /// Place of the trunk over the ground, m.
+    /// Position of the trunk over the ground, m.
     pub trunk_in_world: DVec3,
-    /// Turn of the trunk, from the body frame to the world frame.
+    /// Rotation of the trunk, from the body frame to the world frame.
     pub trunk_turn: DQuat,
-    /// Where the feet are planned to be.
+    /// Planned state of the feet.
     pub feet: Vec<FootTarget>,
-    /// Where each joint is told to be, after safety, rad.
+    /// Goal of each joint, after safety, rad.
     pub goal_rad: Vec<f64>,
-    /// Joints that were told something else than the motion asked for.
+    /// Number of joints whose goal differs from what the motion asked for.
     pub interventions: u32,
 }
 
-/// A time in which a robot goes on in the same way.
+/// A time in which a robot's motion stays of one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// From, s.
+    /// Start, s.
     pub from_s: f64,
-    /// To, s.
+    /// End, s.
     pub to_s: f64,
     /// The gait, as in [`Frame::gait`].
     pub gait: Option<usize>,
-    /// As in [`Frame::is_changing`].
+    /// The same as [`Frame::is_changing`].
     pub is_changing: bool,
 }
 
 /// A change from one gait to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// When it was ordered, s.
+    /// Time of the order, s.
     pub ordered_s: f64,
-    /// When the robot goes the new gait at a steady speed, or another order comes, s.
+    /// Time when the robot walks steadily in the new gait, or another order comes, s.
     pub settled_s: f64,
     /// The gaits before and after, indices into [`Subject::gait_names`].
     pub gaits: [usize; 2],
@@ -100,22 +100,22 @@ pub struct Change {
     pub speeds_m_s: [f64; 2],
 }
 
-/// There is nothing to draw.
+/// Reasons why there is nothing to draw.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CourseError {
-    /// It never came to its feet.
+    /// The robot never stood.
     #[error("the robot never stood: its motion ended before")]
     NeverStood,
-    /// There is no cycle in the span asked for.
+    /// The requested span contains no cycle.
     #[error("nothing to show: the motion ended {ended_s} s after the robot stood")]
     NothingToShow {
-        /// When it ended, s.
+        /// End of the motion, s.
         ended_s: f64,
     },
 }
 
 impl<'r> Subject<'r> {
-    /// A horse: `robot`, whose motion is `horse` and which can do what `capability` says.
+    /// A horse: `robot`, with motion `horse` and capability `capability`.
     pub fn horse(robot: &'r Robot, horse: &HorseMotion, capability: &HorseCapability) -> Subject<'r> {
         let range = |(chain, reach): (&usize, &Reach)| FootRange {
             chain: *chain,
@@ -131,18 +131,18 @@ impl<'r> Subject<'r> {
 }
 
 impl<'r> Subject<'r> {
-    /// A rig without gaits: arms, a figure.
+    /// A robot without gaits: arms, a figure.
     pub fn without_gaits(robot: &'r Robot) -> Subject<'r> {
         Subject { robot, gait_names: Vec::new(), ranges: Vec::new() }
     }
 }
 
 impl<'r> Course<'r> {
-    /// What the robot does, moved by `generator`, when ordered so, in the times of `span_s` (from and to, s since it
-    /// stood). `orders` is asked once a cycle with the time since then, in s. Ends early at an order to stop.
+    /// The robot's motion by `generator` under these orders, within `span_s` (from and to, s since it stood).
+    /// `orders` is called once per cycle with the time since then, s. Ends early at an order to stop.
     ///
     /// # Errors
-    /// When the robot does not get up, and when there is not one cycle in that span.
+    /// If the robot does not get up, or if that span contains no cycle.
     pub fn follow(
         subject: Subject<'r>,
         generator: Generator,
@@ -184,13 +184,13 @@ impl<'r> Course<'r> {
         Ok(Course { subject, frames })
     }
 
-    /// From when to when, s.
+    /// Start and end, s.
     pub fn times_s(&self) -> (f64, f64) {
         let time = |frame: Option<&Frame>| frame.map_or(0.0, |frame| frame.time_s);
         (time(self.frames.first()), time(self.frames.last()) + self.subject.robot.period_s())
     }
 
-    /// What it does, one after the other.
+    /// Its spans, in order of time.
     pub fn spans(&self) -> Vec<Span> {
         let mut spans: Vec<Span> = Vec::new();
         for frame in &self.frames {
@@ -210,7 +210,7 @@ impl<'r> Course<'r> {
         spans
     }
 
-    /// What goes on in a frame or span with these, in a word.
+    /// Name of the activity in a frame or span with these values.
     pub fn name_of(&self, gait: Option<usize>, is_changing: bool) -> &str {
         match gait {
             None => "stand",
@@ -219,7 +219,7 @@ impl<'r> Course<'r> {
         }
     }
 
-    /// What goes on in a frame, in a word.
+    /// Name of the activity in a frame.
     pub fn name_of_frame<'a>(&'a self, frame: &'a Frame) -> &'a str {
         match (&self.subject.robot.motion, frame.stroke) {
             (_, Some(stroke)) => stroke,
@@ -232,14 +232,14 @@ impl<'r> Course<'r> {
         }
     }
 
-    /// The name of a foot, by its place in [`Frame::feet`], for people: its chain's.
+    /// Readable name of a foot, by its index in [`Frame::feet`]: the name of its chain.
     pub fn foot_name(&self, foot: usize) -> String {
         let target = self.frames.first().and_then(|frame| frame.feet.get(foot));
         target
             .map_or_else(String::new, |target| self.subject.robot.chains[target.chain].name.replace('_', " "))
     }
 
-    /// When each foot of the robot's feet is on the ground: for each, intervals from and to, s, as near as a cycle.
+    /// Stances of each foot: intervals from and to, s, accurate to one cycle.
     pub fn stances(&self) -> Vec<Vec<(f64, f64)>> {
         let feet = self.frames.iter().map(|frame| frame.feet.len()).max().unwrap_or(0);
         let stances_of = |foot: usize| {
@@ -275,7 +275,8 @@ impl<'r> Course<'r> {
             if from == to {
                 continue;
             }
-            // Ordered before it began; over when no order and no speed changes any more.
+            // The order came before the change began; the change is over when neither order nor speed changes
+            // any more.
             let begun = &self.frames[last_order];
             let same = self.frames[last_order..].iter().take_while(|frame| ordered(frame) == ordered(begun));
             let under_way: Vec<&Frame> = same.collect();
@@ -294,7 +295,7 @@ impl<'r> Course<'r> {
         None
     }
 
-    /// The mean time a foot is in the air, s; none if none swings from lift-off to landing.
+    /// Mean duration of a swing, s; `None` if there is no swing from lift-off to landing.
     pub fn mean_swing_s(&self) -> Option<f64> {
         let stances = self.stances();
         let swings = stances.iter().flat_map(|stances| stances.windows(2).map(|pair| pair[1].0 - pair[0].1));
@@ -303,7 +304,7 @@ impl<'r> Course<'r> {
     }
 }
 
-/// Lets a limp robot get up; whether it does.
+/// Lets a limp robot get up; returns true if it does.
 fn rises(controller: &mut Controller<'_>, order: Order, dt_s: f64) -> bool {
     let mut rising_s = 0.0;
     while rising_s < RISING_MAX_S {

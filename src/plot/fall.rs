@@ -1,4 +1,4 @@
-//! The same fall met in two ways, as rows of stick figures: figures 1 and 2 of the paper on falling figures.
+//! The same fall in two modes, as rows of stick figures: figures 1 and 2 of the paper on falling figures.
 
 use glam::DVec3;
 use plotters::style::text_anchor::HPos;
@@ -11,18 +11,18 @@ use crate::trial::{Scene, Snapshot};
 
 const HEAD: f64 = 54.0;
 const COLUMNS: usize = 6;
-/// Room for a row's name, and under it, pixels.
+/// Space for a row's name, and below it, pixels.
 const NAME: f64 = 26.0;
 const BELOW: f64 = 34.0;
-/// Room beside a figure, pixels.
+/// Space beside a figure, pixels.
 const SIDE: f64 = 6.0;
-/// Highest a figure is drawn, pixels.
+/// Largest height of a figure, pixels.
 const TALLEST: f64 = 160.0;
 
-/// One way of falling.
+/// One mode of falling.
 #[derive(Debug)]
 pub struct FallRow {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
     /// The trunk's largest impact, N.
     pub impact_n: f64,
@@ -33,7 +33,7 @@ pub struct FallRow {
 /// Draws `robot` in a fall, seen across the push, which goes to the right.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, PlotError> {
     let last_s = rows.iter().filter_map(|row| row.track.last()).map(|last| last.time_s).fold(0.0, f64::max);
     let figures: Vec<Vec<Figure>> = rows.iter().map(|row| figures(robot, scene, row, last_s)).collect();
@@ -76,7 +76,7 @@ pub fn fall(robot: &Robot, scene: &Scene, rows: &[FallRow]) -> Result<String, Pl
     })
 }
 
-/// As many poses as there are columns, evenly from the push to the end.
+/// One pose per column, evenly spaced from the push to the end.
 fn figures(robot: &Robot, scene: &Scene, row: &FallRow, last_s: f64) -> Vec<Figure> {
     let Some(first) = row.track.first() else { return Vec::new() };
     #[allow(clippy::cast_precision_loss, reason = "a handful")]
@@ -89,7 +89,7 @@ fn figures(robot: &Robot, scene: &Scene, row: &FallRow, last_s: f64) -> Vec<Figu
 }
 
 fn figure(robot: &Robot, scene: &Scene, first: &Snapshot, pose: &Snapshot) -> Figure {
-    // The push is in the trunk's frame of its moment.
+    // The push is in the trunk's frame at that moment.
     let heading = first.turn * DVec3::X;
     let towards = scene.towards_rad + heading.y.atan2(heading.x);
     let along = DVec3::new(towards.cos(), towards.sin(), 0.0);
@@ -100,7 +100,7 @@ fn figure(robot: &Robot, scene: &Scene, first: &Snapshot, pose: &Snapshot) -> Fi
     };
     let half = 0.5 * robot.physics.as_ref().and_then(|physics| physics.trunk_box_m).unwrap_or_default();
     let middle = robot.trunk_center_m;
-    // Two of its faces and what joins them: every edge once or more.
+    // Two of its faces and the edges that join them: every edge at least once.
     let corner = |x: f64, y: f64, z: f64| seen(middle + half * DVec3::new(x, y, z));
     let face = |x: f64| {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(y, z)| corner(x, y, z))
@@ -118,7 +118,7 @@ fn figure(robot: &Robot, scene: &Scene, first: &Snapshot, pose: &Snapshot) -> Fi
     Figure { label, trunk, limbs: limbs.collect() }
 }
 
-/// Where a push goes, in words; `towards_rad` from ahead to the left.
+/// Direction of a push in words; `towards_rad` from ahead to the left.
 fn side(towards_rad: f64) -> String {
     let left_deg = (towards_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
     match left_deg.round() {

@@ -1,4 +1,5 @@
-//! Where each foot is, fore and aft of its root, over time: figures 4.7 and 4.8 of the horse thesis, for all legs.
+//! Position of each foot, fore and aft of its root, over time: figures 4.7 and 4.8 of the horse thesis, for
+//! all legs.
 
 use plotters::style::text_anchor::HPos;
 
@@ -12,13 +13,13 @@ use super::course::Course;
 
 const HEAD: u32 = 66;
 const ROW: u32 = 96;
-/// Free share over and under the traces.
+/// Free space over and under the traces, as a share.
 const MARGIN: f64 = 0.1;
 
-/// One row a foot; the band is where the foot may be.
+/// One row per foot; the band is the foot's permitted range.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn feet(course: &Course<'_>) -> Result<String, PlotError> {
     let traces = traces(course);
     let rows = u32::try_from(traces.len()).unwrap_or(0);
@@ -59,7 +60,7 @@ pub fn feet(course: &Course<'_>) -> Result<String, PlotError> {
     })
 }
 
-/// A foot's way.
+/// A foot's trace.
 struct Trace {
     name: String,
     band: Option<(f64, f64)>,
@@ -68,7 +69,7 @@ struct Trace {
 
 fn traces(course: &Course<'_>) -> Vec<Trace> {
     let robot = course.subject.robot;
-    // Feet are asked about while the robot stands on them: all frames have the same.
+    // A course contains only times when the robot is on its feet: all frames have the same feet.
     let feet = course.frames.first().map_or(&[][..], |frame| &frame.feet);
     let trace = |(index, foot): (usize, &crate::signals::FootTarget)| {
         let chain = &robot.chains[foot.chain];
@@ -89,7 +90,7 @@ fn traces(course: &Course<'_>) -> Vec<Trace> {
 }
 
 impl Trace {
-    /// Lowest and highest place to show, m.
+    /// Lowest and highest position to show, m.
     fn extent(&self) -> (f64, f64) {
         let band = self.band.into_iter().flat_map(|(low, high)| [low, high]);
         let all = self.marks.iter().map(|mark| mark.forward_m).chain(band);

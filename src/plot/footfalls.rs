@@ -1,4 +1,4 @@
-//! Which foot is on the ground when: Hildebrand's diagram, one bar a stance.
+//! The times when each foot is on the ground: Hildebrand's diagram, one bar per stance.
 
 use plotters::element::Rectangle;
 use plotters::style::Color;
@@ -16,10 +16,10 @@ const ROW: u32 = 30;
 /// Share of a row a bar fills.
 const BAR: f64 = 0.56;
 
-/// One row a foot.
+/// One row per foot.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn footfalls(course: &Course<'_>) -> Result<String, PlotError> {
     let stances = course.stances();
     let rows = u32::try_from(stances.len()).unwrap_or(0);
@@ -35,7 +35,7 @@ pub fn footfalls(course: &Course<'_>) -> Result<String, PlotError> {
             title: None,
             left: LEFT,
             x: time.0..time.1,
-            // The first foot on top.
+            // The first foot is at the top.
             y: down..0.0,
             x_label: Some("time since the robot stood, s"),
             ticks: (10, 0),

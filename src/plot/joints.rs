@@ -1,4 +1,4 @@
-//! The angle of every joint over time, and the range it may be in: a column a chain, a row a joint.
+//! The angle of every joint over time, and its range of motion: one column per chain, one row per joint.
 
 use plotters::style::text_anchor::HPos;
 
@@ -12,15 +12,15 @@ use crate::model::{Chain, Joint};
 
 const HEAD: u32 = 50;
 const ROW: u32 = 84;
-/// Chains side by side.
+/// Number of chains side by side.
 const COLUMNS: usize = 2;
-/// Free share over and under what is shown.
+/// Free space over and under the curves, as a share.
 const MARGIN: f64 = 0.08;
 
-/// A panel a joint, from the body outwards; the band is the joint's range. Angles after safety.
+/// One panel per joint, from the body outwards; the band is the joint's range. Angles after safety.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn joints(course: &Course<'_>) -> Result<String, PlotError> {
     let robot = course.subject.robot;
     let bands: Vec<&[Chain]> = robot.chains.chunks(COLUMNS).collect();

@@ -1,7 +1,7 @@
-//! Pictures of what a robot is to do: no servo, no bus, nothing measured.
+//! Pictures of a robot's planned motion: no servo, no bus, nothing measured.
 //!
-//! Comes in: orders over time. [`Course`] is what the controller makes of them, cycle by cycle. Goes out: SVG, one
-//! picture a function, the same bytes every time.
+//! Input: orders over time. [`Course`] is the controller's response to them, cycle by cycle. Output: SVG, one
+//! picture per function, the same bytes every time.
 
 mod canvas;
 mod comparison;

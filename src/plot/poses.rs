@@ -17,16 +17,16 @@ const HEAD: u32 = 50;
 const COLUMNS: u32 = 4;
 const ROWS: u32 = 3;
 const POSES: u32 = COLUMNS * ROWS;
-/// Poses a swing.
+/// Poses per swing.
 const POSES_A_SWING: f64 = 3.0;
-/// Room over and under a figure, pixels.
+/// Space over and under a figure, pixels.
 const ROOM: f64 = 26.0;
-/// Room beside a figure, pixels.
+/// Space beside a figure, pixels.
 const SIDE: f64 = 10.0;
 /// Height of a figure, pixels.
 const TALLEST: f64 = 200.0;
 
-/// From where the robot is seen.
+/// The direction from which the robot is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum View {
     /// Its right side: forward is to the right.
@@ -35,10 +35,10 @@ enum View {
     Front,
 }
 
-/// Twelve poses: over the first change of gait if there is one, three to a swing; else from the middle on.
+/// Twelve poses: over the first change of gait if there is one, three per swing; otherwise from the middle on.
 ///
 /// # Errors
-/// None that is known: the drawing library has them in its signature.
+/// No known error: only the drawing library's signature contains them.
 pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
     seen_from(course, View::Right)
 }
@@ -46,7 +46,7 @@ pub fn poses(course: &Course<'_>) -> Result<String, PlotError> {
 /// The same poses seen from the front.
 ///
 /// # Errors
-/// As [`poses`].
+/// The same as for [`poses`].
 pub fn front(course: &Course<'_>) -> Result<String, PlotError> {
     seen_from(course, View::Front)
 }
@@ -107,7 +107,7 @@ fn moments<'a>(course: &'a Course<'_>) -> impl Iterator<Item = &'a Frame> {
     })
 }
 
-/// Places with x to the right of the picture, from the trunk's middle, and z above the ground, m.
+/// Positions with x to the right of the picture, from the trunk's middle, and z above the ground, m.
 pub(super) struct Figure {
     pub(super) label: String,
     pub(super) trunk: Vec<DVec3>,
@@ -122,7 +122,7 @@ pub(super) struct Limb {
 
 fn figure(course: &Course<'_>, frame: &Frame, view: View) -> Figure {
     let robot = course.subject.robot;
-    // Seen along the trunk's side, wherever it is heading.
+    // Seen along the trunk's side, whatever its heading.
     let forward = frame.trunk_turn * DVec3::X;
     let facing = DQuat::from_rotation_z(-forward.y.atan2(forward.x)) * frame.trunk_turn;
     let seen = |in_body: DVec3| {
@@ -156,7 +156,7 @@ fn figure(course: &Course<'_>, frame: &Frame, view: View) -> Figure {
     }
 }
 
-/// The limbs' roots, going round `middle` as seen from the front.
+/// The limbs' roots, in order round `middle` as seen from the front.
 fn outline(robot: &crate::model::Robot, middle: DVec3) -> Vec<DVec3> {
     let mut roots: Vec<DVec3> = robot.chains.iter().map(|chain| chain.root_m).collect();
     let turn = |root: &DVec3| (root.z - middle.z).atan2(root.y - middle.y);

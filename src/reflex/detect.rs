@@ -1,20 +1,23 @@
-//! Whether a fall is certain, which way it goes, and what is down in the end: from the trunk's angles and rates.
+//! Detects from the trunk's angles and rates whether a fall is certain, its direction, and which side is down
+//! in the end.
 
 use glam::EulerRot;
 
 use crate::model::{Detector, FallDirection, Lying};
 use crate::signals::{Aim, BodyEstimate, Targets};
 
-/// True if every number of it that is used here is one, and the unit's word recent.
+/// True if every value used here is finite and the IMU's reading is recent.
 pub(super) fn is_known(body: &BodyEstimate) -> bool {
     body.is_known && body.roll_rad.is_finite() && body.pitch_rad.is_finite() && body.rate_rad_s.is_finite()
 }
 
-/// How far a fall has come: certain from 1 on; 0 of a trunk of which nothing is known. A trunk that is to lean, as
-/// `targets` have it, falls where it is as far from that as from level: one that bows does not, nor one that is held upright.
+/// Progress of a fall: certain from 1 on; 0 if nothing is known about the trunk. A trunk that should lean,
+/// according to `targets`, falls only if it is far both from that lean and from level: one that bows does not
+/// fall, nor does one that is held upright.
 ///
-/// The rule with the rate ahead was found in simulated falls of a horse (28 of 28, one false alarm in 132 runs, against
-/// 25 and two or three by the rate alone); the rate alone is that of the paper on falling figures (section 4.2).
+/// The rule with the rate ahead was found in simulated falls of a horse (28 of 28, one false alarm in 132
+/// runs, against 25 and two or three by the rate alone); the rule by the rate alone is that of the paper on
+/// falling figures (section 4.2).
 pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets) -> f64 {
     if !is_known(body) {
         return 0.0;
@@ -38,7 +41,7 @@ pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets)
     }
 }
 
-/// The direction of a fall: by the component of the angular velocity with the largest size (the same section).
+/// Direction of a fall: by the component of the angular velocity with the largest magnitude (the same section).
 pub(super) fn direction(body: &BodyEstimate) -> FallDirection {
     let [p, q, r] = body.rate_rad_s.to_array();
     if r.abs() > p.abs().max(q.abs()) {
@@ -55,8 +58,8 @@ pub(super) fn direction(body: &BodyEstimate) -> FallDirection {
 /// A trunk that leans by more than this lies on a side, or is propped up on one: 30 degrees.
 const UPRIGHT_COSINE: f64 = 0.866;
 
-/// What of the trunk is down: the side of its frame that the vertical is nearest to, or that it leans to where it leans
-/// by more than 30 degrees; none where that is not known.
+/// The side of the trunk that is down: the side of its frame nearest to the vertical, or the side it leans to
+/// if it leans by more than 30 degrees; `None` if the attitude is unknown.
 pub(super) fn lying(body: &BodyEstimate) -> Option<Lying> {
     if !is_known(body) {
         return None;

@@ -1,8 +1,8 @@
-//! What a robot does when it falls: the step between the operator's motion and inverse kinematics.
+//! The robot's reaction to a fall: the stage between the operator's motion and inverse kinematics.
 //!
-//! Comes in: how the trunk lies and moves, the joints, and what is ordered. Goes out: who is in charge, and in a fall
-//! [`Targets`] in the place of the generator's. After a paper on falling human figures, whose four kinds of motion are
-//! its states (section 2); docs/falls.md draws them:
+//! Input: orientation and motion of the trunk, the joints, and the operator's order. Output: who is in
+//! charge, and in a fall [`Targets`] that replace the generator's. The four kinds of motion of a paper on
+//! falling human figures are its states (section 2); docs/falls.md draws them:
 //!
 //! ```text
 //!            leans          reaction time over       certain
@@ -13,14 +13,15 @@
 //!   |                                                           | at rest
 //!   |   up                  knows a way up                      v
 //!   +--------- GettingUp <----------------------------------- Lying
-//!                  | told to stop (rolled over: Settling)       | else
+//!                  | ordered to stop (rolled over: Settling)    | else
 //!                  +------------------> LettingGo <-------------+
 //!                                           v
 //!                                          Limp (stays, and says so)
 //! ```
-//! `Pushed` and `Recovering` are the operator's motion with whatever balance it has; they are told apart from `Steady`
-//! for those who look on. With [`ReflexMode::Passive`] `Falling` is left at once, and `Settling` has no torque; with
-//! [`ReflexMode::Off`] a fall is only noted. Falls count from when the robot is first on its feet until it is limp.
+//! `Pushed` and `Recovering` are the operator's motion with its usual balance; they are separate from
+//! `Steady` only for the reports. With [`ReflexMode::Passive`] the reflex leaves `Falling` at once, and
+//! `Settling` has no torque; with [`ReflexMode::Off`] a fall is only recorded. Falls count from the time the
+//! robot is first on its feet until it is limp.
 
 mod detect;
 mod report;
@@ -34,74 +35,74 @@ use crate::signals::{Aim, Permission, State, Targets};
 pub use report::{FallOutcome, ReflexReport};
 pub use yielding::Yielding;
 
-/// A push is felt from this share of a certain fall on, and over below the second for the third, s.
+/// A push begins at this share of a certain fall, and ends after `CALM_S` (s) below `CALM_SHARE`.
 const PUSHED_SHARE: f64 = 0.5;
 const CALM_SHARE: f64 = 0.3;
 const CALM_S: f64 = 0.3;
-/// From a push to what is done about it: a person's postural reaction, s (Horak and Nashner 1986: 73 to 110 ms).
+/// Time from a push to the reaction: a person's postural reaction, s (Horak and Nashner 1986: 73 to 110 ms).
 const REACTION_S: f64 = 0.1;
-/// A fall is over after this time even if nothing tells that the robot rests, s.
+/// A fall ends after this time even without a sign that the robot is at rest, s.
 const SETTLE_MAX_S: f64 = 4.0;
-/// Joints rest while they turn slower than this, rad/s.
+/// Joints are at rest while they turn slower than this, rad/s.
 const JOINT_REST_RAD_S: f64 = 0.5;
-/// How far ahead of its joint a goal may be in a fall, share of the tracking error allowed: a leg held up by the ground
-/// is no fault then.
+/// How far a goal may lead its joint in a fall, share of the permitted tracking error: a leg that the ground
+/// holds up must not count as a fault then.
 const AHEAD_SHARE: f64 = 0.85;
 
-/// Who makes the targets of this cycle.
+/// The stage that makes the targets of this cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Charge {
     /// The generator.
     Operator,
-    /// The reflex: it has written them, and the generator stands still.
+    /// The reflex: it has written the targets, and the generator stands still.
     Reflex,
     /// The generator again, from the last goals, with torque on and the robot ready to rise.
     GivenBack,
 }
 
-/// Where the robot is between on its feet and down. `since_s` is the time in this phase.
+/// The robot's phase between standing and down. `since_s` is the time in this phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     /// Active-intentional: the operator's motion.
     Steady,
     /// Passive-unintentional: just after a push.
     Pushed { since_s: f64 },
-    /// Passive-intentional: trying to keep its feet.
+    /// Passive-intentional: trying to keep its balance.
     Recovering { calm_s: f64 },
-    /// Active-unintentional: the reference motion of its direction.
+    /// Active-unintentional: the reference motion for its direction.
     Falling { since_s: f64, direction: FallDirection },
     /// The joints give way.
     Settling { since_s: f64, still_s: f64 },
-    /// At rest, the torque as it was.
+    /// At rest, with torque unchanged.
     Lying,
-    /// The torque rises, then the key poses of the way up with this index.
+    /// The torque rises, then the robot goes through the key poses of this way up, an index.
     GettingUp { since_s: f64, way: usize },
-    /// The torque falls to nothing.
+    /// The torque falls to zero.
     LettingGo { since_s: f64 },
-    /// For good.
+    /// Limp, permanently.
     Limp,
 }
 
-/// Watches the trunk, and is in charge while it falls.
+/// Watches the trunk, and is in charge during a fall.
 #[derive(Debug, Clone)]
 pub struct Reflex<'r> {
     settings: Option<&'r ReflexSettings>,
     phase: Phase,
     /// True from when the robot is on its feet until it is limp.
     is_armed: bool,
-    /// With the reflex off, a fall that was noted is not noted again before it has passed.
+    /// With the reflex off, a fall is recorded once and not again before it has passed.
     is_noted: bool,
-    /// Pose the motion under way began at, rad.
+    /// Pose at the start of the present motion, rad.
     start_pose_rad: Vec<f64>,
     torque_ramp_s: f64,
     ahead_rad: f64,
-    /// How often it has tried to get up.
+    /// Number of attempts to get up.
     tries: u32,
     report: ReflexReport,
 }
 
 impl<'r> Reflex<'r> {
-    /// Of a limp `robot`. One whose file says nothing of falls has none.
+    /// The reflex of a limp `robot`. It never acts if the robot's file has no settings for falls.
     pub fn new(robot: &'r Robot) -> Reflex<'r> {
         Reflex {
             settings: robot.reflex.as_ref(),
@@ -116,8 +117,8 @@ impl<'r> Reflex<'r> {
         }
     }
 
-    /// Looks at the robot `dt_s` after the last look, while the operator's motion does `activity` and is told `order`,
-    /// and writes the targets where it is in charge.
+    /// Checks the robot `dt_s` after the last call, while the operator's motion does `activity` and has the
+    /// order `order`, and writes the targets if the reflex is in charge.
     pub fn step(
         &mut self,
         dt_s: f64,
@@ -197,14 +198,14 @@ impl<'r> Reflex<'r> {
                 self.start_pose_rad.copy_from_slice(&state.goal_rad);
                 Phase::LettingGo { since_s: 0.0 }
             }
-            // What is not heard, or held by safety, is waited for.
+            // Wait for a servo that is silent, or for safety's hold to end.
             Phase::GettingUp { .. } if state.permission == Permission::Hold => self.phase,
             Phase::GettingUp { since_s, way } => {
                 let since_s = since_s + dt_s;
                 let keys = settings.get_ups.get(way).map_or(&[][..], |way| &way.keys);
                 let end_s = self.torque_ramp_s + keys.last().map_or(0.0, |key| key.at_s);
                 if since_s >= end_s && detect::lying(&state.body) != Some(Lying::Upright) {
-                    // It rolled over on the way, or nobody knows how it lies.
+                    // The robot rolled over on the way, or its attitude is unknown.
                     Phase::Settling { since_s: 0.0, still_s: 0.0 }
                 } else if since_s >= end_s {
                     self.report.got_up += 1;
@@ -223,7 +224,7 @@ impl<'r> Reflex<'r> {
         }
     }
 
-    /// While the robot is on its feet: whether it falls, and how near it is to that.
+    /// Watches for a fall while the robot is on its feet, and measures how near it is to one.
     fn watch(&mut self, dt_s: f64, state: &State, settings: &ReflexSettings, targets: &Targets) -> Phase {
         if !self.is_armed {
             return Phase::Steady;
@@ -293,7 +294,7 @@ impl<'r> Reflex<'r> {
                 let left = 1.0 - (since_s / self.torque_ramp_s).min(1.0);
                 targets.torque_share = settings.passive_torque_share * left;
             }
-            // Goals that follow the joints, a cycle behind: what is left of a position servo is a damper.
+            // Goals follow the joints, one cycle behind: the position servo then acts as a damper only.
             _ => {
                 for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
                     *angle = joint.position_rad;
@@ -321,7 +322,7 @@ impl<'r> Reflex<'r> {
         to.torque_share
     }
 
-    /// Keeps every goal near its joint, so that a leg that meets the ground is not driven on past it.
+    /// Keeps every goal near its joint, so that a leg that meets the ground does not keep pushing against it.
     fn stay_near(&self, state: &State, targets: &mut Targets) {
         for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
             if joint.position_rad.is_finite() {
@@ -331,7 +332,7 @@ impl<'r> Reflex<'r> {
         }
     }
 
-    /// What the robot is doing where that is the reflex's affair.
+    /// The robot's activity, if the reflex determines it.
     pub fn activity(&self) -> Option<Activity> {
         match self.phase {
             Phase::Steady | Phase::Pushed { .. } | Phase::Recovering { .. } => None,
@@ -342,7 +343,7 @@ impl<'r> Reflex<'r> {
         }
     }
 
-    /// What kind of motion the robot is in, by the paper's four, and what comes after them.
+    /// The robot's kind of motion: one of the paper's four, or one that follows them.
     pub fn kind(&self) -> &'static str {
         match self.phase {
             Phase::Steady => "steady",
@@ -362,7 +363,7 @@ impl<'r> Reflex<'r> {
         self.phase == Phase::Limp
     }
 
-    /// Falls so far; none where the robot's file says nothing of them.
+    /// Falls so far; `None` if the robot's file has no settings for them.
     pub fn report(&self) -> Option<ReflexReport> {
         self.settings.is_some().then_some(self.report)
     }
@@ -372,7 +373,7 @@ fn keys_of(settings: &ReflexSettings, direction: FallDirection) -> &[KeyPose] {
     settings.falls.get(direction as usize).map_or(&[], Vec::as_slice)
 }
 
-/// The way up from there.
+/// The way up from this attitude.
 fn way_up(settings: &ReflexSettings, lying: Option<Lying>) -> Option<usize> {
     let lying = lying?;
     settings.get_ups.iter().position(|way| way.lying == lying)
@@ -380,7 +381,7 @@ fn way_up(settings: &ReflexSettings, lying: Option<Lying>) -> Option<usize> {
 
 fn is_still(state: &State, settings: &ReflexSettings) -> bool {
     let is_quiet = state.joints.iter().all(|joint| joint.speed_rad_s.abs() < JOINT_REST_RAD_S);
-    // Without the unit only the joints can tell.
+    // Without the IMU only the joints can show rest.
     let is_turning =
         detect::is_known(&state.body) && state.body.rate_rad_s.length() >= settings.rest_rate_rad_s;
     is_quiet && !is_turning

@@ -1,4 +1,4 @@
-//! Falls of a run, as its report has them.
+//! Falls of a run, for its report.
 
 use std::fmt;
 
@@ -6,16 +6,16 @@ use serde::Serialize;
 
 use crate::model::{FallDirection, Lying};
 
-/// What became of the last fall.
+/// Outcome of the last fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FallOutcome {
-    /// There was none.
+    /// There was no fall.
     #[default]
     None,
-    /// It is under way.
+    /// A fall is under way.
     Falling,
-    /// With the reflex off: it was certain, and yet the robot kept its feet.
+    /// With the reflex off: the fall was certain, yet the robot kept its feet.
     KeptItsFeet,
     /// The robot got up by itself.
     GotUp,
@@ -26,17 +26,17 @@ pub enum FallOutcome {
 /// Falls of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct ReflexReport {
-    /// How often a fall was certain.
+    /// Number of times a fall was certain.
     pub falls: u32,
-    /// How often it got up by itself.
+    /// Number of times the robot got up by itself.
     pub got_up: u32,
-    /// Which way the last went; none if there was none.
+    /// Direction of the last fall; `None` if there was none.
     #[serde(serialize_with = "direction_name")]
     pub direction: Option<FallDirection>,
-    /// What was down when it lay; none before, and where that is not known.
+    /// The side that was down when it lay; `None` before that, and if it is unknown.
     #[serde(serialize_with = "lying_name")]
     pub lying: Option<Lying>,
-    /// What became of the last.
+    /// Outcome of the last fall.
     pub outcome: FallOutcome,
 }
 

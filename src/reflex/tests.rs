@@ -1,4 +1,4 @@
-//! Falls told to the reflex as states, one after another.
+//! Falls presented to the reflex as a sequence of states.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
@@ -11,7 +11,7 @@ use crate::signals::{BodyEstimate, JointTargets};
 const DT_S: f64 = 0.01;
 const WAY_UP: GetUp = GetUp { lying: Lying::Upright, keys: Vec::new() };
 
-/// The horse, with one key pose a direction: every joint in the middle of its range after 0.2 s.
+/// The horse, with one key pose for each direction: every joint in the middle of its range after 0.2 s.
 fn horse(mode: ReflexMode) -> Robot {
     let mut robot = config::parse(include_str!("../../config/horse.toml"), "horse.toml").unwrap().robot;
     let angles_rad: Vec<f64> = robot.joints.iter().map(crate::model::Joint::middle_rad).collect();
@@ -29,7 +29,7 @@ fn horse(mode: ReflexMode) -> Robot {
     robot
 }
 
-/// A robot that stands at the upper ends of its ranges, and what happens to it.
+/// A robot that stands at the upper ends of its ranges, and the state it is given.
 struct Scene<'r> {
     reflex: Reflex<'r>,
     state: State,
@@ -56,7 +56,7 @@ impl<'r> Scene<'r> {
         }
     }
 
-    /// The same, to carry its trunk nose down by `pitch_rad`.
+    /// The same, ordered to carry its trunk nose down by `pitch_rad`.
     fn leaning(robot: &'r Robot, pitch_rad: f64) -> Scene<'r> {
         let mut scene = Scene::new(robot);
         scene.targets.aim = crate::signals::Aim::Soles;
@@ -64,7 +64,8 @@ impl<'r> Scene<'r> {
         scene
     }
 
-    /// The trunk at roll, pitch and rates, for so long; the kinds of motion it went through, each once.
+    /// Sets roll, pitch and rates of the trunk for this time; returns the kinds of motion it went through,
+    /// each once.
     fn see(&mut self, roll_pitch: (f64, f64), rate: [f64; 3], for_s: f64) -> Vec<&'static str> {
         (self.state.body.roll_rad, self.state.body.pitch_rad) = roll_pitch;
         self.state.body.rate_rad_s = DVec3::from_array(rate);
@@ -88,7 +89,7 @@ impl<'r> Scene<'r> {
         self.reflex.step(DT_S, self.order, self.activity, &self.state, &mut self.targets)
     }
 
-    /// The joints come to where they are told to be.
+    /// Moves the joints to their goals.
     fn follow(&mut self) {
         for (joint, goal) in self.state.joints.iter_mut().zip(&self.targets.pose_rad) {
             joint.position_rad = *goal;
@@ -121,7 +122,7 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     };
     assert!(jump(&scene.targets, &scene.state) < 1e-9);
     assert!((scene.targets.torque_share - 0.6).abs() < 1e-9 && scene.targets.aim == Aim::Pose);
-    // Half-way in time is half-way to the key pose, as far as joints that stand still let it.
+    // Half-way in time is half-way to the key pose, as far as the stationary joints permit.
     assert_eq!(scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 0.1), ["falling"]);
     for (joint, (goal, state)) in
         robot.joints.iter().zip(scene.targets.pose_rad.iter().zip(&scene.state.joints))
@@ -159,7 +160,7 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     assert_eq!(scene.see((0.0, 0.0), [0.0; 3], 5.0), ["limp"], "stays");
 }
 
-/// Falls from upright until it lies at that roll and pitch.
+/// Falls from upright until it lies at this roll and pitch.
 fn fall_to<'r>(robot: &'r Robot, roll_pitch: (f64, f64)) -> Scene<'r> {
     let mut scene = Scene::new(robot);
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
@@ -185,7 +186,7 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
         assert_eq!((charge, scene.reflex.kind()), (Charge::GivenBack, "steady"));
         let report = scene.reflex.report().unwrap();
         assert_eq!((report.falls, report.got_up, report.outcome), (time, time, FallOutcome::GotUp));
-        // It rises, and is not judged meanwhile; then it stands, and falls again.
+        // It rises, and is not judged in that time; then it stands, and falls again.
         scene.activity = Activity::Rising;
         assert_eq!(scene.see((0.0, 0.7), [0.0; 3], 1.0), ["steady"]);
         scene.activity = Activity::Standing;
@@ -195,7 +196,7 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
     assert_eq!(scene.go_on(2.0), ["letting go", "limp"]);
 }
 
-/// From its front, by two poses: each reached at its time, on the way from where it lay, without a leap.
+/// From its front, by two poses: each is reached at its time, on the way from where the robot lay, without a jump.
 #[test]
 fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     let mut robot = horse(ReflexMode::Reflex);
@@ -222,7 +223,7 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     let near = |pose: &[f64], to: &[f64]| pose.iter().zip(to).all(|(a, b)| (a - b).abs() < 0.02 * most_rad);
     while charge == Charge::Reflex {
         if time_s > ramp_s + 1.0 {
-            // It is up by then.
+            // The robot is up by then.
             scene.state.body.pitch_rad = 0.0;
         }
         scene.follow();
@@ -237,7 +238,7 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     }
     assert_eq!(charge, Charge::GivenBack);
     assert!(was_first && near(&before, &second), "{before:?}");
-    // It had begun a tenth of a second before it was looked at.
+    // The motion began a tenth of a second before the first check.
     assert!((time_s + 0.1 - ramp_s - 1.2).abs() < 0.05, "{time_s} s");
 }
 
@@ -301,7 +302,7 @@ fn passive_it_drops_limp_and_off_it_only_notes() {
     assert_eq!(scene.reflex.report().unwrap().falls, 2);
 }
 
-/// Pushed towards each of eight sides, a body turns about the level axis across: (p, q) = size (-y, x).
+/// A body pushed towards each of eight sides turns about the level axis across: (p, q) = size (-y, x).
 #[test]
 fn the_direction_is_that_of_the_push_on_eight_sides() {
     use FallDirection::{Backward, Forward, Left, Right, Twisting};
@@ -316,7 +317,7 @@ fn the_direction_is_that_of_the_push_on_eight_sides() {
         (vec![Right, Forward], 315.0),
     ];
     for (directions, towards_deg) in sides {
-        // As noise has it, and as it leans by then.
+        // With noise, and with the lean it has by then.
         for off_deg in [-20.0, -3.0, 3.0, 20.0_f64] {
             let towards = f64::to_radians(towards_deg + off_deg);
             let (p, q) = (-3.0 * towards.sin(), 3.0 * towards.cos());
@@ -399,7 +400,7 @@ fn a_trunk_that_is_to_lean_does_not_fall() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = Scene::leaning(&robot, 0.6);
     assert_eq!(scene.see((0.0, 0.6), [0.0; 3], 1.0), ["steady"]);
-    // Held upright it does not, either; further down, or over to the other side, it does.
+    // It does not fall if held upright, either; it does if it goes further down, or over to the other side.
     assert_eq!(scene.see((0.0, 0.0), [0.0; 3], 1.0), ["steady"]);
     assert!(Scene::leaning(&robot, 0.6).see((0.0, 1.15), [0.0; 3], 0.1).contains(&"falling"));
     assert!(Scene::leaning(&robot, 0.6).see((0.0, -0.55), [0.0; 3], 0.1).contains(&"falling"));
@@ -454,7 +455,7 @@ impl Arm {
         arm
     }
 
-    /// What goes out of wanted angles of 0.3 rad.
+    /// The goals sent for wanted angles of 0.3 rad.
     fn step(&mut self) -> (f64, f64) {
         self.targets.angles_rad.fill(0.3);
         self.targets.torque_shares.fill(1.0);
@@ -483,7 +484,7 @@ fn an_overloaded_arm_gives_way_and_returns_smoothly() {
     assert_eq!(arm.go_on(0.05), (0.3, 1.0));
     arm.state.joints[1].load_share = -0.5;
     assert_eq!(arm.go_on(0.22), (0.2, 0.1), "goals follow the joints of the whole arm");
-    // Whoever pulls goes on pulling: it follows, and waits for him.
+    // The person keeps pulling: the arm follows, and waits.
     arm.state.joints[2].position_rad = -0.4;
     arm.state.joints[2].speed_rad_s = -0.7;
     arm.state.joints[1].load_share = 0.0;
@@ -509,7 +510,7 @@ fn an_arm_that_is_held_on_its_way_back_gives_way_again() {
     arm.go_on(0.3);
     arm.go_on(1.2);
     assert_eq!(arm.yielding.times(), 2, "the load is there as soon as it returns");
-    // What is not heard, or out of service, bears nothing.
+    // A joint that is silent, or out of service, bears nothing.
     let mut arm = Arm::new();
     arm.state.joints[0].load_share = 0.9;
     arm.state.joints[0].age_s = 0.02;

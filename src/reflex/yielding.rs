@@ -1,15 +1,15 @@
-//! An arm that is loaded beyond its limit gives way, as if in honey, and returns.
+//! An arm that is loaded beyond its limit gives way slowly, as if in honey, and then returns.
 //!
-//! The step between inverse kinematics and safety. Each chain is judged by itself:
+//! This stage stands between inverse kinematics and safety. It treats each chain on its own:
 //!
 //! ```text
 //!            over its load for a time             rests, and long enough
 //! Holding --------------------------> Yielding -------------------------> Returning
 //!    ^                                   ^                                   |  |
-//!    |                                   +---- loaded again, thrice at most -+  |
-//!    +------------------------------ back where it was to be -------------------+
+//!    |                                   +--- loaded again, 3 times at most -+  |
+//!    +------------------------------ back at its target ------------------------+
 //! ```
-//! What is there each time it returns is no hand: a jam is left to safety.
+//! A load that is there at every return is no hand: safety handles a jam.
 
 use std::ops::Range;
 
@@ -17,11 +17,11 @@ use crate::model::{Robot, YieldSettings};
 use crate::motion::curves::smooth_step;
 use crate::signals::{JointState, JointTargets, State};
 
-/// Joints rest while they turn slower than this, rad/s.
+/// Joints are at rest while they turn slower than this, rad/s.
 const REST_RAD_S: f64 = 0.1;
-/// How often in a row it gives way.
+/// How many times in a row an arm gives way.
 const IN_A_ROW: u32 = 3;
-/// An arm that is never let rest returns all the same after so many times its least, against the hand.
+/// An arm that never comes to rest returns anyway after this multiple of its shortest time, even against the hand.
 const LONGEST: f64 = 10.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ enum Phase {
     Holding {
         over_s: f64,
     },
-    /// For the `time`-th time in a row.
+    /// Giving way for the `time`-th time in a row.
     Yielding {
         since_s: f64,
         time: u32,
@@ -48,13 +48,13 @@ const HOLDING: Phase = Phase::Holding { over_s: 0.0 };
 pub struct Yielding {
     settings: Option<YieldSettings>,
     limbs: Vec<(Range<usize>, Phase)>,
-    /// Where each joint was when its arm began to return, rad.
+    /// Position of each joint when its arm began to return, rad.
     from_rad: Vec<f64>,
     times: u32,
 }
 
 impl Yielding {
-    /// Of a limp `robot`. One whose file says nothing of it never yields.
+    /// For a limp `robot`. It never yields if the robot's file has no settings for it.
     pub fn new(robot: &Robot) -> Yielding {
         Yielding {
             settings: robot.yielding,
@@ -64,7 +64,7 @@ impl Yielding {
         }
     }
 
-    /// How often an arm has given way.
+    /// Number of times an arm has given way.
     pub fn times(&self) -> u32 {
         self.times
     }
@@ -74,7 +74,7 @@ impl Yielding {
         self.limbs.iter().any(|(_, phase)| !matches!(phase, Phase::Holding { .. }))
     }
 
-    /// Looks at every chain `dt_s` after the last look, and changes the targets of those that yield.
+    /// Checks every chain `dt_s` after the last call, and changes the targets of those that yield.
     pub fn step(&mut self, dt_s: f64, state: &State, targets: &mut JointTargets) {
         let Some(settings) = self.settings else { return };
         if targets.is_limp || targets.only.is_some() {
@@ -158,7 +158,7 @@ impl Phase {
     }
 }
 
-/// True if a joint heard just now, and not left without torque, bears more than it may.
+/// True if a joint that was heard just now, and has torque, bears more than permitted.
 fn is_overloaded(settings: &YieldSettings, measured: &[JointState], is_out: &[bool]) -> bool {
     measured.iter().zip(is_out).any(|(joint, is_out)| {
         joint.is_known && joint.age_s <= 0.0 && !is_out && joint.load_share.abs() > settings.load_share

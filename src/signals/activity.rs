@@ -1,8 +1,8 @@
-//! What a robot is doing.
+//! The robot's activity.
 
 use serde::{Deserialize, Serialize};
 
-/// What the robot is doing, for people.
+/// The robot's activity, for display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activity {
@@ -10,13 +10,13 @@ pub enum Activity {
     Limp,
     /// Getting up.
     Rising,
-    /// Standing; of arms, holding still; of a figure, in any of its poses.
+    /// Standing; for arms, holding still; for a figure, in any of its poses.
     Standing,
     /// Walking.
     Walking,
-    /// Moving its arms by strokes; of a figure, on the way to a pose.
+    /// Moving its arms by strokes; for a figure, on the way to a pose.
     Performing,
-    /// Holding its arms where they are parked.
+    /// Holding its arms in the parked pose.
     Parked,
     /// Turning one joint.
     Jogging,

@@ -1,8 +1,8 @@
-//! What the stages of the pipeline hand to each other, and who computes it.
+//! The buffers that the pipeline's stages hand to each other, and the stage that computes each.
 //!
-//! Buffers are sized from the robot once; a stage writes into them and the next one reads.
-//! Frames: `_in_body` is the trunk's frame, `_in_world` the ground's, in which the plan begins at x = 0;
-//! both x forward, y left, z up, metres. Joint arrays are in the order of [`Robot::joints`], radians.
+//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Frames:
+//! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In both,
+//! x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
 mod activity;
 mod order;
@@ -16,80 +16,80 @@ pub use activity::Activity;
 pub use order::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 pub use status::Status;
 
-/// What the generator asks for.
+/// The kind of target the generator sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Aim {
     /// No torque.
     Limp,
-    /// Joint angles: [`Targets::pose_rad`].
+    /// Joint angles, from [`Targets::pose_rad`].
     Pose,
-    /// Tip places: [`Targets::tips_in_body`].
+    /// Positions of the chains' tips, from [`Targets::tips_in_body`].
     Tips,
-    /// Places and turns of the soles of [`Targets::feet`]: [`Targets::tips_in_body`], [`Targets::sole_turns`]; of all other
-    /// chains joint angles, [`Targets::pose_rad`].
+    /// Positions and orientations of the soles of [`Targets::feet`], from [`Targets::tips_in_body`] and
+    /// [`Targets::sole_turns`]; joint angles, from [`Targets::pose_rad`], for all other chains.
     Soles,
-    /// What each arm is to do: [`Targets::arms`].
+    /// A target for each arm, from [`Targets::arms`].
     Arms,
-    /// The angle of this joint alone, in [`Targets::pose_rad`]; all others have no torque.
+    /// The angle of this joint alone, from [`Targets::pose_rad`]; all other joints have no torque.
     Joint(usize),
 }
 
-/// Computed by the generator.
+/// The targets that the generator computes.
 #[derive(Debug, Clone)]
 pub struct Targets {
-    /// Which of the fields below holds.
+    /// Selects the fields below that apply.
     pub aim: Aim,
     /// Joint angles, rad.
     pub pose_rad: Vec<f64>,
-    /// Share of the permitted torque that is asked for, 0 to 1.
+    /// Requested share of the permitted torque, 0 to 1.
     pub torque_share: f64,
-    /// Tip of each chain, body frame, m.
+    /// Position of each chain's tip, body frame, m.
     pub tips_in_body: Vec<DVec3>,
-    /// Turn of the last link of each chain, body frame, from how it is at angle 0 of all joints.
+    /// Rotation of each chain's last link from its orientation at zero joint angles, body frame.
     pub sole_turns: Vec<DQuat>,
-    /// The planned place of the trunk, world frame, m.
+    /// Planned position of the trunk, world frame, m.
     pub trunk_in_world: DVec3,
-    /// The planned turn of the trunk, from the body frame to the world frame.
+    /// Planned rotation of the trunk, from the body frame to the world frame.
     pub trunk_turn: DQuat,
-    /// Where each leg's foot is planned to be; empty while nothing walks.
+    /// Planned state of each leg's foot; empty while the robot does not walk.
     pub feet: Vec<FootTarget>,
-    /// Share of the way to their neutral posture that joints to spare go in one cycle.
+    /// Share of the way to their neutral posture that the redundant joints move in one cycle.
     pub posture_pull: f64,
-    /// What the arm that each chain is, if it is one, is to do.
+    /// Target of each chain that is an arm.
     pub arms: Vec<ArmTarget>,
-    /// True while a servo that has tripped may be restarted: its joint may then hang as it likes.
+    /// True while a servo that has tripped may be restarted; its joint may then hang freely.
     pub may_restart: bool,
 }
 
-/// Where places along one arm are to be.
+/// Target positions along one arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmTarget {
-    /// Which of the fields below holds.
+    /// Selects the fields below that apply.
     pub aim: ArmAim,
     /// Ends of the arm's groups, body frame, m; the last is the tip.
     pub ends_in_body: [DVec3; GROUPS],
-    /// Where the tip is to point, body frame, unit length.
+    /// Direction in which the tip should point, body frame, unit length.
     pub direction_in_body: DVec3,
     /// Ends of all links, root first, body frame, m.
     pub places_in_body: Vec<DVec3>,
-    /// A line, by a point on it (m) and its direction, body frame, that the arm's suckers are to face, where its joints can
-    /// twist: they are on the lower side, -z of each link.
+    /// A line that the arm's suckers should face if its joints can twist: a point on it (m) and its
+    /// direction, body frame. The suckers are on the lower side, -z of each link.
     pub faced_in_body: Option<[DVec3; 2]>,
-    /// Counts changes of what the arm does. When it is not what it was in the cycle before, the joints go over to the
-    /// new targets from where they are and as fast as they are; what is new must begin at rest.
+    /// Counts changes of the arm's action. When the count differs from the last cycle's, the joints blend
+    /// over to the new targets from their present angles and speeds; the new motion must begin at rest.
     pub change: u32,
 }
 
-/// Which places of an arm are asked for.
+/// Selects the positions on an arm that have a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ArmAim {
     /// The ends of its groups.
     #[default]
     Ends,
-    /// Its tip alone.
+    /// Its tip only.
     Tip,
-    /// Its tip and where that points.
+    /// Its tip and the tip's direction.
     TipAlong,
     /// The ends of all links.
     Places,
@@ -98,127 +98,129 @@ pub enum ArmAim {
 /// A foot's plan at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FootTarget {
-    /// The chain whose tip it is, index into [`Robot::chains`].
+    /// The foot's chain, an index into [`Robot::chains`].
     pub chain: usize,
-    /// Planned place, world frame, m.
+    /// Planned position, world frame, m.
     pub in_world: DVec3,
     /// Forward distance from the neutral foot point, body frame, m.
     pub excursion_m: f64,
-    /// Way of the plane its leg works in, fore and aft, since the walk began, m: a foot that stands falls behind
-    /// the trunk by as much.
+    /// Distance that the plane of the leg's motion has moved since the walk began, positive forward, m: a
+    /// foot in stance falls behind the trunk by this much.
     pub plane_way_m: f64,
-    /// True in the air.
+    /// True in swing.
     pub is_swing: bool,
-    /// How much of its share of the weight it is to carry: 0 in the air, 1 while it stands; it changes smoothly before it
-    /// lifts and after it lands.
+    /// Fraction of its share of the weight that the foot should carry: 0 in swing, 1 in stance; it changes
+    /// smoothly before lift-off and after landing.
     pub load_share: f64,
     /// Largest acceleration of this stride's swing curve, m/s^2; 0 in stance.
     pub swing_acceleration_m_s2: f64,
 }
 
-/// Computed by inverse kinematics.
+/// The joint targets that inverse kinematics computes.
 #[derive(Debug, Clone)]
 pub struct JointTargets {
-    /// True when no torque is asked for; the angles mean nothing then.
+    /// True if no torque is requested; the angles mean nothing then.
     pub is_limp: bool,
-    /// Where only one joint is to have torque: which.
+    /// The one joint that should have torque; `None` if all should.
     pub only: Option<usize>,
-    /// Share of the permitted torque that is asked for, one a joint, 0 to 1.
+    /// Requested share of the permitted torque, one value per joint, 0 to 1.
     pub torque_shares: Vec<f64>,
     /// True while a servo that has tripped may be restarted.
     pub may_restart: bool,
-    /// The first joint for which a target was asked that is not a number.
+    /// The first joint whose requested target is not a finite number.
     pub not_finite: Option<usize>,
     /// Joint angles, rad.
     pub angles_rad: Vec<f64>,
-    /// What is added to each angle to make the goal, so that the joint stands at the angle under its load, rad.
+    /// Offset added to each angle to make the goal, so that the joint stands at its angle under load, rad.
     pub sag_rad: Vec<f64>,
-    /// What each chain's tip misses its target by, m; 0 where a pose was asked for.
+    /// Distance of each chain's tip from its target, m; 0 if the target is a pose.
     pub residual_m: Vec<f64>,
-    /// What the ends of each arm's groups miss their targets by at most, m; 0 where others were asked for.
+    /// Largest distance of an arm's group ends from their targets, per chain, m; 0 if the targets are others.
     pub group_residual_m: Vec<f64>,
-    /// How many joints of each chain stand on a limit of their range; 0 where a pose was asked for.
+    /// Number of each chain's joints that are at a limit of their range; 0 if the target is a pose.
     pub saturated: Vec<u32>,
 }
 
-/// How far the robot may go on, as safety judged in the cycle before.
+/// How far the robot may move, as safety decided in the last cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Permission {
-    /// Everything is well.
+    /// No fault.
     #[default]
     Move,
-    /// Something is wrong: stand still and wait for it to pass.
+    /// A fault is present: stand still and wait for it to clear.
     Hold,
-    /// It did not pass: take the stop action.
+    /// The fault did not clear: take the stop action.
     Stop,
 }
 
-/// What flows back: computed by the estimator, but for what is permitted, let through and out of service, which is safety's.
+/// The feedback. The estimator computes it, except for `goal_rad`, `permission`, `is_out` and `outage`, which
+/// safety writes.
 #[derive(Debug, Clone)]
 pub struct State {
-    /// Each joint as last heard.
+    /// State of each joint as last received.
     pub joints: Vec<JointState>,
-    /// Goals safety let through last, rad; only meaningful once torque was on.
+    /// The last goals that safety passed on, rad; valid only once torque has been on.
     pub goal_rad: Vec<f64>,
-    /// What safety permits.
+    /// Safety's permission.
     pub permission: Permission,
-    /// Joints whose servo has tripped: they are left without torque, and their goals are where they are.
+    /// Joints whose servo has tripped: they stay without torque, and their goals follow their positions.
     pub is_out: Vec<bool>,
-    /// The joint that was taken out of service in this cycle, if one was; of several, one a cycle.
+    /// The joint that was taken out of service in this cycle, if any; at most one per cycle.
     pub outage: Option<Outage>,
-    /// How the trunk lies and moves.
+    /// Orientation and motion of the trunk.
     pub body: BodyEstimate,
 }
 
-/// What the inertial measurement unit (IMU) in the trunk last said, turned from its mounting to the body frame.
+/// The last reading of the trunk's inertial measurement unit (IMU), rotated from its mounting to the body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ImuReading {
-    /// True once it has been heard.
+    /// True once the IMU has been heard.
     pub is_known: bool,
-    /// Time since this was measured, s.
+    /// Time since the measurement, s.
     pub age_s: f64,
-    /// Turn rate of the trunk about its x, y and z, rad/s.
+    /// Angular velocity of the trunk about its x, y and z axes, rad/s.
     pub rate_rad_s: DVec3,
-    /// Acceleration less gravity, body frame, m/s^2; (0, 0, 9.81) level and at rest.
+    /// Acceleration minus gravity, body frame, m/s^2; (0, 0, 9.81) level and at rest.
     pub specific_force_m_s2: DVec3,
     /// Roll, rad: about x, positive lowers the right side.
     pub roll_rad: f64,
     /// Pitch, rad: about y, positive lowers the nose.
     pub pitch_rad: f64,
-    /// Yaw, rad: about z, positive to the left; from wherever the unit counts.
+    /// Yaw, rad: about z, positive to the left; its zero is the IMU's own.
     pub yaw_rad: f64,
-    /// Measurements that passed their checksums and were dropped, since no trunk can have moved so; since the run began.
+    /// Number of measurements since the run began that passed their checksums but were dropped as impossible
+    /// for a trunk.
     pub implausible: u64,
 }
 
-/// How the trunk lies and moves, as far as the robot can tell.
+/// Orientation and motion of the trunk, as far as the robot can tell.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyEstimate {
-    /// True while the IMU's word is recent enough to act on. Else the robot counts as level and still.
+    /// True while the IMU's reading is recent enough to act on. Otherwise the robot counts as level and still.
     pub is_known: bool,
-    /// Roll, pitch and yaw now, rad (as in [`ImuReading`]); yaw from wherever the unit counts.
+    /// Present roll, pitch and yaw, rad (as in [`ImuReading`]); the zero of yaw is the IMU's own.
     pub roll_rad: f64,
     /// See `roll_rad`.
     pub pitch_rad: f64,
     /// See `roll_rad`.
     pub yaw_rad: f64,
-    /// The unit's yaw when it was first heard, rad, from which `yaw_rad` counts; none before.
+    /// The IMU's yaw when it was first heard, rad, the zero of `yaw_rad`; `None` before that.
     pub yaw_start_rad: Option<f64>,
-    /// Turn rate, body frame, rad/s.
+    /// Angular velocity, body frame, rad/s.
     pub rate_rad_s: DVec3,
     /// Velocity of the body frame's origin, body frame, m/s.
     pub velocity_m_s: DVec3,
-    /// Which chains' tips stand on the ground, one a chain.
+    /// True for each chain whose tip stands on the ground.
     pub is_in_contact: Vec<bool>,
 }
 
-/// What a simulated robot truly does, whatever it knows of that itself.
+/// True motion of a simulated robot, whatever its own sensors say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrueBody {
-    /// Origin of the body frame, m; here and below in a world whose origin is on the ground under the start.
+    /// Origin of the body frame, m. The world's origin, here and below, is on the ground under the start.
     pub position_m: DVec3,
-    /// Turn from the body frame to the world.
+    /// Rotation from the body frame to the world.
     pub turn: DQuat,
     /// Velocity of the body frame's origin, m/s.
     pub velocity_m_s: DVec3,
@@ -226,18 +228,18 @@ pub struct TrueBody {
     pub height_m: f64,
     /// Force of the ground on the trunk, N.
     pub trunk_contact_n: f64,
-    /// The trunk lies on the ground or is turned over.
+    /// True if the trunk lies on the ground or is turned over.
     pub is_fallen: bool,
 }
 
 /// One joint as its servo last reported it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
-    /// True once the servo has been heard at all.
+    /// True once the servo has been heard.
     pub is_known: bool,
-    /// Time since it was last heard, s.
+    /// Time since the servo was last heard, s.
     pub age_s: f64,
-    /// True if it has sent damaged replies since.
+    /// True if the servo has sent damaged replies since then.
     pub is_damaged: bool,
     /// Joint angle, rad.
     pub position_rad: f64,
@@ -249,61 +251,62 @@ pub struct JointState {
     pub voltage_v: f64,
     /// Temperature, degrees Celsius.
     pub temperature_c: f64,
-    /// The servo's alarm bits, as they come with its replies.
+    /// The servo's alarm bits, as received with its replies.
     pub alarms: u8,
-    /// Why there is an alarm, as far as is known: bits of [`crate::model::Registers::alarm_status`]. 0 while there is
-    /// none or the servo has not said why.
+    /// Causes of the alarm, if known: bits of [`crate::model::Registers::alarm_status`]. 0 while there is no
+    /// alarm or the servo has not reported its cause.
     pub alarm_causes: u8,
-    /// What its torque switch said, in the cycle after it was asked ([`Question::Torque`]).
+    /// The servo's torque enable, valid in the cycle after it was read ([`Question::Torque`]).
     pub has_torque: Option<bool>,
-    /// The goal it holds, rad, in the cycle after it was asked ([`Question::Goal`]).
+    /// The goal position that the servo holds, rad, valid in the cycle after it was read ([`Question::Goal`]).
     pub held_goal_rad: Option<f64>,
-    /// True if its last reply passed its checksum and was dropped all the same, since no servo can have measured it.
+    /// True if the last reply passed its checksum but was dropped because no servo can have measured it.
     pub is_implausible: bool,
 }
 
-/// What all servos of one bus are asked in the place of their feedback, for one cycle: what no reply tells.
+/// A question to all servos of one bus, which replaces their feedback for one cycle: feedback does not
+/// contain the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
-    /// Whether they have torque: one that has started anew has none.
+    /// Whether they have torque: a servo that has restarted has none.
     Torque,
-    /// Why they raise an alarm.
+    /// The causes of their alarms.
     Alarms,
-    /// Which goal position they hold: after a silence nobody knows which of the goals that were sent it heard.
+    /// Their goal positions: after a silence it is unknown which of the goals sent to a servo it received.
     Goal,
 }
 
-/// What one servo answered to a [`Question`].
+/// One servo's answer to a [`Question`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Told {
-    /// Whether it has torque.
+    /// Whether the servo has torque.
     Torque(bool),
-    /// Why it raises an alarm: the bits of [`crate::model::Registers::alarm_status`].
+    /// The causes of its alarm: bits of [`crate::model::Registers::alarm_status`].
     Alarms(u8),
-    /// Which goal position it holds, counts.
+    /// The goal position it holds, counts.
     Goal(i32),
 }
 
-/// A joint that was just taken out of service, so that the robot goes on without it.
+/// A joint that was just taken out of service; the robot continues without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outage {
     /// The joint.
     pub joint: usize,
-    /// Why.
+    /// The cause.
     pub cause: OutageCause,
 }
 
-/// Why a joint is left without torque.
+/// Reasons why a joint is left without torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutageCause {
-    /// Its servo raised an alarm: why, as in [`Told::Alarms`]; 0 where it did not say.
+    /// Its servo raised an alarm: the causes, as in [`Told::Alarms`]; 0 if the servo did not report them.
     Alarm(u8),
     /// It did not follow its goal.
     Jam,
 }
 
-/// What one servo is to do in this cycle, in its own counts.
+/// The command to one servo in this cycle, in its own counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ServoGoal {
     /// Torque off.
@@ -316,8 +319,8 @@ pub enum ServoGoal {
         /// Torque limit, in units of [`crate::model::ServoModel::torque_limit_full`].
         torque_limit: u16,
     },
-    /// Whatever it was told last: nothing is said to it. A servo that is not heard may have started anew; it must not
-    /// find a goal with all its torque when it wakes.
+    /// Send nothing: the servo keeps its last command. A servo that is silent may have restarted; it must not
+    /// find a goal at full torque when it wakes.
     Keep,
 }
 
@@ -330,30 +333,30 @@ pub struct Feedback {
     pub speed: i32,
     /// Present load (Feetech: 0.1 % of full duty; Dynamixel: the model's current unit); sign-decoded.
     pub load: i32,
-    /// Supply voltage, 0.1 V.
+    /// Supply voltage, units of 0.1 V.
     pub voltage_decivolt: u16,
     /// Temperature, degrees Celsius.
     pub temperature_c: u8,
-    /// Alarm bits as they stood in the reply: Feetech's status byte; Dynamixel's alert bit (0x80).
+    /// Alarm bits in the reply: Feetech's status byte; Dynamixel's alert bit (0x80).
     pub alarms: u8,
 }
 
-/// The result of one exchange for one servo. One slot a servo: a lost reply never discards the others.
+/// The result of one exchange for one servo. Each servo has its own slot: a lost reply never discards the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Slot {
-    /// A valid reply of this exchange.
+    /// A valid reply from this exchange.
     Fresh(Feedback),
-    /// The answer to what was asked in the place of feedback.
+    /// The answer to a question that replaced the feedback.
     Told(Told),
-    /// Bytes of a reply came, but did not pass their checksum or had the wrong shape.
+    /// A reply that failed its checksum or had the wrong shape.
     Corrupt,
-    /// Nothing came before the deadline.
+    /// No reply before the deadline.
     #[default]
     Missing,
 }
 
 impl Slot {
-    /// Whether a valid reply came.
+    /// True if a valid reply came.
     pub fn is_good(&self) -> bool {
         matches!(self, Slot::Fresh(_) | Slot::Told(_))
     }
@@ -379,7 +382,7 @@ impl Targets {
 }
 
 impl ArmTarget {
-    /// For `chain`, which has these joints, a target at the body frame's origin.
+    /// A target at the body frame's origin for `chain`, which has these `joints`.
     pub fn new(chain: &Chain, joints: &[Joint]) -> ArmTarget {
         let hinged = || joints.iter().filter(|joint| joint.link_m.length() > 0.0).count();
         let links = chain.tendons.as_ref().map_or_else(hinged, TendonDrive::links);
@@ -413,7 +416,7 @@ impl JointTargets {
 }
 
 impl State {
-    /// Nothing heard yet.
+    /// The state before any servo has been heard.
     pub fn new(robot: &Robot) -> State {
         State {
             joints: vec![JointState::default(); robot.joints.len()],

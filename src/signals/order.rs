@@ -1,44 +1,45 @@
-//! What an operator asks of the robot: of a horse gait, speed, turn, posture; of arms a stroke; of a figure a pose.
+//! The operator's orders: for a horse gait, speed, turn and posture; for arms a stroke; for a figure a pose.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Pole, TentacleMotion, TipPath};
 
-/// What the operator wants.
+/// An order from the operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// Get up and do what the run was planned for.
+    /// Get up and carry out the run's plan.
     Go,
-    /// Stand up and do this, until told otherwise: for a horse.
+    /// Stand up and move like this until the next order: for a horse.
     Drive(Command),
-    /// Get up and do this, until told otherwise: for arms.
+    /// Get up and move like this until the next order: for arms.
     Perform(StrokeCommand),
-    /// Stand up and take this pose, index into [`crate::model::FigureMotion::poses`], until told otherwise: for a figure.
+    /// Stand up and take this pose, index into [`crate::model::FigureMotion::poses`], until the next order:
+    /// for a figure.
     Take(usize),
     /// Slow down, stop, and take the stop action.
     Stop,
-    /// Take the stop action from here, without slowing down first.
+    /// Take the stop action at once, without slowing down first.
     StopAtOnce,
 }
 
 impl Order {
-    /// True if the robot is to end on its feet or off them.
+    /// True if the order ends the run, on its feet or off them.
     pub fn is_stop(self) -> bool {
         matches!(self, Order::Stop | Order::StopAtOnce)
     }
 }
 
-/// How a horse is to move. What it cannot do is held to what it can.
+/// A motion command for a horse. Values beyond its capability are limited to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Command {
-    /// Who is in the air when.
+    /// The gait.
     pub gait: GaitChoice,
     /// Speed of the trunk, m/s; negative is backwards.
     pub speed_m_s: f64,
-    /// Turn of the trunk, rad/s; positive is to the left.
+    /// Yaw rate of the trunk, rad/s; positive is to the left.
     pub yaw_rate_rad_s: f64,
-    /// How the trunk is carried.
+    /// The trunk's posture.
     pub posture: Posture,
 }
 
@@ -48,7 +49,7 @@ impl Command {
         Command { gait: GaitChoice::Gait(gait), speed_m_s, ..Command::default() }
     }
 
-    /// True if every number is one.
+    /// True if every number is finite.
     pub fn is_finite(&self) -> bool {
         let Posture { rise_m, pitch_rad, roll_rad, sway_m } = self.posture;
         [self.speed_m_s, self.yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m]
@@ -57,20 +58,20 @@ impl Command {
     }
 }
 
-/// Which gait.
+/// The choice of gait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GaitChoice {
-    /// None: every foot on the ground.
+    /// No gait: every foot on the ground.
     #[default]
     Stand,
-    /// The gait that suits the speed.
+    /// The gait that fits the speed.
     Auto,
-    /// This one, index into [`crate::model::HorseMotion::gaits`]; at speed 0 it steps on the spot.
+    /// This gait, index into [`crate::model::HorseMotion::gaits`]; at speed 0 it steps on the spot.
     Gait(usize),
 }
 
-/// How the trunk is carried, from standing level at its standing height.
+/// The trunk's posture relative to standing level at the standing height.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Posture {
     /// Above the standing height, m.
@@ -96,28 +97,28 @@ impl Posture {
     }
 }
 
-/// How arms are to move. What they cannot do is held to what they can.
+/// A motion command for arms. Values beyond their capability are limited to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrokeCommand {
-    /// What to do.
+    /// The stroke.
     pub stroke: Stroke,
-    /// Strokes go this many times as fast as the robot file says, 0 or more.
+    /// Factor on the speed of strokes in the robot file, 0 or more.
     pub tempo: f64,
     /// Turn of the strokes towards a goal on the left, rad.
     pub turn_rad: f64,
 }
 
-/// What arms do.
+/// A motion of the arms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Stroke {
-    /// Go to where they are parked, and stay there.
+    /// Go to the parked pose and stay there.
     Park,
-    /// Hold still, as they were when they came out of being parked.
+    /// Hold still in the pose in which they left the parked pose.
     #[default]
     Rest,
     /// Sway idly.
     Sway,
-    /// Walking strokes, each arm in its role (Ishizuka 2008, 3.3.1).
+    /// Walking strokes, each arm in its own role (Ishizuka 2008, 3.3.1).
     Walk,
     /// Swimming strokes, all arms alike (3.3.2).
     Swim,
@@ -125,10 +126,10 @@ pub enum Stroke {
     Reach {
         /// The point, body frame, m.
         point_in_body: DVec3,
-        /// Where the tip is to point to, if that matters: a direction in the body frame.
+        /// Direction of the tip, body frame, if it matters.
         direction: Option<DVec3>,
     },
-    /// Bring the tip to where a path begins, and along it.
+    /// Bring the tip to the start of a path, and then along it.
     Path(TipPath),
     /// Wind round a pole.
     Wind(Pole),
@@ -148,7 +149,7 @@ impl StrokeCommand {
         StrokeCommand { stroke, tempo: 1.0, turn_rad: 0.0 }
     }
 
-    /// True if every number is one.
+    /// True if every number is finite.
     pub fn is_finite(&self) -> bool {
         let place_is_finite = match self.stroke {
             Stroke::Reach { point_in_body, direction } => {
@@ -164,7 +165,7 @@ impl StrokeCommand {
 }
 
 impl Stroke {
-    /// Every stroke that needs no place, by its name in files and options.
+    /// Every stroke that needs no position, by its name in files and options.
     pub const PLACELESS: [(&str, Stroke); 6] = [
         ("park", Stroke::Park),
         ("rest", Stroke::Rest),
@@ -174,7 +175,7 @@ impl Stroke {
         ("let-go", Stroke::LetGo),
     ];
 
-    /// The stroke of this name, to the place the robot file names for it; none if there is no such stroke or place.
+    /// The stroke of this name, to its position in the robot file; `None` if there is no such stroke or position.
     pub fn named(name: &str, tentacle: &TentacleMotion) -> Option<Stroke> {
         match name {
             "reach" => {

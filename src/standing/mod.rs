@@ -1,14 +1,14 @@
-//! Standing: what each joint must hold so that the robot keeps its posture.
+//! Standing: the torque that each joint must hold so that the robot keeps its posture.
 //!
-//! Comes in: joint angles, how the trunk lies and is to be accelerated, and how much of the weight each foot may take.
-//! Goes out: joint torques and the forces of the ground on the feet. It knows no servos and no time; the same for a
-//! horse, a figure, and arms on a base, which stand on nothing.
+//! Input: joint angles, attitude and desired acceleration of the trunk, and how much of the weight each foot
+//! may take. Output: joint torques and the ground's forces on the feet. It involves no servos and no time; it
+//! serves a horse, a figure, and arms on a base, which stand on nothing.
 //!
-//! The generalised force that keeps the posture comes from inverse dynamics, and is shared by equation (1) of the
-//! source (a paper on human figures that fall, 4.1): `tau_G = H_C^T tau_C + H_J^T tau_J`, contact forces as far as they
-//! go and joint torques the rest, with the sum of the squared joint torques least. Contact forces stay inside friction
-//! cones, each a pyramid of four edges. All bodies count as moving as one with the trunk: no joint accelerations, and no
-//! terms of speed, which are small at these speeds.
+//! Inverse dynamics gives the generalised force that keeps the posture. Equation (1) of the source (a paper
+//! on human figures that fall, 4.1) shares it out: `tau_G = H_C^T tau_C + H_J^T tau_J`. Contact forces supply
+//! what they can and joint torques the rest, so that the sum of the squared joint torques is least. Contact
+//! forces stay inside friction cones, each a pyramid of four edges. All bodies count as moving as one with
+//! the trunk: no joint accelerations, and no velocity terms, which are small at these speeds.
 
 mod sag;
 mod share;
@@ -25,24 +25,24 @@ use share::Sharing;
 const GRAVITY_M_S2: f64 = 9.806_65;
 /// Edges of a friction pyramid.
 const EDGES: usize = 4;
-/// How much a missing share of the weight on the trunk costs against joint torque.
+/// Cost of a missing share of the weight on the trunk, relative to joint torque.
 const BALANCE_WEIGHT: f64 = 1e7;
-/// What contact force costs by itself, so that forces that press feet against each other for nothing are none. Small
-/// beside joint torque.
+/// Cost of contact force itself, so that the feet do not press against each other without need. Small
+/// compared with joint torque.
 const FORCE_COST: f64 = 3e-6;
-/// What contact force costs on a foot that has half its load, about: it grows as the inverse square of the load.
+/// Approximate cost of contact force on a foot at half its load: it grows as the inverse square of the load.
 const UNLOADED_COST: f64 = 0.1;
-/// A foot with less of its load than this carries nothing.
+/// A foot with less than this share of its load carries nothing.
 const LEAST_LOAD: f64 = 0.05;
 
-/// Where a chain's tip touches the ground.
+/// Contact of a chain's tip with the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sole {
     /// The chain, index into [`Robot::chains`].
     pub chain: usize,
-    /// Middles of what is round on it, or corners of what is flat, from the tip, in the last link's frame, m.
+    /// Centres of its round parts, or corners of its flat parts, from the tip, in the last link's frame, m.
     pub points_m: Vec<DVec3>,
-    /// How far the ground is below each of them, m: the radius of what is round, 0 for corners.
+    /// Distance of the ground below each of them, m: the radius of a round part, 0 for corners.
     pub radius_m: f64,
 }
 
@@ -72,7 +72,7 @@ impl Sole {
     }
 }
 
-/// How the trunk lies, and is to be accelerated.
+/// Attitude of the trunk and its desired acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TrunkMotion {
     /// Roll, rad: positive lowers the right side.
@@ -91,14 +91,14 @@ struct Point {
     radius_m: f64,
 }
 
-/// Shares the weight of one robot; sized once, and remembers its last answer to start from.
+/// Distributes the weight of one robot. Allocated once; it starts each solution from the last one.
 #[derive(Debug, Clone)]
 pub struct Standing {
     posture: Posture,
     points: Vec<Point>,
     friction: f64,
     sharing: Sharing,
-    /// Which joints each column turns, and the direction of its force.
+    /// For each column: the joints it turns, and the direction of its force.
     edges: Vec<DVec3>,
     places: Vec<DVec3>,
     hold_nm: Vec<f64>,
@@ -108,7 +108,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// For `robot` on these `soles`, on ground with this Coulomb `friction`.
+    /// A solver for `robot` on these `soles`, on ground with this Coulomb `friction`.
     pub fn new(robot: &Robot, soles: &[Sole], friction: f64) -> Standing {
         let point = |sole: &Sole, from_tip_m: &DVec3| Point {
             chain: sole.chain,
@@ -135,9 +135,9 @@ impl Standing {
         }
     }
 
-    /// Works out torques and forces for joints at `angles_rad`. `loads` says, a chain each, how much of its share of
-    /// the weight its foot takes, 0 (in the air) to 1 (stands): between them the weight goes over smoothly. Where no
-    /// foot stands the trunk counts as held from outside.
+    /// Computes torques and forces for joints at `angles_rad`. `loads` gives for each chain the fraction of
+    /// its share of the weight that its foot takes, 0 (swing) to 1 (stance); the weight shifts smoothly in
+    /// between. If no foot stands, the trunk counts as held from outside.
     pub fn solve(&mut self, angles_rad: &[f64], trunk: &TrunkMotion, loads: &[f64]) {
         let to_level = DQuat::from_rotation_y(trunk.pitch_rad) * DQuat::from_rotation_x(trunk.roll_rad);
         let gravity = to_level.inverse() * (-DVec3::Z * GRAVITY_M_S2 - trunk.acceleration_m_s2);
@@ -150,7 +150,7 @@ impl Standing {
         self.read_off(gravity);
     }
 
-    /// Torque each joint's motor exerts, N m, in the robot's order; positive right-handed about its axis.
+    /// Torque of each joint's motor, N m, in the robot's order; positive right-handed about its axis.
     pub fn torques_nm(&self) -> &[f64] {
         &self.torques_nm
     }
@@ -160,24 +160,24 @@ impl Standing {
         &self.forces_n
     }
 
-    /// Where those points are, body frame, m.
+    /// Positions of those points, body frame, m.
     pub fn places_m(&self) -> &[DVec3] {
         &self.places
     }
 
-    /// Force and moment on the trunk that nothing holds, as a share of the weight and of the weight times
-    /// a tenth of a metre or the robot's size: 0 where the feet can carry it as asked.
+    /// Unsupported force and moment on the trunk, as a share of the weight and of the weight times a tenth of
+    /// a metre or the robot's size: 0 if the feet can carry it as asked.
     pub fn miss_share(&self) -> f64 {
         self.miss_share
     }
 
-    /// The robot as it was last bent.
+    /// The robot's posture at the last solution.
     pub(crate) fn posture(&self) -> &Posture {
         &self.posture
     }
 
     fn place_points(&mut self, up: DVec3) {
-        // Edges along and across the trunk, as the ground lies.
+        // Edges along and across the trunk, in the plane of the ground.
         let along = (DVec3::X - up * up.x).try_normalize().unwrap_or(DVec3::Y);
         let across = up.cross(along);
         for (index, point) in self.points.iter().enumerate() {
@@ -189,7 +189,7 @@ impl Standing {
         }
     }
 
-    /// Poses the problem: forces in units of the weight, lengths in units of the robot's size.
+    /// Sets up the problem: forces in units of the weight, lengths in units of the robot's size.
     fn pose(&mut self, gravity: DVec3, loads: &[f64]) {
         let load = |point: &Point| loads.get(point.chain).copied().unwrap_or(0.0).clamp(0.0, 1.0);
         let fullest = self.points.iter().map(load).fold(0.0, f64::max);
@@ -208,7 +208,7 @@ impl Standing {
                 self.sharing.set_column(edge, is_loaded, wrench, cost);
             }
         }
-        // Joint torques: columns of one chain's feet meet in its joints only.
+        // Joint torques: columns interact only if their feet belong to the same chain.
         for (row, of_row) in self.points.iter().enumerate() {
             for (column, of_column) in self.points.iter().enumerate().take(row + 1) {
                 if of_row.chain != of_column.chain {

@@ -1,9 +1,10 @@
-//! What joints on position servos give way under their load, made up for in their goals.
+//! Sag correction: joints on position servos give way under load, and their goals compensate for it.
 //!
-//! Comes in: the joint angles that are wanted, which feet carry how much, and how the trunk lies. Goes out:
-//! [`JointTargets::sag_rad`]. A servo turns its error into torque, so a joint that is to hold a torque stands off its goal
-//! by that torque over the servo's stiffness: the goal is moved by as much to the other side. No goal leaves its joint's
-//! range for it; what a joint cannot make up for, the others of its leg do, as far as the foot goes.
+//! Input: the desired joint angles, the load on each foot, and the trunk's attitude. Output:
+//! [`JointTargets::sag_rad`]. A servo turns its error into torque, so a joint that must hold a torque stands
+//! off its goal by that torque over the servo's stiffness: the correction moves the goal by the same amount
+//! to the other side. No goal leaves its joint's range for this; the other joints of a leg compensate, as far
+//! as possible for the foot, what one joint cannot.
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 
@@ -11,12 +12,12 @@ use super::{Sole, Standing, TrunkMotion};
 use crate::model::Robot;
 use crate::signals::{Aim, JointTargets, State, Targets};
 
-/// Time in which the correction comes in once the robot is on its feet, s.
+/// Time in which the correction is faded in once the robot is on its feet, s.
 const FADE_S: f64 = 0.5;
-/// Time constant of a change of load, taken twice so that no goal sets out with a jump of its speed, s: in a trot one pair
-/// of feet takes over from the other at once.
+/// Time constant of a change of load, applied twice so that no goal's speed jumps, s: in a trot one pair of
+/// feet takes over from the other at once.
 const SMOOTHING_S: f64 = 0.015;
-/// Damping of the way in which joints make up for others, m^2 of lever: keeps a stretched leg from leaping.
+/// Damping of the joints' compensation for others, m^2 of lever: keeps a stretched leg from jumping.
 const DAMPING_M2: f64 = 1e-5;
 
 /// The correction of one robot.
@@ -28,23 +29,25 @@ pub struct Sag {
     /// Chains with a foot.
     legs: Vec<usize>,
     wanted_rad: Vec<f64>,
-    /// On its way to what is wanted; the correction follows it.
+    /// Intermediate stage of the smoothing; the correction follows it.
     lead_rad: Vec<f64>,
-    /// How much of the correction is in, 0 to 1.
+    /// Share of the correction that is applied, 0 to 1.
     share: f64,
     lean_brake_hz: f64,
 }
 
-/// What is known of a joint.
+/// Data of a joint.
 #[derive(Debug, Clone, Copy)]
 struct SaggingJoint {
     range_rad: (f64, f64),
-    /// Stiffness with a supply of 1 V, N m/rad, and the supply where none is reported, V; none without a servo.
+    /// Stiffness at a supply of 1 V, N m/rad, and the supply to assume if none is reported, V; `None` without
+    /// a servo.
     stiffness: Option<(f64, f64)>,
 }
 
 impl Sag {
-    /// Of `robot`; none where it is not to be corrected, or stands on nothing that is known.
+    /// The correction for `robot`; `None` if its file does not ask for it, its feet bear no weight, or it has no
+    /// known foot.
     pub fn new(robot: &Robot) -> Option<Sag> {
         let balance = robot.balance.filter(|balance| balance.sag_correction && robot.bears_weight)?;
         let soles = Sole::all_of(robot);
@@ -66,8 +69,8 @@ impl Sag {
         })
     }
 
-    /// Writes the correction of this cycle, `dt_s` after the last one. Off its feet there is none: whoever takes over
-    /// starts from the last goals, which have it in them.
+    /// Writes the correction for this cycle, `dt_s` after the last one. It is zero while the robot is off its
+    /// feet: the next stage in charge starts from the last goals, which contain the correction.
     pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
         let is_on_feet = matches!(targets.aim, Aim::Tips | Aim::Soles) && !targets.feet.is_empty();
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
@@ -88,7 +91,7 @@ impl Sag {
         for (index, sag) in joints.sag_rad.iter_mut().enumerate() {
             let lead = &mut self.lead_rad[index];
             *lead += pace * (self.share * self.wanted_rad[index] - *lead);
-            // What was asked a moment ago may be too much for where the joint is to be now.
+            // The last correction may be too large for the joint's present angle.
             *sag = within(&self.joints[index], joints.angles_rad[index], *sag + pace * (*lead - *sag));
         }
     }
@@ -109,7 +112,7 @@ impl Sag {
         }
     }
 
-    /// What a joint gives way, rad: the other way round, the correction it needs.
+    /// How far a joint gives way, rad: its negative is the correction.
     fn give_rad(&self, index: usize, joint: &SaggingJoint, state: &State) -> f64 {
         let Some((per_volt, nominal_v)) = joint.stiffness else { return 0.0 };
         let measured = &state.joints[index];
@@ -117,7 +120,7 @@ impl Sag {
         self.standing.torques_nm()[index] / (per_volt * supply_v)
     }
 
-    /// The joints of a leg that have room make up for what the others leave its foot off its place.
+    /// Makes the joints of a leg that have room correct the foot's remaining error from the others.
     fn make_up(&mut self, chain: usize, targets: &JointTargets, state: &State) {
         let posture = self.standing.posture();
         let tip = posture.tip(chain).0;
@@ -148,8 +151,8 @@ impl Sag {
     }
 }
 
-/// How the trunk lies: as measured, or as planned where that is not known. What turns over is to be braked: the acceleration
-/// that holds the posture (the source's 4.1) beyond what stiff joints do by themselves.
+/// Attitude of the trunk: as measured, or as planned if it is unknown. A trunk that tips over should be braked: the
+/// acceleration that holds the posture (the source's 4.1), beyond what stiff joints do by themselves.
 fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
     if !state.body.is_known {
@@ -159,14 +162,14 @@ fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let mut acceleration_m_s2 = DVec3::ZERO;
     if state.body.is_known && state.body.rate_rad_s.is_finite() {
         let rate = state.body.rate_rad_s;
-        // On its soles the trunk goes where it turns to.
+        // On its soles the trunk moves in the direction of its turn.
         let speed_m_s = targets.trunk_in_world.z * DVec3::new(rate.y, -rate.x, 0.0);
         acceleration_m_s2 = -lean_brake_hz * speed_m_s;
     }
     TrunkMotion { roll_rad, pitch_rad, acceleration_m_s2 }
 }
 
-/// As much of a correction as leaves the goal in its range; none that pushes a joint further out.
+/// The part of a correction that leaves the goal in its range; it never pushes a joint further out.
 fn within(joint: &SaggingJoint, angle_rad: f64, wanted_rad: f64) -> f64 {
     let (low, high) = joint.range_rad;
     wanted_rad.clamp((low - angle_rad).min(0.0), (high - angle_rad).max(0.0))

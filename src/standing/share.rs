@@ -1,26 +1,26 @@
-//! Least squares with no negative answer, by an active set that starts from its last answer.
+//! Non-negative least squares by an active set that starts from the last solution.
 //!
-//! Of all shares x >= 0 the one with the least `1/2 x^T H x + c^T x` (Lawson and Hanson, Solving Least Squares
-//! Problems, 1974, chapter 23: algorithm NNLS, here on the normal equations). The balance of the trunk is part of the
-//! sum with a weight so large that what it misses does not show: where the feet cannot carry the trunk as asked, they
-//! carry it as nearly as they can.
+//! Of all shares x >= 0, it finds the one with the least `1/2 x^T H x + c^T x` (Lawson and Hanson, Solving
+//! Least Squares Problems, 1974, chapter 23: algorithm NNLS, here on the normal equations). The balance of
+//! the trunk is a term of the sum with a weight so large that its error is negligible: if the feet cannot
+//! carry the trunk as asked, they carry it as nearly as they can.
 
 use glam::DVec3;
 
 use super::BALANCE_WEIGHT;
 
-/// How far a slope may point downhill at the answer, in units of the problem's.
+/// Largest downhill slope that is accepted at the solution, in the problem's units.
 const FLAT: f64 = 1e-9;
 /// Smallest pivot.
 const LEAST_PIVOT: f64 = 1e-12;
-/// Changes of the active set, columns times this.
+/// Most changes of the active set, as a multiple of the number of columns.
 const CHANGES: usize = 3;
 
-/// The problem, its memory, and its last answer.
+/// The problem, its storage, and its last solution.
 #[derive(Debug, Clone)]
 pub(super) struct Sharing {
     columns: usize,
-    /// H, all of it, and c.
+    /// The whole of H, and c.
     h: Vec<f64>,
     c: Vec<f64>,
     /// Columns that may be used; unused ones are 0.
@@ -28,7 +28,7 @@ pub(super) struct Sharing {
     wrenches: Vec<[DVec3; 2]>,
     burden: [DVec3; 2],
     x: Vec<f64>,
-    /// Columns above 0, in the order of the rows of their Cholesky factor, and how many of its rows hold.
+    /// Columns above 0, in the order of the rows of their Cholesky factor, and how many of its rows are valid.
     free: Vec<usize>,
     is_free: Vec<bool>,
     factor: Vec<f64>,
@@ -54,14 +54,14 @@ impl Sharing {
         }
     }
 
-    /// A new problem: force and moment that the columns' must balance.
+    /// Begins a new problem with the force and moment that the columns must balance.
     pub(super) fn begin(&mut self, burden: [DVec3; 2]) {
         self.burden = burden;
         self.h.fill(0.0);
     }
 
-    /// Force and moment of one unit of a column, whether it may be used, and what its square costs. Columns are set in
-    /// order, all of them.
+    /// Sets a column: force and moment of one unit, whether it may be used, and the cost of its square. All
+    /// columns are set, in order.
     pub(super) fn set_column(&mut self, column: usize, is_allowed: bool, wrench: [DVec3; 2], cost: f64) {
         self.allowed[column] = is_allowed;
         self.wrenches[column] = wrench;
@@ -85,12 +85,12 @@ impl Sharing {
         self.c[row] += value;
     }
 
-    /// One share a column.
+    /// The solution: one share per column.
     pub(super) fn answer(&self) -> &[f64] {
         &self.x
     }
 
-    /// Finds the answer, from the last one on.
+    /// Finds the solution, starting from the last one.
     pub(super) fn solve(&mut self) {
         self.factored = 0;
         self.free.clear();
@@ -112,8 +112,8 @@ impl Sharing {
         }
     }
 
-    /// To the least over the free columns, or on the way there to where the first of them is 0, which is then no longer
-    /// free. True if it got there.
+    /// Moves to the minimum over the free columns, or on the way there to where the first of them becomes 0
+    /// and stops being free. True if it reached the minimum.
     fn descend(&mut self) -> bool {
         self.factorise();
         self.substitute();
@@ -140,7 +140,7 @@ impl Sharing {
         false
     }
 
-    /// The column that is 0 and would best not be.
+    /// The column at 0 with the steepest descent.
     fn steepest(&self) -> Option<usize> {
         let mut steepest = (-FLAT, None);
         for column in (0..self.columns).filter(|column| self.allowed[*column] && !self.is_free[*column]) {
@@ -157,7 +157,7 @@ impl Sharing {
         self.h[row.max(column) * self.columns + row.min(column)]
     }
 
-    /// Cholesky's factor of H over the free columns: the rows that do not hold any more.
+    /// Recomputes the invalid rows of the Cholesky factor of H over the free columns.
     fn factorise(&mut self) {
         let n = self.columns;
         for row in self.factored..self.free.len() {
@@ -177,7 +177,7 @@ impl Sharing {
         self.factored = self.free.len();
     }
 
-    /// The least over the free columns, signs left aside.
+    /// The minimum over the free columns, regardless of signs.
     fn substitute(&mut self) {
         let (n, count) = (self.columns, self.free.len());
         for row in 0..count {

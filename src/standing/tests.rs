@@ -11,7 +11,7 @@ use crate::model::Robot;
 use crate::motion::Command;
 use crate::signals::{Aim, FootTarget, JointTargets, State, Targets};
 
-/// A shipped horse with soles across its legs, and the posture it sits in.
+/// A supplied horse with soles across its legs, and its sitting posture.
 fn horse() -> (Robot, Vec<Sole>, Vec<f64>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
     let robot = config::load(&path).unwrap().robot;
@@ -38,7 +38,7 @@ fn four_feet_carry_the_weight_and_nothing_else() {
     for force in standing.forces_n() {
         assert!(force.z >= 0.0 && force.x.abs() + force.y.abs() <= 0.8 * force.z + 1e-9, "{force}");
     }
-    // Left and right are mirror images, and so is what they hold.
+    // Left and right are mirror images, and so are their torques.
     for joint in 0..8 {
         let (left, right) = (standing.torques_nm()[joint], standing.torques_nm()[joint + 8]);
         assert!((left - right).abs() < 1e-3, "{joint}: {left}, {right} N m");
@@ -54,7 +54,7 @@ fn the_trunk_is_pushed_the_way_it_is_to_go() {
     let sum: DVec3 = standing.forces_n().iter().sum();
     let expected = (trunk.acceleration_m_s2 + DVec3::Z * GRAVITY_M_S2) * mass_kg(&robot);
     assert!((sum - expected).length() < 0.01, "{sum}, {expected}");
-    // Nose down by 0.1 rad, the ground pushes backwards in the body's frame by as much of the weight.
+    // Nose down by 0.1 rad: in the body frame the ground pushes backwards by the same share of the weight.
     let trunk = TrunkMotion { pitch_rad: 0.1, ..TrunkMotion::default() };
     standing.solve(&pose, &trunk, &[1.0; 4]);
     let sum: DVec3 = standing.forces_n().iter().sum();
@@ -84,7 +84,7 @@ fn a_foot_in_the_air_carries_nothing_and_one_that_lands_takes_over_smoothly() {
         before = Some(now);
     }
     assert!(before.unwrap()[0] > 2.0, "{before:?}");
-    // In no foot's hand: limbs hang from a trunk that is held.
+    // No foot bears load: limbs hang from a trunk that is held.
     standing.solve(&pose, &TrunkMotion::default(), &[0.0; 4]);
     assert!(standing.forces_n().iter().all(|force| force.length() <= 0.0));
 }
@@ -126,7 +126,7 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
         let (low, high) = joint.goal_range_rad();
         assert!((low - 1e-12..=high + 1e-12).contains(goal), "{}", joint.name);
     }
-    // Where servos stand that give way by torque over stiffness.
+    // Positions of servos that give way by torque over stiffness.
     let torques = sag.standing().torques_nm();
     let stands = |index: usize| {
         let model = robot.joints[index].servo.unwrap().model;
@@ -139,13 +139,13 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
         let sagging = (tip(&|index| stands(index) - joints.sag_rad[index]) - told).length();
         assert!(corrected < 1e-4 && sagging > 1e-3, "{}: {corrected} m, {sagging} m", chain.name);
     }
-    // Off its feet, at once nothing.
+    // Off its feet, the correction is zero at once.
     targets.aim = Aim::Pose;
     sag.step(0.01, &targets, &state, &mut joints);
     assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0));
 }
 
-/// What a robot does about its weight does not ask whether a simulator has a body for it.
+/// The correction for the robot's weight does not depend on whether a simulator has a body for it.
 #[test]
 fn sag_is_made_up_for_on_a_robot_whose_file_has_no_simulated_body() {
     let text = include_str!("../../config/horse.toml");

@@ -1,8 +1,8 @@
-//! Falls, tried out: the same robot pushed in the same way, with its reflex, with none, and as a limp heap.
+//! Trials of falls: the same robot gets the same push with its reflex, without it, and as a limp heap.
 //!
-//! Comes in: a robot with a body and a reflex, and a seed. Goes out: what happened in each trial ([`Tried`]), and figures
-//! with intervals over all ([`Summary`]). Every trial runs the whole program on a virtual clock; the same seed and number
-//! give the same trial, on however many processors.
+//! Input: a robot with a body and a reflex, and a seed. Output: the outcome of each trial ([`Tried`]), and
+//! figures with intervals over all ([`Summary`]). Every trial runs the whole program on a virtual clock; the
+//! same seed and number give the same trial on any number of processors.
 
 pub mod campaign;
 mod observe;
@@ -24,7 +24,7 @@ pub use observe::{Observed, Snapshot, observe};
 pub use scene::{FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
 pub use summary::Summary;
 
-/// Why nothing can be tried.
+/// Reasons why trials are impossible.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {
     /// The robot lacks what a trial needs.
@@ -33,29 +33,29 @@ pub enum TrialError {
     /// The simulated robot did not start.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// It could not be simulated.
+    /// The robot could not be simulated.
     #[error(transparent)]
     Build(#[from] hw_sim::BuildError),
-    /// It started, and never stood.
+    /// The robot started, but never stood.
     #[error("the simulated robot never stood, in trial {0}: 'hippocamp run' on it says why")]
     NeverStood(u64),
 }
 
-/// One trial: what happened with the reflex off, and, where a fall was certain then or happened, what the reflex and the
-/// passive drop make of it. Until a fall is certain all three are the same.
+/// One trial: the outcome with the reflex off and, if a fall was certain or happened, the outcomes with the
+/// reflex and with the passive drop. Until a fall is certain all three are the same.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tried {
-    /// What was done to the robot.
+    /// The push and its circumstances.
     pub scene: Scene,
     /// With the reflex off.
     pub off: Observed,
     /// With the reflex.
     pub reflex: Option<Observed>,
-    /// Limp from when the fall is certain.
+    /// Limp from the moment the fall is certain.
     pub passive: Option<Observed>,
 }
 
-/// What can be tried with `robot`.
+/// Trials of one robot.
 #[derive(Debug)]
 pub struct Trials {
     robot: Robot,
@@ -63,10 +63,10 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// Of `robot`, as its file has it.
+    /// Trials of `robot`, as its file describes it.
     ///
     /// # Errors
-    /// Where it does not stand on legs, has no body or no reflex, or its legs do not reach the ground.
+    /// If it does not stand on legs, has no body or no reflex, or its legs do not reach the ground.
     pub fn new(robot: &Robot) -> Result<Trials, TrialError> {
         let unfit = |what: &str| TrialError::Unfit(format!("{}: {what}", robot.name));
         if robot.physics.is_none() {
@@ -88,7 +88,7 @@ impl Trials {
         Ok(Trials { robot: robot.clone(), plan })
     }
 
-    /// Who falls.
+    /// The robot that falls.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
@@ -98,23 +98,23 @@ impl Trials {
         self.robot.mass_kg()
     }
 
-    /// The trial with this number of those of `seed`.
+    /// The trial with this number in the series of `seed`.
     pub fn scene(&self, seed: u64, number: u64) -> Scene {
         Scene::draw(&self.plan, self.mass_kg(), seed, number)
     }
 
-    /// What a robot in this mode makes of `scene`; with its poses every so often, if they are wanted.
+    /// Runs `scene` with a robot in this mode, and records its poses at intervals if `is_tracked`.
     ///
     /// # Errors
-    /// When the simulated robot does not start or stand.
+    /// If the simulated robot does not start or stand.
     pub fn observe(&self, scene: &Scene, mode: ReflexMode, is_tracked: bool) -> Result<Observed, TrialError> {
         observe(&self.robot, &self.plan, scene, mode, is_tracked)
     }
 
-    /// Tries one scene in all the ways that make a difference.
+    /// Runs one scene in every mode that makes a difference.
     ///
     /// # Errors
-    /// As [`Trials::observe`].
+    /// The same as for [`Trials::observe`].
     pub fn try_scene(&self, scene: Scene) -> Result<Tried, TrialError> {
         let off = self.observe(&scene, ReflexMode::Off, false)?;
         let is_worth_it = off.predicted_s.is_some();
@@ -123,10 +123,10 @@ impl Trials {
         Ok(Tried { reflex, passive: in_mode(ReflexMode::Passive)?, scene, off })
     }
 
-    /// Tries the first `runs` trials of `seed` on all processors there are, telling how many are done after each.
+    /// Runs the first `runs` trials of `seed` on all processors; calls `tell` after each with the number done.
     ///
     /// # Errors
-    /// The first that occurred.
+    /// The first error that occurred.
     pub fn try_all(&self, runs: u64, seed: u64, tell: impl Fn(u64) + Sync) -> Result<Vec<Tried>, TrialError> {
         let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
         let results = Mutex::new(Vec::new());
@@ -157,23 +157,23 @@ impl Trials {
 }
 
 impl Tried {
-    /// Time from when the fall was certain until the trunk met the ground, s; none where either did not happen.
+    /// Time from when the fall was certain until the trunk hit the ground, s; `None` if either did not happen.
     pub fn lead_s(&self) -> Option<f64> {
         Some(self.off.fallen_s? - self.off.predicted_s?)
     }
 
-    /// Whether the fall was told before the trunk met the ground; none where there was none.
+    /// True if the fall was predicted before the trunk hit the ground; `None` if there was no fall.
     pub fn is_predicted(&self) -> Option<bool> {
         self.off.fallen_s?;
         Some(self.lead_s().is_some_and(|lead_s| lead_s > 0.0))
     }
 
-    /// Whether a fall was told that never came.
+    /// True if a fall was predicted that never came.
     pub fn is_false_alarm(&self) -> bool {
         self.off.predicted_s.is_some() && self.off.fallen_s.is_none()
     }
 
-    /// The direction that was told, if there was a fall, and whether it is the push's.
+    /// The predicted direction, if there was a fall, and whether it matches the push.
     pub fn direction(&self) -> Option<(FallDirection, bool)> {
         let direction = self.off.direction.filter(|_| self.off.fallen_s.is_some())?;
         Some((direction, self.scene.is_towards(direction)))

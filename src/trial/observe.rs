@@ -17,41 +17,41 @@ use crate::motion::{Activity, Order, Plan};
 use crate::reflex::FallOutcome;
 use crate::simulation;
 
-/// A robot that does not stand by then never will, s.
+/// A robot that does not stand by this time never will, s.
 const STAND_BY_S: f64 = 20.0;
-/// Who has not fallen so long after the push, and is not told to, has kept his feet, s.
+/// A robot that has not fallen this long after the push, and for which no fall is predicted, has kept its feet, s.
 const KEPT_S: f64 = 2.0;
-/// Who is told to fall is on the ground, or was let go of and lies, so long after the push, s.
+/// A robot whose fall was predicted is on the ground, or was let go of and lies, this long after the push, s.
 const DOWN_S: f64 = 8.0;
-/// How long after the trunk has met the ground the fall is looked at, s.
+/// Time for which the fall is observed after the trunk has hit the ground, s.
 const AFTER_S: f64 = 1.0;
-/// Loads and impacts are means over this time, s: shorter shocks are the contact's, not the robot's.
+/// Loads and impacts are means over this time, s: shorter shocks come from the contact model, not the robot.
 const WINDOW_S: f64 = 0.01;
-/// Between two poses of a track, s.
+/// Time between two poses of a track, s.
 const POSE_EVERY_S: f64 = 0.05;
 
-/// What happened. Times in s since the push began.
+/// Outcome of a trial. Times in s since the push began.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observed {
-    /// When a fall was certain; none if it never was.
+    /// Time when a fall was certain; `None` if it never was.
     pub predicted_s: Option<f64>,
-    /// Its direction, as it was told then.
+    /// Its predicted direction at that time.
     #[serde(serialize_with = "direction_name")]
     pub direction: Option<FallDirection>,
-    /// When the trunk met the ground, or was turned over; none if it never did.
+    /// Time when the trunk hit the ground or was turned over; `None` if it never did.
     pub fallen_s: Option<f64>,
     /// Largest force of the ground on the trunk, mean over 10 ms, N.
     pub impact_n: f64,
-    /// The same on the head of a figure, N.
+    /// The same force on the head of a figure, N.
     pub head_impact_n: f64,
-    /// How far the trunk leant when the fall was certain, degrees; none if it never was.
+    /// Lean of the trunk when the fall was certain, degrees; `None` if it never was.
     pub told_at_deg: Option<f64>,
-    /// Largest torque through the gears of any joint from when the fall was certain (from the push, if it never was): its
-    /// motor's, and what its rotor's inertia takes up; mean over 10 ms, N m.
+    /// Largest torque through the gears of any joint from when the fall was certain (from the push, if it
+    /// never was): the motor's torque and that of its rotor's inertia; mean over 10 ms, N m.
     pub joint_load_nm: f64,
-    /// When that was.
+    /// Time of that torque.
     pub joint_load_s: f64,
-    /// What became of the fall, as the robot saw it.
+    /// Outcome of the fall, as the robot saw it.
     pub outcome: FallOutcome,
     /// Poses since the push.
     #[serde(skip)]
@@ -61,11 +61,11 @@ pub struct Observed {
 /// A pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
-    /// Since the push began, s.
+    /// Time since the push began, s.
     pub time_s: f64,
-    /// The body frame's origin, world frame, m.
+    /// Origin of the body frame, world frame, m.
     pub position_m: DVec3,
-    /// From the body frame to the world.
+    /// Rotation from the body frame to the world.
     pub turn: DQuat,
     /// Joint angles as the servos report them, rad.
     pub angles_rad: Vec<f64>,
@@ -77,7 +77,7 @@ fn direction_name<S: Serializer>(of: &Option<FallDirection>, to: S) -> Result<S:
     of.map(FallDirection::name).serialize(to)
 }
 
-/// Impulses that the ground gave the trunk, and that went through each joint, up to now.
+/// Impulses from the ground on the trunk, and through each joint, so far.
 struct Impulses {
     at_s: f64,
     trunk_ns: f64,
@@ -99,7 +99,7 @@ impl Impulses {
         }
     }
 
-    /// Mean forces on trunk and head and largest mean torque of a joint since `before`, N and N m.
+    /// Mean forces on trunk and head and largest mean joint torque since `before`, N and N m.
     fn since(&self, before: &Impulses) -> (f64, f64, f64) {
         let time_s = (self.at_s - before.at_s).max(1e-9);
         let joints = self.joints_nms.iter().zip(&before.joints_nms);
@@ -112,10 +112,10 @@ impl Impulses {
     }
 }
 
-/// What `robot`, meeting falls in this `mode`, makes of `scene`.
+/// Runs `scene` with `robot`, which reacts to falls in this `mode`.
 ///
 /// # Errors
-/// When it does not start or stand.
+/// If the robot does not start or stand.
 pub fn observe(
     robot: &Robot,
     plan: &Plan,
@@ -127,7 +127,7 @@ pub fn observe(
     if let Some(reflex) = &mut robot.reflex {
         reflex.mode = mode;
     }
-    // The robot knows the ground its file names, and stands on another.
+    // The robot assumes the ground in its file, but stands on another.
     let mut on_ground = robot.clone();
     if let Some(physics) = &mut on_ground.physics {
         physics.ground.friction = scene.friction;
@@ -196,7 +196,7 @@ pub fn observe(
                 observed.direction = report.direction;
                 let (roll_rad, pitch_rad) = (cycle.state().body.roll_rad, cycle.state().body.pitch_rad);
                 observed.told_at_deg = Some((roll_rad.cos() * pitch_rad.cos()).acos().to_degrees());
-                // What the push itself did is the same in all modes.
+                // The effect of the push itself is the same in all modes.
                 (observed.joint_load_nm, window) = (0.0, None);
             }
             observed.outcome = report.outcome;

@@ -1,4 +1,4 @@
-//! What happens in one trial: drawn from a seed and the trial's number alone.
+//! The circumstances of one trial: drawn from a seed and the trial's number alone.
 
 use std::f64::consts::TAU;
 
@@ -11,49 +11,50 @@ use crate::motion::{GaitChoice, Plan};
 
 /// Friction of the ground: polished wood to rubber.
 pub const FRICTION: (f64, f64) = (0.5, 1.0);
-/// Impulse of a push for each kg of the robot, N s. Nobody falls at the first, all do at the second.
+/// Impulse of a push per kg of the robot, N s. No robot falls at the first value; every robot does at the second.
 pub const IMPULSE_NS_KG: (f64, f64) = (0.2, 1.2);
-/// Of a figure: weak, middling and strong, N s for each kg. It keeps its feet at the first, and falls at the third.
+/// The same for a figure: weak, medium and strong, N s per kg. It keeps its feet at the first, and falls at
+/// the third.
 pub const FIGURE_IMPULSES_NS_KG: [f64; 3] = [0.08, 0.25, 0.8];
-/// Sides a figure is pushed to.
+/// Number of directions in which a figure is pushed.
 const SIDES: u64 = 8;
-/// How long a push lasts, s.
+/// Duration of a push, s.
 pub const PUSH_S: f64 = 0.1;
-/// When it comes, s since the robot first stood: two strides or more.
+/// Time of the push, s since the robot first stood: two strides or more.
 const PUSH_AT_S: (f64, f64) = (1.0, 2.5);
 /// Speeds, shares of the gait's top speed.
 const SPEED_SHARE: (f64, f64) = (0.3, 0.9);
 /// Half the angle in which a push counts as along one axis: eight sides of 45 degrees.
 const SIDE_RAD: f64 = TAU / 16.0;
 
-/// One trial.
+/// The circumstances of one trial.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Scene {
-    /// Its number among those of its seed.
+    /// Its number in the series of its seed.
     pub number: u64,
-    /// What the robot does.
+    /// The robot's gait.
     #[serde(skip)]
     pub gait: GaitChoice,
-    /// How fast, share of that gait's top speed.
+    /// Speed, as a share of that gait's top speed.
     pub speed_share: f64,
     /// Coulomb friction of the ground.
     pub friction: f64,
-    /// When the push comes, s since the robot first stood.
+    /// Time of the push, s since the robot first stood.
     pub push_at_s: f64,
-    /// Where to, rad from ahead to the left.
+    /// Direction of the push, rad from ahead to the left.
     pub towards_rad: f64,
-    /// How hard, N s.
+    /// Impulse of the push, N s.
     pub impulse_ns: f64,
-    /// What the errors of its sensors come from.
+    /// Random seed of the sensors' errors.
     #[serde(skip)]
     pub world_seed: u64,
 }
 
 impl Scene {
-    /// The trial with this number of those of `seed`, of a horse of `mass_kg` that can do as `plan` says: it stands, or
-    /// goes in one of the gaits it can do that are chosen by speed.
+    /// Trial `number` in the series of `seed`, for a horse of `mass_kg` with the capability in `plan`: it
+    /// stands, or goes in one of its possible gaits that are chosen by speed.
     pub fn draw(plan: &Plan, mass_kg: f64, seed: u64, number: u64) -> Scene {
-        // Two streams never meet: the multiplier only spreads neighbours.
+        // Two random streams never coincide: the multiplier only spreads neighbouring numbers.
         let mut chance = Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         let world_seed = chance.clone().next_u64();
         #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
@@ -61,7 +62,7 @@ impl Scene {
             low + (high - low) * ((chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
         };
         let Plan::Horse(plan) = plan else {
-            // Every side at every strength, over and over.
+            // Go through all sides at every strength, again and again.
             let (side, strength) = (number % SIDES, number / SIDES % 3);
             #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "below 8")]
             let (towards_rad, strength) = (side as f64 * TAU / SIDES as f64, strength as usize);
@@ -95,14 +96,14 @@ impl Scene {
         }
     }
 
-    /// Force of its push, the trunk's frame, N.
+    /// Force of its push, in the trunk's frame, N.
     pub fn force_n(&self) -> [f64; 3] {
         let (across, along) = self.towards_rad.sin_cos();
         [along, across, 0.0].map(|part| part * self.impulse_ns / PUSH_S)
     }
 
-    /// Whether a fall in this direction is the push's: of eight sides, those along an axis allow that alone, those on a
-    /// diagonal either neighbour.
+    /// True if a fall in this direction matches the push. Of eight sides, those along an axis permit only
+    /// that axis; those on a diagonal permit either neighbour.
     pub fn is_towards(&self, direction: FallDirection) -> bool {
         let axis_rad = match direction {
             FallDirection::Forward => 0.0,

@@ -6,17 +6,17 @@ use serde::Serialize;
 
 /// The normal distribution's 97.5 % point.
 const Z: f64 = 1.959_964;
-/// Samples drawn again.
+/// Number of resamples.
 const RESAMPLES: usize = 2000;
-/// Chance behind that: the same numbers give the same interval.
+/// Random seed of the resampling: the same numbers give the same interval.
 const SEED: u64 = 1;
 
-/// A count out of so many, and the share's interval (Wilson 1927), shares of 1.
+/// A count out of a total, and the interval of the share (Wilson 1927), shares of 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Share {
-    /// How many.
+    /// The count.
     pub count: u32,
-    /// Of how many.
+    /// The total.
     pub of: u32,
     /// Lower end.
     pub low: f64,
@@ -24,7 +24,7 @@ pub struct Share {
     pub high: f64,
 }
 
-/// A figure and its interval; none of no values at all.
+/// A figure and its interval; `None` if there are no values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Figure {
     /// The mean or median.
@@ -36,7 +36,7 @@ pub struct Figure {
 }
 
 impl Share {
-    /// Of the values that are true.
+    /// The share of the values that are true.
     pub fn of(values: impl IntoIterator<Item = bool>) -> Share {
         let (mut count, mut of) = (0, 0);
         for value in values {
@@ -53,7 +53,7 @@ impl Share {
         Share { count, of, low: (middle - half).max(0.0), high: (middle + half).min(1.0) }
     }
 
-    /// The share itself; 0 of none.
+    /// The share itself; 0 if the total is 0.
     pub fn value(&self) -> f64 {
         f64::from(self.count) / f64::from(self.of.max(1))
     }
@@ -64,7 +64,7 @@ pub fn mean(values: &[f64]) -> Option<Figure> {
     figure(values, |sample| sample.iter().sum::<f64>() / sample.len() as f64)
 }
 
-/// Their median, likewise.
+/// The median of `values`, with its interval by the same method.
 pub fn median(values: &[f64]) -> Option<Figure> {
     figure(values, |sample| {
         sample.sort_by(f64::total_cmp);
@@ -95,7 +95,7 @@ fn figure(values: &[f64], of: impl Fn(&mut [f64]) -> f64) -> Option<Figure> {
 mod tests {
     use super::*;
 
-    /// Brown, Cai and DasGupta 2001, and the score interval of 0 of n: 0 to z^2 / (n + z^2).
+    /// Brown, Cai and DasGupta 2001, and the score interval for 0 of n: 0 to z^2 / (n + z^2).
     #[test]
     fn wilsons_interval_is_the_published_one() {
         let none = Share::of(std::iter::repeat_n(false, 10));
@@ -104,7 +104,7 @@ mod tests {
         assert!((half.low - 0.299_3).abs() < 1e-4 && (half.high - 0.700_7).abs() < 1e-4, "{half:?}");
     }
 
-    /// Of normal values, the interval of the mean is the mean and 1.96 standard errors either way.
+    /// For normal values, the interval of the mean is the mean and 1.96 standard errors either way.
     #[test]
     fn resampling_gives_the_standard_error_of_a_mean() {
         let mut chance = Pcg64Mcg::seed_from_u64(5);

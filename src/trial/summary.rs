@@ -8,7 +8,7 @@ use super::stats::{Figure, Share, mean, median};
 use super::{Observed, Tried};
 use crate::reflex::FallOutcome;
 
-/// What one way of falling does to the robot, over all falls.
+/// Harm to the robot in one mode, over all falls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Way {
     /// Mean of the trunk's largest impact, N.
@@ -17,12 +17,12 @@ pub struct Way {
     pub joint_load_nm: Option<Figure>,
 }
 
-/// How much less the reflex lets happen than another way, fall by fall: means of differences.
+/// Reduction of harm by the reflex compared with another mode: means of the differences fall by fall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Less {
-    /// Of the trunk's impact, N.
+    /// Reduction of the trunk's impact, N.
     pub impact_n: Option<Figure>,
-    /// Of the joints' load, N m.
+    /// Reduction of the joints' load, N m.
     pub joint_load_nm: Option<Figure>,
 }
 
@@ -31,44 +31,44 @@ pub struct Less {
 pub struct Summary {
     /// Trials in which the robot fell.
     pub fell: Share,
-    /// Of those, in which that was told before its trunk met the ground.
+    /// Falls that were predicted before the trunk hit the ground.
     pub predicted: Share,
-    /// Trials in which a fall was told that never came.
+    /// Trials with a predicted fall that never came.
     pub false_alarms: Share,
-    /// Median time from when it was told until then, s.
+    /// Median time from the prediction until the trunk hit the ground, s.
     pub lead_s: Option<Figure>,
-    /// Least of them, s.
+    /// Shortest of these times, s.
     pub least_lead_s: Option<f64>,
-    /// Falls whose direction was the push's.
+    /// Falls whose predicted direction matches the push.
     pub direction: Share,
     /// With the reflex.
     pub with_reflex: Way,
-    /// Limp from when it was told.
+    /// Limp from the prediction on.
     pub passive: Way,
     /// With the reflex off.
     pub off: Way,
-    /// Than the passive drop.
+    /// Compared with the passive drop.
     pub less_than_passive: Less,
-    /// Than without reflex.
+    /// Compared with no reflex.
     pub less_than_off: Less,
-    /// Falls told before the trunk leant 30 degrees: from then on the reference motion is under way.
+    /// Falls predicted before the trunk leant 30 degrees: from then on the reference motion is under way.
     pub told_early: Share,
-    /// Falls that the reflex met with less impact on the trunk than the passive drop's; and on the head, of a figure.
+    /// Falls in which the reflex has a smaller impact on the trunk than the passive drop.
     pub softer_trunk: Share,
-    /// See `softer_trunk`; falls in which the head met the ground in either way.
+    /// The same for a figure's head; only falls in which the head hit the ground in either mode.
     pub softer_head: Share,
-    /// Where pushes are of a few strengths, N s, what each did with the reflex off: fallen of how many, by side, from ahead to
-    /// the left; empty elsewhere.
+    /// If the pushes have only a few strengths (N s): for each, the share of falls with the reflex off, by side,
+    /// counted from ahead to the left; otherwise empty.
     pub by_strength: Vec<(f64, Vec<Share>)>,
-    /// Falls that the reflex met after which the robot got up, as far as it was looked at.
+    /// Falls with the reflex after which the robot got up, as far as it was observed.
     pub got_up: Share,
 }
 
 impl Summary {
-    /// Of these trials.
+    /// The summary of these trials.
     pub fn of(tried: &[Tried]) -> Summary {
         let falls: Vec<&Tried> = tried.iter().filter(|tried| tried.off.fallen_s.is_some()).collect();
-        // The same falls in each way.
+        // The same falls in each mode.
         let met: Vec<(&Observed, &Observed, &Observed)> = falls
             .iter()
             .filter_map(|tried| Some((&tried.off, tried.reflex.as_ref()?, tried.passive.as_ref()?)))
@@ -120,11 +120,11 @@ impl Summary {
     }
 }
 
-/// A fall told later than this is told late, degrees of lean.
+/// A fall that is predicted at more lean than this is predicted late, degrees.
 const EARLY_DEG: f64 = 30.0;
-/// More strengths than this are no few.
+/// Most strengths that count as a few.
 const STRENGTHS_MAX: usize = 5;
-/// Sides a figure is pushed to.
+/// Number of sides from which a figure is pushed.
 const SIDES: usize = 8;
 
 /// Falls by strength and side, if there are only a few strengths.

@@ -1,7 +1,8 @@
-//! First guesses: each stretch of an arm an arc, a polygon of equal bends.
+//! First guesses: each stretch of an arm is an arc, a polygon of equal bends.
 //!
-//! A stretch begins where the one before ended and is to end at a place. In the plane of its way there and of the link
-//! before it, one bend, the same at each of its joints, makes it as short as the way is, to one side or to the other.
+//! A stretch begins at the end of the one before and should end at a target. In the plane of the way to that
+//! target and of the link before the stretch, one bend, the same at each of its joints, makes it exactly as
+//! long as the way, to one side or the other.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,14 +12,14 @@ use glam::{DQuat, DVec3};
 use super::pose::Pose;
 use super::smooth::{ENDS_MAX, Ends};
 
-/// Halvings of the interval in which a stretch's bend is sought.
+/// Halvings of the interval in which the bend of a stretch is sought.
 const HALVINGS: u32 = 40;
-/// Sides the arcs may be bent to, each a bit.
+/// Number of choices of sides for the arcs, one bit each.
 pub(super) const SIDES: usize = 1 << ENDS_MAX;
 
 impl Pose {
-    /// Writes the places of an arm of arcs, the k-th to the side the k-th bit of `sides` says; returns its sum of
-    /// squared bends, rad^2.
+    /// Writes the positions of an arm of arcs, the k-th to the side given by the k-th bit of `sides`; returns
+    /// its sum of squared bends, rad^2.
     pub(super) fn lay_arcs(&self, ends: &Ends, sides: usize, places: &mut [DVec3]) -> f64 {
         let (mut place, root) = self.root();
         let (mut ahead, mut across) = (root.x_axis, root.y_axis);
@@ -31,7 +32,7 @@ impl Pose {
             across = ahead.cross(toward).try_normalize().unwrap_or(across);
             let axis = if sides >> end & 1 == 0 { across } else { -across };
             let bend = self.bend_of(links.clone(), way.length());
-            // The way is the chord, which the first link runs ahead of.
+            // The way is the chord; the first link deviates from it by this angle.
             let (x, y) = self.chord(links.clone(), bend);
             let mut link = turned(toward, axis, -y.atan2(x));
             let first_bend = ahead.angle_between(link);
@@ -53,7 +54,7 @@ impl Pose {
         cost
     }
 
-    /// Where a stretch of `links` ends that begins along x and bends to y, the same at each joint.
+    /// The end of a stretch of `links` that begins along x and bends towards y, equally at each joint.
     fn chord(&self, links: Range<usize>, bend: f64) -> (f64, f64) {
         links.enumerate().fold((0.0, 0.0), |(x, y), (index, link)| {
             let (sine, cosine) = (bend * index as f64).sin_cos();
@@ -61,9 +62,9 @@ impl Pose {
         })
     }
 
-    /// The bend at which the stretch of `links` is `way_m` from end to end; 0 where it is too short.
+    /// The bend at which the stretch of `links` is `way_m` from end to end; 0 if it is too short.
     fn bend_of(&self, links: Range<usize>, way_m: f64) -> f64 {
-        // Bent by the highest, the ends of equal links meet.
+        // At the highest bend the ends of equal links meet.
         let (mut low, mut high) = (0.0, TAU / links.len() as f64);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -74,7 +75,7 @@ impl Pose {
     }
 }
 
-/// `vector` turned about the unit vector `axis`, right-handed.
+/// `vector` rotated about the unit vector `axis`, right-handed.
 fn turned(vector: DVec3, axis: DVec3, angle: f64) -> DVec3 {
     DQuat::from_axis_angle(axis, angle) * vector
 }

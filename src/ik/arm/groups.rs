@@ -8,14 +8,14 @@ use super::super::pose::Angle;
 use super::pose::Pose;
 use super::smooth::Ends;
 
-/// Most sweeps over a group in one solve.
+/// Most sweeps over a group in one solution.
 const SWEEPS_MAX: u32 = 20;
-/// Levers shorter than this, m, have no direction to turn to.
+/// Levers shorter than this, m, have no useful direction.
 const LEVER_MIN_M: f64 = 1e-9;
 
 impl Pose {
-    /// Brings the end of each group to its pseudo-target with the group's own hinges, root first, until it is as near
-    /// as `near_m`.
+    /// Brings the end of each group to its pseudo-target with the group's own hinges, root first, until it is
+    /// within `near_m`.
     pub(super) fn sweep_groups(&mut self, ends: &Ends, near_m: f64) {
         let mut begin = 0;
         for group in 0..ends.count {
@@ -30,10 +30,10 @@ impl Pose {
         }
     }
 
-    /// From the last of `hinges` to the first, turns each by its ratio times the angle that points the end of that
-    /// many `links` at `target` (3.7).
+    /// From the last of `hinges` to the first, turns each by its ratio times the angle that points the end of
+    /// that many `links` at `target` (3.7).
     fn sweep(&mut self, hinges: Range<usize>, links: usize, target: DVec3) {
-        // What lies between a turned hinge and the end is not looked at again in this sweep.
+        // This sweep does not use the part between a turned hinge and the end again.
         let mut end = self.end(links);
         for hinge in self.hinges[hinges].iter_mut().rev() {
             let axis = hinge.direction;

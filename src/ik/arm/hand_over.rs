@@ -1,15 +1,15 @@
-//! From one motion of an arm to the next without a leap.
+//! The transition from one motion of an arm to the next without a jump.
 //!
-//! When the motion changes, what each joint is away from the new one and how fast it was are kept, and fade: the
-//! offset by a quintic that begins with that offset and speed and ends at rest at nothing. So position and speed are
-//! continuous, and the time it takes keeps both below the joints' limits. The new motion begins at rest. An arm whose new
-//! motion is not yet known comes to rest where it is meanwhile.
+//! When the motion changes, the difference of each joint from the new motion and its speed are stored, and fade:
+//! the offset follows a quintic that begins with that offset and speed and ends at rest at zero. So position and
+//! speed are continuous, and the duration is long enough to keep both below the joints' limits. The new motion
+//! begins at rest. While the new motion of an arm is not yet known, the arm comes to rest where it is.
 
 use crate::model::{Joint, SafetySettings};
 
-/// Shortest time a change takes, s.
+/// Shortest duration of a change, s.
 const SHORTEST_S: f64 = 0.5;
-/// Share of its limits that a change may take of a joint's speed and acceleration; the rest is the new motion's.
+/// Share of a joint's speed and acceleration limits that a change may use; the rest is for the new motion.
 const SHARE: f64 = 0.5;
 /// Largest slope and second derivative of [`fall`].
 const FALL_SLOPE_MAX: f64 = 1.875;
@@ -17,14 +17,14 @@ const FALL_CURVATURE_MAX: f64 = 5.7736;
 /// Largest second derivative of [`swing`].
 const SWING_CURVATURE_MAX: f64 = 3.9408;
 
-/// Fades one arm's change.
+/// Fades the change of one arm.
 #[derive(Debug, Clone)]
 pub struct HandOver {
     joints: Vec<Fading>,
     period_s: f64,
     acceleration_rad_s2: f64,
     change: Option<u32>,
-    /// It waits for its motion.
+    /// True while the arm waits for its motion.
     waits: bool,
     since_s: f64,
     duration_s: f64,
@@ -34,18 +34,18 @@ pub struct HandOver {
 struct Fading {
     range_rad: (f64, f64),
     rate_rad_s: f64,
-    /// The last angle that went out, and the one before, rad.
+    /// The last two angles sent, the newest first, rad.
     last_rad: f64,
     before_rad: f64,
-    /// Where it comes to rest while it waits.
+    /// Angle at which it comes to rest while it waits.
     rest_rad: f64,
-    /// At the change.
+    /// Offset and speed at the change.
     offset_rad: f64,
     speed_rad_s: f64,
 }
 
 impl HandOver {
-    /// For an arm of these joints, limited so, that is solved once in `period_s`.
+    /// For an arm with these joints and limits, which is solved once in `period_s`.
     pub fn new(joints: &[Joint], limits: &SafetySettings, period_s: f64) -> HandOver {
         let fading = |joint: &Joint| Fading {
             range_rad: joint.goal_range_rad(),
@@ -67,19 +67,19 @@ impl HandOver {
         }
     }
 
-    /// Whether a target of this change begins a motion.
+    /// True if a target with this change number begins a motion.
     pub fn is_new(&self, change: u32) -> bool {
         self.change != Some(change)
     }
 
-    /// The arm was not moved by targets: what comes next is a change.
+    /// To be called when targets did not move the arm: whatever comes next is a change.
     pub fn pass(&mut self, angles: &[f64]) {
         self.change = None;
         self.waits = false;
         self.note(angles);
     }
 
-    /// The arm's motion is not known yet: writes the `angles` (rad) with which it comes to rest where it is.
+    /// Writes the `angles` (rad) with which an arm comes to rest where it is while its motion is not yet known.
     pub fn wait(&mut self, angles: &mut [f64]) {
         if !self.waits {
             self.joints.iter_mut().for_each(|joint| joint.rest_rad = joint.last_rad);
@@ -91,13 +91,13 @@ impl HandOver {
         (self.change, self.waits) = (None, true);
     }
 
-    /// Turns the `angles` (rad) of the motion that goes by the number `change` into those to go out.
+    /// Turns the `angles` (rad) of the motion with number `change` into those to send.
     pub fn fade(&mut self, change: u32, angles: &mut [f64]) {
         self.fade_from(self.is_new(change), angles);
         (self.change, self.waits) = (Some(change), false);
     }
 
-    /// Turns the `angles` of a motion, which may begin in this cycle, into those to go out.
+    /// Turns the `angles` of a motion, which may begin in this cycle, into those to send.
     fn fade_from(&mut self, begins: bool, angles: &mut [f64]) {
         if begins {
             self.begin(angles);
@@ -116,7 +116,7 @@ impl HandOver {
     }
 
     fn begin(&mut self, angles: &[f64]) {
-        // The angles that come in are one period on.
+        // The incoming angles are already one period into the change.
         self.since_s = self.period_s;
         self.duration_s = SHORTEST_S;
         for (angle, joint) in angles.iter().zip(&mut self.joints) {
@@ -200,7 +200,7 @@ mod tests {
         let mut source = Pcg64Mcg::seed_from_u64(11);
         let mut draw = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let mut hand_over = HandOver::new(&[joint], &limits, dt_s);
-        // Motions that swing from rest by up to 1.2 rad round any middle, changed every half to two seconds.
+        // Motions that swing from rest by up to 1.2 rad about any middle, and change every half to two seconds.
         let (mut middle, mut swing, mut since_s, mut until_s, mut change) = (0.0, 0.5, 0.0, 1.0, 0);
         let mut last: Option<(f64, f64)> = None;
         hand_over.pass(&[0.0]);

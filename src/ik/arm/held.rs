@@ -1,10 +1,10 @@
-//! An arm's ranges, for angles that did not come from its solver.
+//! An arm's ranges, for angles that its solver did not produce.
 
 use std::ops::Range;
 
 use crate::model::{ArmGeometry, Chain, Joint, SharedRange};
 
-/// The ranges of an arm's hinges, and those they share.
+/// The ranges of an arm's hinges, and the ranges they share.
 #[derive(Debug, Clone)]
 pub(super) struct Held {
     ranges_rad: Vec<(f64, f64)>,
@@ -12,7 +12,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// Of `chain`, which has these joints.
+    /// The ranges of `chain`, which has these joints.
     pub(super) fn new(chain: &Chain, joints: &[Joint]) -> Held {
         let arm = ArmGeometry::of(chain, joints).map(|arm| arm.joints).unwrap_or_default();
         let shared = arm.into_iter().filter_map(|joint| {
@@ -21,8 +21,8 @@ impl Held {
         Held { ranges_rad: joints.iter().map(Joint::goal_range_rad).collect(), shared: shared.collect() }
     }
 
-    /// Holds `angles` (rad), which went out as `last` before, to the ranges. What is outside may come in, or stay, but go
-    /// no further out: where a limp arm hung is where it begins.
+    /// Limits `angles` (rad) to the ranges; `last` are the angles sent before. Angles that are outside may
+    /// come in, or stay, but go no further out: a limp arm begins where it hung.
     pub(super) fn hold(&self, last: &[f64], angles: &mut [f64]) {
         for ((angle, last), (low, high)) in angles.iter_mut().zip(last).zip(&self.ranges_rad) {
             *angle = angle.clamp(low.min(*last), high.max(*last));
@@ -33,7 +33,7 @@ impl Held {
             if range.holds(now) || (!range.holds(before) && outside <= range.outside_by(before)) {
                 continue;
             }
-            // The nearest that is inside, if it is in the hinges' own ranges, too.
+            // The nearest pose inside, if it is in the hinges' own ranges, too.
             let mut nearest = [0.0; 3];
             let nearest = &mut nearest[..now.len()];
             nearest.copy_from_slice(now);

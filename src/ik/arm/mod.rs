@@ -1,9 +1,10 @@
-//! Inverse kinematics of an octopus arm: places along it in, joint angles and what is left over out.
+//! Inverse kinematics of an octopus arm. Input: positions along it. Output: joint angles and the remaining error.
 //!
-//! The ends of the groups are to reach their pseudo-targets, the tip a point, or all links' ends given places. There
-//! are two rules for how an arm bends on its way there: the thesis' cyclic coordinate descent, group by group, each
-//! hinge by its ratio (Ishizuka 2008, 3.1.2 and 3.2), and the smooth rule ([`smooth`]). On a path a solve follows the
-//! pose before; when the motion is new it starts from arcs ([`arcs`]). Never allocates after construction.
+//! The ends of the groups should reach their pseudo-targets, the tip a point, or the ends of all links given
+//! positions. There are two rules for how an arm bends on the way: the thesis' cyclic coordinate descent,
+//! group by group, each hinge by its ratio (Ishizuka 2008, 3.1.2 and 3.2), and the smooth rule ([`smooth`]).
+//! On a path a solution follows from the last pose; a new motion starts from arcs ([`arcs`]). Never allocates
+//! after construction.
 
 mod arcs;
 mod clearance;
@@ -28,42 +29,42 @@ use pose::Pose;
 pub use sections::SectionSolver;
 use smooth::{Ends, Pace};
 
-/// A step on the path of a stroke. The damping is what lets the arm pass through straight, where it cannot follow
-/// exactly, without a leap: ends are then up to half a hundredth of the arm from their places.
+/// A step on the path of a stroke. The damping lets the arm pass without a jump through straight, where it
+/// cannot follow exactly: the ends then miss their positions by up to half a hundredth of the arm.
 const STROKE: Pace = Pace { pull: 0.5, damping: 1e-3 };
-/// A step on the path of a tip, which bends need not follow at once.
+/// A step on the path of a tip, which the bends need not follow at once.
 const REACH: Pace = Pace { pull: 0.05, damping: 1e-5 };
 /// A step from a first guess.
 const SETTLE: Pace = Pace { pull: 0.3, damping: 1e-5 };
-/// A step that only brings the ends to their places.
+/// A step that only brings the ends to their positions.
 const CORRECT: Pace = Pace { pull: 0.0, damping: 1e-6 };
-/// Steps a second on a path: fewer cycles a second take more steps each, so that the bends keep up.
+/// Steps per second on a path: at a lower loop rate each cycle takes more steps, so that the bends keep up.
 const STEPS_HZ: f64 = 100.0;
-/// Most corrections of a tip in one solve.
+/// Largest number of corrections of a tip in one solution.
 const CORRECTIONS_MAX: u32 = 6;
-/// Most steps from a first guess.
+/// Largest number of steps from a first guess.
 const STEPS_MAX: u32 = 40;
-/// A guess is settled when no turn is larger, rad.
+/// A guess is settled when no hinge turns by more than this, rad.
 const SETTLED_RAD: f64 = 1e-3;
 /// The thesis' rule stops when the end of a group is this close, m per metre of arm.
 const NEAR_SHARE: f64 = 1e-3;
 /// Ends count as reached when they are this close, m per metre of arm.
 const REACHED_SHARE: f64 = 1e-5;
-/// A stroke can begin where its ends are this close, m per metre of arm.
+/// A stroke can begin once its ends are this close, m per metre of arm.
 const STARTED_SHARE: f64 = 5e-3;
 
-/// What a solve left.
+/// Remaining error of a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ArmSolution {
     /// Distance from the tip to its target, m.
     pub tip_residual_m: f64,
-    /// Largest distance of a place asked for from where it is, the tip's included, m.
+    /// Largest distance of an end from its target, the tip's included, m.
     pub residual_m: f64,
-    /// How many hinges stand on a limit of their range.
+    /// Number of hinges at a limit of their range.
     pub saturated: u32,
 }
 
-/// Solver of one arm, with room for its intermediate results.
+/// Solver for one arm, with storage for its intermediate results.
 #[derive(Debug, Clone)]
 pub struct ArmSolver {
     bending: Bending,
@@ -71,14 +72,15 @@ pub struct ArmSolver {
     group_links: [usize; GROUPS],
     length_m: f64,
     steps: u32,
-    /// Places of a first guess.
+    /// Positions for a first guess.
     places: Vec<DVec3>,
     /// The best pose so far, rad.
     best: Vec<f64>,
 }
 
 impl ArmSolver {
-    /// A solver for `arm`, which is `chain` with its `joints`, that bends as `bending` says, once in `period_s`.
+    /// A solver for `arm`, which is `chain` with its `joints`. It bends by the rule `bending` and runs once
+    /// in `period_s`.
     pub fn new(
         arm: &ArmGeometry,
         chain: &Chain,
@@ -97,10 +99,10 @@ impl ArmSolver {
         }
     }
 
-    /// Turns `angles` (rad, one a hinge, root first; the previous solution as they come in) as `target` asks. A
-    /// motion that `is_new` does not follow from them: the least bent pose is looked for, wherever it is.
+    /// Turns `angles` (rad, one per hinge, root first; on entry the last solution) towards `target`. If the
+    /// motion `is_new` it does not follow from them: the solver looks for the least bent pose anywhere.
     ///
-    /// What is not finite changes nothing and leaves an infinite residual.
+    /// A target that is not finite changes nothing and returns an infinite residual.
     pub fn solve(&mut self, target: &ArmTarget, is_new: bool, angles: &mut [f64]) -> ArmSolution {
         debug_assert_eq!(angles.len(), self.pose.hinges.len());
         if !is_finite(target) || angles.iter().any(|angle| !angle.is_finite()) {
@@ -125,12 +127,12 @@ impl ArmSolver {
 
     fn solve_ends(&mut self, ends: &Ends, aim: ArmAim, is_new: bool, angles: &[f64]) {
         match (is_new, aim, self.bending) {
-            // Sines and cosines that are only ever turned on drift; one a solve is made anew.
+            // Sines and cosines drift if they are only ever updated; each solution recomputes one.
             (false, ..) if self.pose.is_at(angles) => self.pose.renew_next(),
             (false, ..) => self.pose.set(angles),
-            // From a straight arm coordinate descent finds no way to a place straight ahead.
+            // From a straight arm, coordinate descent finds no way to a position straight ahead.
             (true, ArmAim::Ends, Bending::Ccd) => self.pose.rest(),
-            // A stroke goes on from where it can begin.
+            // A stroke continues from a pose where it can begin.
             (true, ArmAim::Ends, _) => self.start(ends, STARTED_SHARE * self.length_m, angles),
             (true, ..) => self.start(ends, REACHED_SHARE * self.length_m, angles),
         }
@@ -148,8 +150,8 @@ impl ArmSolver {
         }
     }
 
-    /// A pose that reaches, from arcs, the least bent first, or from the pose as it is; that which comes nearest if none
-    /// does.
+    /// Finds a pose that reaches the target, from arcs, the least bent first, or from the present pose; the
+    /// nearest one if none reaches it.
     fn start(&mut self, ends: &Ends, reached_m: f64, angles: &[f64]) {
         let mut nearest_m = f64::INFINITY;
         let mut tried = [false; SIDES];
@@ -175,7 +177,7 @@ impl ArmSolver {
         self.pose.set(&self.best);
     }
 
-    /// The sides to which arcs bend least, of those not tried.
+    /// Among the untried sides, the one to which arcs bend least.
     fn least_bent(&mut self, ends: &Ends, tried: &[bool; SIDES]) -> Option<usize> {
         let mut least = (f64::INFINITY, None);
         for (sides, _) in tried.iter().enumerate().take(1 << ends.count).filter(|(_, tried)| !**tried) {
@@ -187,7 +189,7 @@ impl ArmSolver {
         least.1
     }
 
-    /// Steps until nothing gets better, then brings the ends to their places.
+    /// Steps until nothing improves, then brings the ends to their positions.
     fn settle(&mut self, ends: &Ends) {
         for _ in 0..STEPS_MAX {
             if self.pose.step(ends, SETTLE) < SETTLED_RAD {

@@ -1,4 +1,4 @@
-//! The pose of an arm: each hinge's angle with its sine and cosine, its place and its axis.
+//! The pose of an arm: each hinge's angle with its sine and cosine, its position and its axis.
 
 use glam::{DMat3, DVec3};
 
@@ -6,14 +6,15 @@ use super::super::pose::{Angle, SMALL_TURN_RAD, small_turn};
 use super::smooth::rest_bend;
 use crate::model::{ArmGeometry, Axis, Chain, Joint, SharedRange};
 
-/// A hinge and where the solve has it.
+/// A hinge and its present state in the solution.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hinge {
-    // What is fixed. An arm's hinges turn about coordinate axes, which makes a turn half the arithmetic of one about any.
+    // Fixed. An arm's hinges turn about coordinate axes, which takes half the arithmetic of a rotation about
+    // any axis.
     pub(super) axis: Axis,
-    /// 1, or -1 where it turns about the axis backwards.
+    /// 1, or -1 if it turns about the axis backwards.
     pub(super) sense: f64,
-    /// Length of the link it carries, m; 0 where another hinge is in the same place.
+    /// Length of the link it carries, m; 0 if another hinge follows in the same place.
     pub(super) link_m: f64,
     pub(super) range_rad: (f64, f64),
     /// The thesis' ratio a_i.
@@ -26,13 +27,13 @@ pub(super) struct Hinge {
     pub(super) direction: DVec3,
     // The step.
     pub(super) turn_rad: f64,
-    /// The part of the turn that goes to the resting angle.
+    /// The part of the turn towards the resting angle.
     pub(super) pull_rad: f64,
-    /// False where a limit holds it.
+    /// False if a limit holds it.
     pub(super) is_free: bool,
 }
 
-/// A joint: hinges in one place, from the first to before the end, and a range they share.
+/// A joint: hinges in one place, from the first to before the end, and the range they share.
 #[derive(Debug, Clone)]
 pub(super) struct Ball {
     pub(super) first: usize,
@@ -48,7 +49,7 @@ pub(super) struct Pose {
     pub(super) hinges: Vec<Hinge>,
     pub(super) balls: Vec<Ball>,
     pub(super) tip: DVec3,
-    /// The hinge whose sine and cosine are made anew next.
+    /// The hinge whose sine and cosine are recomputed next.
     next: usize,
 }
 
@@ -77,24 +78,24 @@ impl Hinge {
         }
     }
 
-    /// The angle `rad` held to the range.
+    /// The angle `rad` limited to the range.
     #[inline]
     pub(super) fn held(&self, rad: f64) -> f64 {
         rad.clamp(self.range_rad.0, self.range_rad.1)
     }
 
-    /// Whether the angle `rad` is in the range.
+    /// True if the angle `rad` is in the range.
     #[inline]
     pub(super) fn holds(&self, rad: f64) -> bool {
         self.range_rad.0 <= rad && rad <= self.range_rad.1
     }
 
-    /// Whether it stands on a limit of its range.
+    /// True if it is at a limit of its range.
     pub(super) fn is_at_limit(&self) -> bool {
         self.angle.rad <= self.range_rad.0 || self.angle.rad >= self.range_rad.1
     }
 
-    /// Puts it at `place` on a link that is turned so; returns where its own link ends and how that is turned.
+    /// Places it at `place` on a link with this orientation; returns end and orientation of its own link.
     #[inline]
     pub(super) fn put(
         &mut self,
@@ -131,23 +132,23 @@ impl Pose {
         pose
     }
 
-    /// Where the first joint is, and how what carries it is turned.
+    /// Position of the first joint, and orientation of its base.
     pub(super) fn root(&self) -> (DVec3, DMat3) {
         (self.root_m, self.root_rotation)
     }
 
-    /// Length of the link behind joint `ball`, m.
+    /// Length of the link after joint `ball`, m.
     pub(super) fn link_m(&self, ball: usize) -> f64 {
         self.hinges[self.balls[ball].end - 1].link_m
     }
 
-    /// Where `links` links from the root end.
+    /// The end of link number `links`, counted from the root.
     #[inline]
     pub(super) fn end(&self, links: usize) -> DVec3 {
         self.balls.get(links).map_or(self.tip, |ball| self.hinges[ball.first].place)
     }
 
-    /// Sets the angles, held to the ranges.
+    /// Sets the angles, limited to the ranges.
     pub(super) fn set(&mut self, angles: &[f64]) {
         for (hinge, angle) in self.hinges.iter_mut().zip(angles) {
             hinge.angle = Angle::of(hinge.held(*angle));
@@ -156,13 +157,13 @@ impl Pose {
         self.tip = (0..self.balls.len()).fold(from, |from, ball| self.hold_ball(ball, from)).0;
     }
 
-    /// Whether these are its angles.
+    /// True if these are its angles.
     #[inline]
     pub(super) fn is_at(&self, angles: &[f64]) -> bool {
         self.hinges.iter().zip(angles).all(|(hinge, angle)| hinge.angle.rad.to_bits() == angle.to_bits())
     }
 
-    /// Makes the sine and cosine of the next hinge anew.
+    /// Recomputes the sine and cosine of the next hinge.
     #[inline]
     pub(super) fn renew_next(&mut self) {
         self.next = (self.next + 1) % self.hinges.len();
@@ -185,7 +186,7 @@ impl Pose {
         }
     }
 
-    /// Places and axes from sines and cosines.
+    /// Computes positions and axes from sines and cosines.
     #[inline]
     pub(super) fn place(&mut self) {
         let (mut place, mut rotation) = (self.root_m, self.root_rotation);
@@ -195,7 +196,7 @@ impl Pose {
         self.tip = place;
     }
 
-    /// Turns each hinge by its step's turn.
+    /// Turns each hinge by its turn in this step.
     #[inline]
     pub(super) fn take_step(&mut self) {
         let (mut place, mut rotation) = (self.root_m, self.root_rotation);
@@ -209,7 +210,7 @@ impl Pose {
         self.tip = place;
     }
 
-    /// Holds joint `ball`, placed as `from` says, to the range its hinges share; returns where its link ends.
+    /// Limits joint `ball`, which starts at `from`, to the range its hinges share; returns the end of its link.
     #[inline]
     pub(super) fn hold_ball(&mut self, ball: usize, from: (DVec3, DMat3)) -> (DVec3, DMat3) {
         let Ball { first, end, .. } = self.balls[ball];

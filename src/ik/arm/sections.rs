@@ -1,6 +1,6 @@
-//! Inverse kinematics of an arm on tendons: the bends of its sections that bring places along it nearest to where they
-//! are to be, by damped least squares on lift and sweep of each section. Two bends cannot put the end of a section
-//! anywhere: what is left over is told.
+//! Inverse kinematics of an arm on tendons: the bends of its sections that bring points along it nearest to
+//! their targets, by damped least squares on lift and sweep of each section. Two bends cannot put the end of
+//! a section anywhere: the solver returns the remaining error.
 
 use glam::{DQuat, DVec3};
 
@@ -12,41 +12,41 @@ use crate::signals::{ArmAim, ArmTarget};
 
 /// Most sections: as many as an arm has groups.
 const SECTIONS_MAX: usize = GROUPS;
-/// What a bend of 1 rad costs, as a share of what it costs an end to be an arm's length away: it chooses among bends
-/// that reach alike.
+/// Cost of a bend of 1 rad, as a share of the cost of an end that is an arm's length off: it chooses among
+/// bends that reach equally well.
 const BEND_COST: f64 = 1e-6;
-/// Steps on a path, and from each start of a motion that is new.
+/// Steps on a path, and from each start of a new motion.
 const STEPS: u32 = 3;
 const STEPS_FROM_START: u32 = 40;
-/// Damping at first and when nothing helps, as a share of the mean of the matrix' diagonal.
+/// Damping at first, and damping at which the solver gives up, as a share of the mean of the matrix' diagonal.
 const DAMPING_START: f64 = 1e-4;
 const DAMPING_GIVE_UP: f64 = 1e3;
-/// Largest turn of a bend in one step, rad.
+/// Largest change of a bend in one step, rad.
 const TURN_MAX_RAD: f64 = 0.5;
-/// Bend of a start, as a share of the largest.
+/// Bend at a start, as a share of the largest.
 const START_SHARE: f64 = 0.4;
 
 type Bends = [SectionBend; SECTIONS_MAX];
 
-/// Solver of one arm on tendons.
+/// Solver for one arm on tendons.
 #[derive(Debug, Clone)]
 pub struct SectionSolver {
     drive: TendonDrive,
     root_m: DVec3,
     root_rotation: DQuat,
     length_m: f64,
-    /// Links up to the end of each section.
+    /// Number of links up to the end of each section.
     section_links: [usize; SECTIONS_MAX],
     bends: Bends,
-    /// The winches at these bends, rad.
+    /// Turns of the winches at these bends, rad.
     winches: [f64; 2 * SECTIONS_MAX],
     joints: Vec<Posed>,
-    /// Ends asked for: how many links lie before each, and where, m.
+    /// Ends with targets: the number of links before each, and its target, m.
     wanted: Vec<(usize, DVec3)>,
 }
 
-/// A joint, with how its section's bends move what is behind it: each by the sum of shares of the joints up to it,
-/// axes and moments about the origin.
+/// A joint, and how its section's bends move the links after it: each by the sum of shares of the joints up
+/// to it, axes and moments about the origin.
 #[derive(Debug, Clone, Copy, Default)]
 struct Posed {
     end: DVec3,
@@ -77,10 +77,10 @@ impl SectionSolver {
         }
     }
 
-    /// Turns the winches' `angles` (rad, lift and sweep of each section, root first; the previous solution as they come
-    /// in) as `target` asks. A motion that `is_new` is looked for from bends to all sides.
+    /// Turns the winches' `angles` (rad, lift and sweep of each section, root first; on entry the previous
+    /// solution) towards `target`. For a motion that `is_new` it also starts from bends to all sides.
     ///
-    /// What is not finite changes nothing and leaves an infinite residual.
+    /// A target or angle that is not finite changes nothing and returns an infinite residual.
     pub fn solve(&mut self, target: &ArmTarget, is_new: bool, angles: &mut [f64]) -> ArmSolution {
         if !is_finite(target) || angles.iter().any(|angle| !angle.is_finite()) {
             return ArmSolution { residual_m: f64::INFINITY, tip_residual_m: f64::INFINITY, saturated: 0 };
@@ -125,7 +125,7 @@ impl SectionSolver {
         }
     }
 
-    /// The best of the poses downhill from here and from bends to all sides.
+    /// Takes the best of the poses downhill from here and from bends to all sides.
     fn start(&mut self) {
         let mut best = (self.descend(STEPS_FROM_START), self.bends);
         for way in 0..4_u32 {
@@ -133,7 +133,7 @@ impl SectionSolver {
                 for (index, (bend, section)) in self.bends.iter_mut().zip(self.drive.sections()).enumerate() {
                     let is_flipped = index > 0 && flips >> (index - 1) & 1 == 1;
                     let size = if is_flipped { -START_SHARE } else { START_SHARE } * section.bend_max_rad;
-                    // A hair off the axes, or a bend has no side to go to.
+                    // Slightly off the axes; otherwise a bend has no side to go to.
                     let (sine, cosine) = (f64::from(way) * std::f64::consts::FRAC_PI_2 + 0.2).sin_cos();
                     *bend = SectionBend { lift: size * cosine, sweep: size * sine };
                 }
@@ -146,7 +146,7 @@ impl SectionSolver {
         self.bends = best.1;
     }
 
-    /// Takes at most so many steps downhill; returns what is left.
+    /// Takes at most this many steps downhill; returns the remaining cost.
     fn descend(&mut self, steps: u32) -> f64 {
         let mut cost = self.pose();
         let mut damping = DAMPING_START;
@@ -180,7 +180,7 @@ impl SectionSolver {
         cost
     }
 
-    /// Holds each bend to the largest its section may have.
+    /// Limits each bend to its section's largest.
     fn hold(&mut self) {
         for (bend, section) in self.bends.iter_mut().zip(self.drive.sections()) {
             let size_rad = bend.lift.hypot(bend.sweep);
@@ -191,7 +191,7 @@ impl SectionSolver {
         }
     }
 
-    /// Places the joints; returns the squares of what the ends miss, and the cost of the bends.
+    /// Places the joints; returns the sum of the ends' squared errors and the cost of the bends.
     fn pose(&mut self) -> f64 {
         let (mut index, mut last) = (0, (usize::MAX, Posed::default()));
         let joints = &mut self.joints;
@@ -336,7 +336,7 @@ mod tests {
             let bends: Vec<_> = [1.0, 1.3, 1.9]
                 .map(|rate| SectionBend { lift: 1.2 * (rate * t).sin(), sweep: 0.8 * (1.7 * rate * t).sin() })
                 .into();
-            // Half of the time further away than the arm can be.
+            // Half of the time further away than the arm can reach.
             let mut target = target(ArmAim::Ends, &drive, &chain, &bends);
             if step > 300 {
                 target.ends_in_body =

@@ -1,37 +1,37 @@
-//! The smooth rule: of all poses that bring the ends to their places, the one with the least sum of squared bends.
+//! The smooth rule: of all poses that bring the ends to their targets, the one with the least sum of squared bends.
 //!
-//! Each step is least squares, bounded and damped, as in the finish of a leg: the least turns that bring the ends to
-//! their places, and a share of the way to the resting bend where that moves no end. Repeated, or cycle by cycle on
-//! a path, it ends where no bend can be had for less.
+//! Each step is bounded, damped least squares, as in the finish of a leg: the least turns that bring the ends
+//! to their targets, and a share of the way to the resting bend if that moves no end. Repeated, or cycle by
+//! cycle on a path, it ends where no pose bends less.
 //!
-//! Targets in a plane have many poses in that plane from which no small change within it bends less; out of the plane
-//! one bends less from nearly all of them. The resting bend is therefore not straight but a slight screw, from which
-//! arcs roll over to the side that bends least, as they do in a real arm.
+//! Targets in a plane have many poses in that plane from which no small change within it bends less; from
+//! nearly all of them a change out of the plane does. The resting bend is therefore not straight but a slight
+//! screw, from which arcs roll over to the side that bends least, as they do in a real arm.
 
 use glam::DVec3;
 
 use super::super::finish::TURN_MAX_RAD;
 use super::pose::{Ball, Pose};
 
-/// Most ends with a place of their own.
+/// Most ends with a target of their own.
 pub(super) const ENDS_MAX: usize = 3;
 pub(super) const ROWS: usize = 3 * ENDS_MAX;
 
 /// Bend of each joint of the resting arm, rad.
 const REST_BEND_RAD: f64 = 0.03;
-/// Turn of the plane of that bend from joint to joint, rad.
+/// Rotation of the plane of that bend from joint to joint, rad.
 const REST_SCREW_RAD: f64 = 1.0;
 
-/// How far a step goes.
+/// Size of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pace {
-    /// Share of the way to the resting bend, where that moves no end.
+    /// Share of the way to the resting bend, if that moves no end.
     pub(super) pull: f64,
     /// Damping, as a share of the mean of the normal matrix' diagonal.
     pub(super) damping: f64,
 }
 
-/// Ends that are to be somewhere: how many links lie before each, and where, m.
+/// Ends with targets: the number of links before each, and its target, m.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Ends {
     pub(super) count: usize,
@@ -59,7 +59,7 @@ impl Ends {
         self.count += 1;
     }
 
-    /// The largest distance of an end from its place, m.
+    /// The largest distance of an end from its target, m.
     pub(super) fn miss_m(&self, pose: &Pose) -> f64 {
         let misses = (0..self.count).map(|end| self.places[end].distance_squared(pose.end(self.links[end])));
         misses.fold(0.0, f64::max).sqrt()
@@ -67,7 +67,7 @@ impl Ends {
 }
 
 impl Pose {
-    /// Takes the step that brings `ends` to their places. Returns the largest turn it wanted, rad.
+    /// Takes the step that brings `ends` to their targets. Returns the largest turn it wanted, rad.
     pub(super) fn step(&mut self, ends: &Ends, pace: Pace) -> f64 {
         for hinge in &mut self.hinges {
             hinge.is_free = true;
@@ -82,7 +82,7 @@ impl Pose {
         largest_rad
     }
 
-    /// Chooses the turns of the free hinges: each turns by its pull, and by what the forces on the ends do at it.
+    /// Chooses the turns of the free hinges: each turns by its pull, and by the effect of the forces on the ends.
     fn choose_step(&mut self, ends: &Ends, damping: f64) -> f64 {
         let count = ends.count;
         let mut system = System::new(3 * count);
@@ -126,8 +126,8 @@ impl Pose {
         largest_rad
     }
 
-    /// Puts the hinges that would pass a limit on it; false if there were any, for which the others are to be chosen
-    /// again. The free turn by no more than the arithmetic of small turns is good for.
+    /// Puts the hinges that would pass a limit on it; false if there were any: the others must then be chosen
+    /// again. The free hinges turn by no more than the small-angle arithmetic permits.
     fn hold_at_limits(&mut self, largest_rad: f64) -> bool {
         let share = (TURN_MAX_RAD / largest_rad).min(1.0);
         let mut is_settled = true;
@@ -148,7 +148,8 @@ impl Pose {
         is_settled
     }
 
-    /// Holds the hinges of joint `ball` where this share of their turns would leave the range they share; says whether.
+    /// Holds the hinges of joint `ball` if this share of their turns would leave their shared range; returns
+    /// true if so.
     fn hold_in_range(&mut self, ball: usize, share: f64) -> bool {
         let Ball { first, end, range: Some(range) } = &self.balls[ball] else { return false };
         let (first, end) = (*first, *end);
@@ -173,12 +174,12 @@ impl Pose {
 }
 
 impl System {
-    /// Nothing yet, of so many rows.
+    /// An empty system of this many rows.
     pub(super) fn new(rows: usize) -> System {
         System { matrix: [[0.0; ROWS]; ROWS], right: [0.0; ROWS], rows }
     }
 
-    /// Adds a hinge that moves the rows from `from` on so, and is known to turn by `known_rad` of its own.
+    /// Adds a hinge that moves the rows from `from` on by `column`, and turns by a known `known_rad` of its own.
     #[inline]
     pub(super) fn add(&mut self, column: &[f64; ROWS], from: usize, known_rad: f64, is_free: bool) {
         for row in from..self.rows {
@@ -191,7 +192,7 @@ impl System {
         }
     }
 
-    /// The solution, by Cholesky's decomposition; zero where there is none.
+    /// The solution, by Cholesky decomposition; zero if there is none.
     #[expect(clippy::needless_range_loop, reason = "rows and columns of one matrix")]
     #[inline]
     pub(super) fn solve(mut self, damping: f64) -> [f64; ROWS] {
@@ -205,7 +206,7 @@ impl System {
                 for before in 0..column {
                     sum -= matrix[row][before] * matrix[column][before];
                 }
-                // The diagonal keeps the reciprocal.
+                // The diagonal holds the reciprocal.
                 matrix[row][column] =
                     if column < row { sum * matrix[column][column] } else { 1.0 / sum.sqrt() };
             }

@@ -1,4 +1,4 @@
-//! What inverse kinematics of an arm must do, on arms made here.
+//! Tests of an arm's inverse kinematics, on arms made here.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::signals::{ArmAim, ArmTarget};
 
 const PERIOD_S: f64 = 0.01;
 
-/// The thesis' arm of 12 joints of two hinges each, whose root is anywhere and turned anyhow.
+/// The thesis' arm of 12 joints of two hinges each, with its root at an arbitrary position and orientation.
 struct Rig {
     chain: Chain,
     joints: Vec<Joint>,
@@ -37,7 +37,7 @@ impl Rig {
         ArmSolver::new(&self.arm, &self.chain, &self.joints, bending, PERIOD_S)
     }
 
-    /// Ends of all links by forward kinematics of its own, and how the last is turned.
+    /// Ends of all links and orientation of the last, by separate forward kinematics.
     fn places(&self, angles: &[f64]) -> (Vec<DVec3>, DQuat) {
         let (mut place, mut rotation) = (self.chain.root_m, self.chain.root_rotation);
         let mut places = Vec::new();
@@ -145,7 +145,7 @@ fn both_rules_bring_the_ends_of_groups_to_their_places() {
 
 #[test]
 fn a_low_ratio_at_the_root_moves_the_tip_and_the_other_way_round() {
-    // Of one group whose end goes aside: what share of the turns is its last joint's, and its first one's.
+    // For one group whose end moves sideways: the shares of its last and its first joint in the turns.
     let shares = |ratios: [f64; 4]| {
         let mut rig = Rig::new(1.5);
         for (ball, ratio) in ratios.into_iter().enumerate() {

@@ -1,28 +1,28 @@
-//! From wherever something is, and however it moves, to rest in another place: the quintic that begins with the same
-//! place, speed and acceleration and ends at rest, so that nothing jumps when the goal changes on the way. From rest it
-//! is the smooth step.
+//! A glide from any position and motion to rest at another position: the quintic that begins with the same
+//! position, speed and acceleration and ends at rest, so that nothing jumps when the goal changes on the way.
+//! From rest it is the smooth step.
 
-/// One number on its way.
+/// The glide of one number.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Glide {
-    /// Of the time since it began, from the constant upwards.
+    /// Coefficients for the time since it began, from the constant upwards.
     coefficients: [f64; 6],
-    /// Where it ends, and after how long, s.
+    /// Its end position, and its duration, s.
     end: f64,
     duration_s: f64,
 }
 
 impl Glide {
-    /// At rest.
+    /// At rest at `place`.
     pub(super) fn at(place: f64) -> Glide {
         Glide { coefficients: [place, 0.0, 0.0, 0.0, 0.0, 0.0], end: place, duration_s: 0.0 }
     }
 
-    /// From where it is `time_s` after it began to `end` in `duration_s`, above 0; its time begins anew.
+    /// Glides from the position `time_s` after its beginning to `end` in `duration_s`, above 0; its time restarts.
     pub(super) fn turn_to(&mut self, time_s: f64, end: f64, duration_s: f64) {
         let [p, v, a] = self.motion(time_s);
         let t = duration_s;
-        // What is missing at the end of the parabola it is on, in place, speed and acceleration.
+        // Difference at the end from the parabola it is on, in position, speed and acceleration.
         let (dp, dv, da) = (end - (p + v * t + 0.5 * a * t * t), -(v + a * t), -a);
         self.coefficients = [
             p,
@@ -35,12 +35,12 @@ impl Glide {
         (self.end, self.duration_s) = (end, duration_s);
     }
 
-    /// Where it is.
+    /// Position at `time_s`.
     pub(super) fn place(&self, time_s: f64) -> f64 {
         self.motion(time_s)[0]
     }
 
-    /// Place, speed and acceleration.
+    /// Position, speed and acceleration.
     fn motion(&self, time_s: f64) -> [f64; 3] {
         if time_s >= self.duration_s {
             return [self.end, 0.0, 0.0];

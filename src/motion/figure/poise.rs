@@ -1,4 +1,4 @@
-//! How a figure carries itself over its feet, and how it goes from one pose to the next.
+//! How a figure holds its trunk over its feet, and how it goes from one pose to the next.
 
 use glam::{DQuat, DVec3};
 
@@ -9,29 +9,29 @@ use crate::motion::legged::{OnFeet, STAND_S};
 use crate::motion::{Activity, Order, pose_change};
 use crate::signals::{Aim, FootTarget, State, Targets};
 
-/// How the trunk is carried, from standing level at its standing height.
+/// Posture of the trunk, relative to standing level at its standing height.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stance {
-    /// Above the standing height, m.
+    /// Height above the standing height, m.
     pub rise_m: f64,
-    /// Nose down, rad.
+    /// Pitch, nose down, rad.
     pub pitch_rad: f64,
-    /// Left side up, rad.
+    /// Roll, left side up, rad.
     pub roll_rad: f64,
-    /// To the left of the middle between its feet, m.
+    /// Distance to the left of the middle between its feet, m.
     pub sway_m: f64,
-    /// Ahead of that middle, m.
+    /// Distance forward of that middle, m.
     pub forward_m: f64,
 }
 
 impl Stance {
-    /// Turn of the trunk, from the body frame to the level one.
+    /// Rotation of the trunk, from the body frame to the level one.
     pub fn trunk_turn(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
     }
 
-    /// Writes where the feet of `legs` (left, right) are, flat on the ground at `soles`, for a trunk that is carried so
-    /// from `height_m` on.
+    /// Writes the positions of the feet of `legs` (left, right), flat on the ground at `soles`, for a trunk
+    /// in this posture, counted from the height `height_m`.
     pub fn write(&self, legs: [usize; 2], soles: [DVec3; 2], height_m: f64, targets: &mut Targets) {
         targets.aim = Aim::Soles;
         targets.trunk_in_world = DVec3::new(self.forward_m, self.sway_m, height_m + self.rise_m);
@@ -60,25 +60,25 @@ impl Stance {
 #[derive(Debug, Clone)]
 pub struct Poise {
     plan: FigurePlan,
-    /// The pose it is in or on the way to, index into the plan's.
+    /// The present or next pose, index into the plan's.
     pose: usize,
     /// Rise, pitch, roll, sway and forward of [`Stance`].
     trunk: [Glide; 5],
     /// Every joint; the legs' are not used.
     joints: Vec<Glide>,
-    /// Time since it set out for its pose, and how long it takes, s.
+    /// Time since it left for its pose, and the duration of the way, s.
     time_s: f64,
     duration_s: f64,
     /// Largest speed of a joint on the way, rad/s.
     rate_rad_s: Vec<f64>,
 }
 
-/// Share of a joint's speed limit that the way to a pose takes: feet that stay where they are ask more of the legs than
-/// the straight way from pose to pose.
+/// Share of a joint's speed limit that the way to a pose uses: feet that stay in place demand more of the
+/// legs than the straight way from pose to pose.
 const RATE_SHARE: f64 = 0.7;
 
 impl Poise {
-    /// Standing.
+    /// A standing figure.
     pub fn standing(robot: &Robot, plan: FigurePlan) -> Poise {
         let rate =
             |joint: &crate::model::Joint| RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
@@ -95,12 +95,12 @@ impl Poise {
         poise
     }
 
-    /// What it knows of the robot.
+    /// Its plan.
     pub fn plan(&self) -> &FigurePlan {
         &self.plan
     }
 
-    /// The pose it is in or on the way to, index into the plan's.
+    /// The present or next pose, index into the plan's.
     pub fn pose(&self) -> usize {
         self.pose
     }
@@ -110,14 +110,14 @@ impl Poise {
         self.time_s >= self.duration_s
     }
 
-    /// How the trunk is carried now.
+    /// Present posture of the trunk.
     pub fn stance(&self) -> Stance {
         let [rise_m, pitch_rad, roll_rad, sway_m, forward_m] =
             self.trunk.map(|glide| glide.place(self.time_s));
         Stance { rise_m, pitch_rad, roll_rad, sway_m, forward_m }
     }
 
-    /// Sets out for another pose.
+    /// Starts the way to another pose.
     fn set_out(&mut self, pose: usize, state: &State) {
         let (Some(to), Some(to_rad)) = (self.plan.settings.poses.get(pose), self.plan.pose_rad.get(pose))
         else {
@@ -144,14 +144,14 @@ fn numbers(stance: Stance) -> [f64; 5] {
 }
 
 impl OnFeet for Poise {
-    /// A pose.
+    /// Index of a pose.
     type Command = usize;
 
     fn command(&self, order: Order, since_s: f64, move_for_s: f64) -> Option<usize> {
         match order {
             Order::Stop | Order::StopAtOnce => None,
             Order::Take(pose) => Some(pose),
-            // A figure does not walk, and knows no strokes.
+            // A figure does not walk and has no strokes.
             Order::Drive(_) | Order::Perform(_) => Some(0),
             Order::Go if since_s < STAND_S => Some(0),
             Order::Go if since_s < STAND_S + move_for_s => Some(self.plan.pose),
@@ -202,7 +202,7 @@ impl OnFeet for Poise {
         }
         let mut stance = self.stance();
         let (sit_m, stand_m) = self.heights_m();
-        // On the way up from sitting its middle goes from over the feet to over the feet.
+        // On the way up from sitting its middle moves from above the sitting feet to above the standing feet.
         if let Some(stand_forward_m) = self.plan.forward_m.first().filter(|_| stand_m > sit_m) {
             let share = (stand_m - height_m) / (stand_m - sit_m);
             stance.forward_m += share * (self.plan.sit_forward_m - stand_forward_m);

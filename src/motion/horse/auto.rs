@@ -1,8 +1,8 @@
-//! The gait that suits the speed.
+//! The gait that fits the speed.
 //!
-//! A horse goes faster in the gait it is in until the Froude number V^2 / (g h) of that gait, or nine tenths of
-//! what it can do in it, whichever is lower; there it takes the next gait. It goes back to the slower one well
-//! below, so that a speed near the border does not make it change to and fro.
+//! A horse goes faster in its present gait up to the Froude number V^2 / (g h) of that gait, or nine tenths
+//! of its top speed in it, whichever is lower; there it takes the next gait. It returns to the slower one
+//! well below, so that a speed near the border does not make it change to and fro.
 
 use super::HorsePlan;
 use super::planner::Wish;
@@ -10,15 +10,15 @@ use super::profile::Rates;
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.80665;
-/// Share of its top speed at which a gait is left for a faster one.
+/// Share of a gait's top speed at which the horse leaves it for a faster one.
 const TOP_SHARE: f64 = 0.9;
-/// Share of that border below which the slower gait is taken again.
+/// Share of that border below which the horse takes the slower gait again.
 const BACK_SHARE: f64 = 0.8;
-/// Share of the border that counts as having come to it.
+/// Share of the border that counts as having reached it.
 const REACHED_SHARE: f64 = 0.99;
 
-/// The wish of a horse that goes at `rates`, in the gait with index `present` or standing, and is to go at
-/// `wanted`, choosing the gait by speed.
+/// The wish of a horse that goes at `rates`, in the gait with index `present` or standing, and should go at
+/// `wanted`, with the gait chosen by speed.
 pub(super) fn wish(
     plan: &HorsePlan,
     present: Option<usize>,
@@ -31,7 +31,7 @@ pub(super) fn wish(
     }
     let ladder = |rung: usize| plan.ladder().nth(rung);
     let Some(first) = ladder(0) else { return Wish { gait: None, rates: Rates::STILL } };
-    // From a gait of no rung, or a stand, the ladder is entered at its foot.
+    // From a stand, or a gait outside the ladder, start at the bottom of the ladder.
     let rung = plan.ladder().position(|gait| Some(gait) == present).unwrap_or(0);
     let gait = ladder(rung).unwrap_or(first);
     let border_m_s = |gait: usize| border_m_s(plan, gait, wanted, reach_m);
@@ -64,7 +64,7 @@ fn limited(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> Wish {
     Wish { gait: Some(gait), rates: plan.limited(gait, wanted, reach_m) }
 }
 
-/// Speed above which the gait with index `gait` is left for the next faster one, m/s.
+/// Speed above which the horse leaves the gait with index `gait` for the next faster one, m/s.
 fn border_m_s(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> f64 {
     let settings = &plan.settings;
     let froude = settings.gaits[gait].auto_froude_max.unwrap_or(f64::INFINITY);

@@ -1,33 +1,33 @@
-//! The stride clock: when each leg lifts, through every change of gait.
+//! The stride clock: the lift-off times of each leg, through every change of gait.
 //!
-//! One clock for all legs. Its phase counts strides and goes on by `1 / T` a second; leg i lifts when the
-//! phase has passed its lag psi_i since the last whole number. A change of gait moves the period and the four
-//! lags along a quintic smooth step over a number of strides; all legs go on swinging for the swing time, so
-//! that a leg's stance, and nothing else, becomes longer or shorter.
+//! All legs share one clock. Its phase counts strides and advances by `1 / T` per second; leg i lifts when
+//! the phase has passed its phase offset psi_i since the last whole number. A change of gait moves the period
+//! and the four phase offsets along a quintic smooth step over a number of strides. All legs keep the same
+//! swing time, so that only the length of a leg's stance changes.
 
 use crate::model::Gait;
 use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step, smooth_step_integral};
 
-/// Period and lags at one end of a change.
+/// Period and phase offsets at one end of a change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Timing {
     period_s: f64,
     lags: [f64; 4],
 }
 
-/// When each leg lifts.
+/// Lift-off times of each leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrideClock {
     from: Timing,
     to: Timing,
-    /// Phase and time at which the change begins.
+    /// Phase and time at the start of the change.
     change_phase: f64,
     change_s: f64,
-    /// How long it takes, strides; 0 where there is none.
+    /// Length of the change, strides; 0 if there is none.
     strides: f64,
 }
 
-/// Newton steps and halvings after which a lift-off is found to rounding.
+/// Newton steps and halvings that suffice to find a lift-off to rounding.
 const STEPS: u32 = 60;
 
 impl StrideClock {
@@ -37,8 +37,8 @@ impl StrideClock {
         StrideClock { from: timing, to: timing, change_phase: 0.0, change_s: start_s, strides: 0.0 }
     }
 
-    /// From `start_s` on, over `strides`, to `gait`. The change that is under way must be over by then, or
-    /// begin later: it is given up.
+    /// The clock with a change to `gait` from `start_s` on, over `strides`. A change that is under way must
+    /// be over by then; one that begins later is dropped.
     pub fn change_to(&self, gait: &Gait, swing_time_s: f64, start_s: f64, strides: f64) -> StrideClock {
         let from = if start_s < self.change_end_s() { self.from } else { self.to };
         let shifts = shortest_shifts(&from.lags, &gait.lags);
@@ -54,22 +54,22 @@ impl StrideClock {
         }
     }
 
-    /// Strides as they are now, for good: a change that has not begun at `s` is given up.
+    /// The clock with its present strides for good: a change that has not begun at `s` is dropped.
     pub fn without_later_change(&self, s: f64) -> StrideClock {
         if s >= self.change_s { *self } else { StrideClock { to: self.from, strides: 0.0, ..*self } }
     }
 
-    /// How long the change takes, strides.
+    /// Length of the change, strides.
     pub fn change_strides(&self) -> f64 {
         self.strides
     }
 
-    /// When the change begins, s.
+    /// Start of the change, s.
     pub fn change_start_s(&self) -> f64 {
         self.change_s
     }
 
-    /// When the change is over, s.
+    /// End of the change, s.
     pub fn change_end_s(&self) -> f64 {
         self.time_in_change_s(1.0)
     }
@@ -99,7 +99,7 @@ impl StrideClock {
         }
     }
 
-    /// Strides since the left hind leg's lift-off at time `s`, by its lag before and after the change.
+    /// Strides since the left hind leg's lift-off at time `s`, by its phase offset before and after the change.
     pub(super) fn phases_since_left_hind(&self, s: f64) -> [f64; 2] {
         let phase = self.phase(s);
         [phase - self.from.lags[0], phase - self.to.lags[0]]
@@ -115,7 +115,7 @@ impl StrideClock {
         self.to.period_s
     }
 
-    /// Share of the change that is done at time `s`, smooth.
+    /// Completed share of the change at time `s`, smooth.
     pub fn share_changed(&self, s: f64) -> f64 {
         if self.strides <= 0.0 {
             return 1.0;
@@ -143,7 +143,7 @@ impl StrideClock {
         }
     }
 
-    /// The first lift-off of `leg` at or after time `s`: its number.
+    /// Number of the first lift-off of `leg` at or after time `s`.
     pub fn next_lift_off(&self, leg: usize, s: f64) -> i64 {
         #[allow(clippy::cast_possible_truncation, reason = "strides since the start fit")]
         let mut count = (self.phase(s) - self.from.lags[leg]).floor() as i64 - 1;
@@ -154,8 +154,8 @@ impl StrideClock {
     }
 }
 
-/// By how much each lag changes from `from` to `to`, strides: whole strides are added so that the legs
-/// move against each other as little as can be, and the middle of the changes is 0.
+/// Change of each phase offset from `from` to `to`, strides. Whole strides are added so that the legs shift
+/// as little as possible relative to each other, and the middle of the changes is 0.
 pub(super) fn shortest_shifts(from: &[f64; 4], to: &[f64; 4]) -> [f64; 4] {
     let change: [f64; 4] = std::array::from_fn(|leg| to[leg] - from[leg]);
     let spread = |shifts: &[f64; 4]| {
@@ -164,10 +164,10 @@ pub(super) fn shortest_shifts(from: &[f64; 4], to: &[f64; 4]) -> [f64; 4] {
     };
     let mut best = [0.0, 0.0, 0.0, f64::INFINITY];
     for first in 0..4 {
-        // Each other leg's change is brought into the stride that begins at this one's.
+        // Bring each other leg's change into the stride that begins at this leg's.
         let shifts = std::array::from_fn(|leg| {
             let beyond = (change[leg] - change[first]).rem_euclid(1.0);
-            // A stride but for rounding is no change.
+            // A whole stride, within rounding, is no change.
             change[first] + if beyond > 1.0 - 1e-9 { beyond - 1.0 } else { beyond }
         });
         if spread(&shifts) < spread(&best) - 1e-9 {
@@ -178,12 +178,12 @@ pub(super) fn shortest_shifts(from: &[f64; 4], to: &[f64; 4]) -> [f64; 4] {
     best.map(|shift| shift - 0.5 * (low + high))
 }
 
-/// Largest change of a lag from `from` to `to`, strides.
+/// Largest change of a phase offset from `from` to `to`, strides.
 pub(super) fn largest_shift(from: &Gait, to: &Gait) -> f64 {
     ends(&shortest_shifts(&from.lags, &to.lags)).1
 }
 
-/// Longest time between lift-offs of a leg in a change between the periods over `strides`, as a bound, s.
+/// Upper bound on the time between a leg's lift-offs in a change between the periods over `strides`, s.
 pub(super) fn longest_interval_s(longest_period_s: f64, largest_shift: f64, strides: f64) -> f64 {
     longest_period_s / (1.0 - SMOOTH_STEP_SLOPE_MAX * largest_shift / strides).max(0.1)
 }
@@ -192,7 +192,7 @@ fn ends(shifts: &[f64; 4]) -> (f64, f64) {
     shifts.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
 }
 
-/// Where the rising `f` passes 0 between 0 and 1: Newton's method, halving where it would leave the bracket.
+/// The zero of the rising `f` between 0 and 1: Newton's method, with a halving if it would leave the bracket.
 fn solve(f: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high, mut u) = (0.0, 1.0, 0.5);
     for _ in 0..STEPS {
@@ -222,7 +222,7 @@ mod tests {
         Gait::built_in().into_iter().find(|gait| gait.name == name).unwrap()
     }
 
-    /// The table of reference changes of lags, in the order left hind, left fore, right hind, right fore.
+    /// The table of reference changes of phase offsets, in the order left hind, left fore, right hind, right fore.
     #[test]
     fn lags_move_the_shortest_way() {
         let expected = [
@@ -237,7 +237,7 @@ mod tests {
             let (from, to) = (gait(from), gait(to));
             for (a, b, sign) in [(&from, &to, 1.0), (&to, &from, -1.0)] {
                 let found = shortest_shifts(&a.lags, &b.lags);
-                // Two spreads can be equal; then the mirror image of the change does as well.
+                // Two spreads can be equal; then the mirror image of the change is also right.
                 let same = (0..4).all(|leg| (found[leg] - sign * shifts[leg]).abs() < 1e-9);
                 assert!(same, "{} to {}: {found:?}", a.name, b.name);
             }
@@ -276,7 +276,7 @@ mod tests {
                     for (place, lift) in lifts.iter_mut().enumerate() {
                         *lift = clock.lift_off_s(leg, first + i64::try_from(place).unwrap());
                     }
-                    // Intervals between lift-offs never shrink to where a swing and a stance would not fit.
+                    // Intervals between lift-offs always leave room for a swing and a stance.
                     let mut count = clock.next_lift_off(leg, 0.0);
                     let mut before = clock.lift_off_s(leg, count);
                     while before < end_s {

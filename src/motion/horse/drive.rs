@@ -1,4 +1,4 @@
-//! A horse on its feet: follows commands, within what it can do, and says where trunk and feet are to be.
+//! A horse on its feet: follows commands within its capability, and sets the positions of trunk and feet.
 
 use glam::DVec2;
 
@@ -19,22 +19,23 @@ pub struct Drive {
     walk: Walk,
     planner: Planner,
     carriage: Carriage,
-    /// The posture asked for, and what it was limited to.
+    /// The requested posture, and its limited value.
     asked: Posture,
     granted: Posture,
-    /// Where the feet can be on the way the trunk is on.
+    /// Reach of the feet on the trunk's present way.
     way_reach: Reachable,
-    /// How much of the gaits' bob the trunk does, 0 to 1: it grows with the first stride and fades with the last.
+    /// Share of the gaits' bob that the trunk makes, 0 to 1: it grows with the first stride and fades with
+    /// the last.
     bob_share: f64,
-    /// Share of the gait's top speed it keeps to, 0 to 1.
+    /// Limit on speed, as a share of the gait's top speed, 0 to 1.
     speed_share: f64,
     now_s: f64,
-    /// Place of the trunk's middle over the ground, m.
+    /// Position of the trunk's middle over the ground, m.
     trunk_m: DVec2,
 }
 
 impl Drive {
-    /// Standing at time 0.
+    /// A horse that stands at time 0.
     pub fn standing(plan: HorsePlan) -> Drive {
         Drive {
             walk: Walk::standing(&plan),
@@ -51,12 +52,13 @@ impl Drive {
         }
     }
 
-    /// From now on keeps to this share of each gait's top speed, 0 to 1; the change is as smooth as that of any command.
+    /// Limits the speed from now on to this share of each gait's top speed, 0 to 1; the change is as smooth
+    /// as for a command.
     pub fn limit_speed(&mut self, share: f64) {
         self.speed_share = share;
     }
 
-    /// Stands at time 0 again, as if it had never gone anywhere.
+    /// Resets to standing at time 0, as if the horse had not moved yet.
     pub fn stand_anew(&mut self) {
         self.walk = Walk::standing(&self.plan);
         self.planner = Planner::new();
@@ -68,13 +70,13 @@ impl Drive {
         self.trunk_m = DVec2::ZERO;
     }
 
-    /// What it knows of the robot.
+    /// Its plan.
     pub fn plan(&self) -> &HorsePlan {
         &self.plan
     }
 
-    /// Goes on by `dt_s`, as `command` says; without one, to a level stand. A command with a number that is none
-    /// counts as none.
+    /// Advances by `dt_s` under `command`; without one, to a level stand. A command with a number that is not
+    /// finite counts as none.
     pub fn step(&mut self, dt_s: f64, command: Option<Command>) {
         let before_s = self.now_s;
         self.now_s += dt_s;
@@ -93,7 +95,7 @@ impl Drive {
             self.asked = command.posture;
             self.granted = self.plan.reach.limited(command.posture);
         }
-        // The gait it is on the way to: a change that begins by slowing down is no reason to give it up.
+        // The gait it is changing to: a change that begins by slowing down is no reason to drop that gait.
         let present = self.walk.strides.map(|strides| strides.to);
         let now = self.walk.rates(self.now_s);
         let (next, reach) = self.next_posture();
@@ -103,7 +105,7 @@ impl Drive {
             GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
                 Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) }
             }
-            // One change after the other: what is on the way is seen through.
+            // Finish one change before the next.
             GaitChoice::Auto => match present.filter(|_| self.has_change_to_come() && !wanted.is_still()) {
                 Some(gait) => Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) },
                 None => auto::wish(&self.plan, present, now, wanted, reach_m),
@@ -111,8 +113,8 @@ impl Drive {
             GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
         };
         let wish = self.slowed(wish, reach_m);
-        // A horse that is to stand does so in the posture it is in; and where its steps do not fit another posture yet,
-        // they must first be made to.
+        // A horse that should stand does so in its present posture. If its steps do not fit another posture
+        // yet, they must first be made to fit.
         let is_to_stand_first = wish.gait.is_none() && self.is_walking();
         let (plan, walk, now_s) = (&self.plan, &mut self.walk, self.now_s);
         self.planner.begin_cycle();
@@ -130,7 +132,7 @@ impl Drive {
         }
     }
 
-    /// `wish` within the share of the top speed it keeps to.
+    /// `wish` limited to the permitted share of the top speed.
     fn slowed(&self, mut wish: Wish, reach_m: f64) -> Wish {
         if let Some(gait) = wish.gait.filter(|_| self.speed_share < 1.0) {
             let speed_m_s = &mut wish.rates.speed_m_s;
@@ -140,15 +142,15 @@ impl Drive {
         wish
     }
 
-    /// True from when a change of gait is planned until it is over.
+    /// True from the time a change of gait is planned until it is over.
     fn has_change_to_come(&self) -> bool {
         self.walk
             .strides
             .is_some_and(|strides| strides.from != strides.to && self.now_s < strides.clock.change_end_s())
     }
 
-    /// The posture to go to next, and where the feet can be until it is reached: straight to the one that is
-    /// granted, or by way of the level stand.
+    /// The posture to go to next, and the reach of the feet until then: straight to the granted posture, or
+    /// by way of the level stand.
     fn next_posture(&self) -> (Posture, Reachable) {
         let table = &self.plan.reach;
         if self.carriage.now() == self.granted && self.carriage.goal() == self.granted {
@@ -169,7 +171,7 @@ impl Drive {
         if self.carriage.goal() == level { (level, self.way_reach) } else { (level, way_to(level)) }
     }
 
-    /// The trunk's middle goes along its heading.
+    /// Moves the trunk's middle along its heading.
     fn move_trunk(&mut self, before_s: f64) {
         let profile = &self.walk.profile;
         let heading_rad = 0.5 * (profile.turn_rad(before_s) + profile.turn_rad(self.now_s));
@@ -187,17 +189,17 @@ impl Drive {
         self.bob_share = (self.bob_share + if is_ending { -step } else { step }).clamp(0.0, 1.0);
     }
 
-    /// True once it stands level on its neutral points, and will go on to.
+    /// True once the horse stands level on its neutral points and will stay so.
     pub fn is_standing(&self) -> bool {
         self.walk.is_standing() && self.carriage.is_level()
     }
 
-    /// True while it takes steps.
+    /// True while the horse takes steps.
     pub fn is_walking(&self) -> bool {
         !self.walk.is_standing()
     }
 
-    /// True once it goes in the gait, and at the speed and turn, that `command` names, or as near to it as it can.
+    /// True once the horse goes in the gait, and at the speed and turn, of `command`, or as near to it as possible.
     pub fn does(&self, command: Command) -> bool {
         let is_changing = self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s));
         let is_asked_gait = match command.gait {
@@ -216,23 +218,23 @@ impl Drive {
         self.walk.rates(self.now_s)
     }
 
-    /// The gait, index into the robot's gaits; none when it stands.
+    /// The gait, index into the robot's gaits; `None` when the horse stands.
     pub fn gait(&self) -> Option<usize> {
         self.walk.gait(self.now_s)
     }
 
-    /// True on the way from one gait to another.
+    /// True during a change of gait.
     pub fn is_changing_gait(&self) -> bool {
         self.walk.strides.is_some_and(|strides| strides.is_changing(self.now_s))
     }
 
-    /// Stances and swings looked at in the last step to find a plan.
+    /// Stances and swings checked in the last step to find a plan.
     #[cfg(test)]
     pub(super) fn looked(&self) -> u32 {
         self.planner.looked
     }
 
-    /// The steps it takes.
+    /// Its steps.
     pub fn walk(&self) -> &Walk {
         &self.walk
     }

@@ -1,25 +1,26 @@
-//! A plan looked through to its end: does every foot stay in its reach, stand long enough, swing slowly enough?
+//! Checks a plan to its end: does every foot stay in its reach, stand long enough, swing slowly enough?
 
 use super::SHORTEST_STANCE;
 use super::reach_table::Reachable;
 use super::walk::{Foot, Leg, Strides, Walk};
 
-/// Instants at which a swing is looked at, beside its turning points.
+/// Instants at which a swing is checked, in addition to its turning points.
 const SWING_INSTANTS: u32 = 16;
-/// Steps of one leg after which a plan counts as too long to look through.
+/// A plan with more steps of one leg than this counts as too long to check.
 const EVENTS: u32 = 400;
-/// Stances and swings of all legs looked at in one plan.
+/// Most stances and swings of all legs that are checked in one plan.
 #[cfg(test)]
 pub(super) const PLAN_LOOKS_MAX: u32 = 4 * EVENTS;
 
 impl Walk {
-    /// True if from `from_s` on, as planned, every foot stays where `reach` says it can be, and every foot that lands
-    /// stands for the shortest stance at least. What is looked at is counted in `looked`, in stances and swings.
+    /// True if, from `from_s` on, the plan keeps every foot within `reach`, and every foot that lands stands
+    /// at least for the shortest stance. `looked` counts the stances and swings checked.
     pub(super) fn stays_in_reach(&self, from_s: f64, reach: &Reachable, looked: &mut u32) -> bool {
         let Some(strides) = self.strides else { return true };
         let clock = &strides.clock;
         let settled_s = self.profile.settled_s().max(clock.change_end_s());
-        // A foot that lifts when all is settled lands in a steady stride; it has landed and lifts once more.
+        // A foot that lifts when all is settled lands in a steady stride; by then it has landed and lifts
+        // once more.
         let until_s = settled_s.max(from_s) + 2.0 * clock.longest_period_s(from_s);
         (0..4).all(|index| self.leg_stays_in_reach(&strides, index, (from_s, until_s), reach, looked))
     }
@@ -54,7 +55,7 @@ impl Walk {
         false
     }
 
-    /// True if the foot of `leg`, number `index`, keeps to its reach from `from_s` to `to_s`, between two events.
+    /// True if the foot of `leg`, number `index`, stays in its reach from `from_s` to `to_s`, between two events.
     fn part_stays_in_reach(
         &self,
         leg: &Leg,
@@ -74,7 +75,7 @@ impl Walk {
                     lifted_s + self.swing.time_s * f64::from(instant) / f64::from(SWING_INSTANTS)
                 });
                 all = all && self.swings_slowly_enough(leg, lifted_s, to_m - from_m, from_s);
-                // Where the foot is as fast as its root: the swing's furthest points.
+                // The swing's furthest points: there the foot is as fast as its root.
                 let landed_s = lifted_s + self.swing.time_s;
                 let fast_s = |s: f64| {
                     self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m))
@@ -87,7 +88,7 @@ impl Walk {
         all
     }
 
-    /// True if the foot of `leg` on its swing of `way_m` is nowhere from `from_s` on too fast against the trunk.
+    /// True if the foot of `leg` in its swing of `way_m` is never too fast relative to the trunk from `from_s` on.
     fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, way_m: f64, from_s: f64) -> bool {
         let Some(Strides { swing_speed_max_m_s, .. }) = self.strides else { return true };
         let fastest_m_s = self.swing.fastest_m_s(way_m);

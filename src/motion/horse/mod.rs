@@ -1,7 +1,7 @@
 //! The walking horse: a trunk that follows commands and four feet that step under it.
 //!
 //! ```text
-//! Command -> limits, gait by speed (drive, auto) -> plan looked through ahead (planner)
+//! Command -> limits, gait by speed (drive, auto) -> plan checked ahead (planner)
 //!         -> speed profile and stride clock -> feet (walk) -> tips under a leaning trunk (posture)
 //! ```
 
@@ -35,31 +35,31 @@ pub use walk::{FootPlace, Walk};
 /// A horse from limp to limp.
 pub type HorseGenerator = LeggedGenerator<Drive>;
 
-/// Share of the half-excursion steady strides fill: while the speed changes, feet go a little further.
+/// Share of the half-excursion that steady strides fill: while the speed changes, feet go a little further.
 const PLANNED_SHARE: f64 = 0.99;
 /// Shortest stance of a change, swing times: 60 ms of the thesis' 0.3 s.
 const SHORTEST_STANCE: f64 = 0.2;
 
-/// What a walk needs to know of the robot, worked out when the robot loads, and what it is to do.
+/// Data about the robot that a walk needs, computed when the robot loads, and the command it starts with.
 #[derive(Debug, Clone)]
 pub struct HorsePlan {
     /// The robot's own settings.
     pub settings: HorseMotion,
     /// Neutral foot point of each leg when standing, body frame, m.
     pub neutral_in_body: [DVec3; 4],
-    /// How far fore and aft of it every foot may go, by posture.
+    /// How far fore and aft of that point each foot may go, by posture.
     pub reach: ReachTable,
     /// Joint angles of the sitting robot, all chains, rad.
     pub sit_pose_rad: Vec<f64>,
-    /// How fast each of the settings' gaits can go.
+    /// Top speed of each of the settings' gaits.
     pub paces: Vec<Pace>,
-    /// True if servos turn its joints, false for a robot on paper.
+    /// True if servos turn its joints; false for a robot on paper.
     pub is_driven: bool,
-    /// What to do when the operator says no more than to go.
+    /// The command to carry out if the operator says no more than to go.
     pub command: Command,
 }
 
-/// How fast a gait can go, m/s, both 0 or more.
+/// Top speeds of a gait, m/s, both 0 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     /// Forward.
@@ -80,7 +80,7 @@ impl Pace {
 }
 
 impl HorsePlan {
-    /// Name of a choice of gait, as files and options have it.
+    /// Name of a choice of gait, as used in files and options.
     pub fn gait_name(&self, choice: GaitChoice) -> &str {
         match choice {
             GaitChoice::Stand => "stand",
@@ -89,7 +89,7 @@ impl HorsePlan {
         }
     }
 
-    /// The choice of gait with that name; none if there is no such gait.
+    /// The choice of gait with that name; `None` if there is no such gait.
     pub fn gait_choice(&self, name: &str) -> Option<GaitChoice> {
         match name {
             "stand" => Some(GaitChoice::Stand),
@@ -98,7 +98,7 @@ impl HorsePlan {
         }
     }
 
-    /// The fastest the robot goes in a choice of gait, standing level.
+    /// Top speeds of the robot in a choice of gait, standing level.
     pub fn pace(&self, choice: GaitChoice) -> Pace {
         let of_gait = |gait: usize| self.paces.get(gait).copied().unwrap_or(Pace::NONE);
         match choice {
@@ -108,12 +108,12 @@ impl HorsePlan {
         }
     }
 
-    /// The fastest the robot goes forward in a choice of gait, standing level, m/s.
+    /// Top forward speed of the robot in a choice of gait, standing level, m/s.
     pub fn top_speed_m_s(&self, choice: GaitChoice) -> f64 {
         self.pace(choice).forward_m_s
     }
 
-    /// The same plan, to go straight ahead in a gait at `share` of its top speed.
+    /// The same plan, with the command to go straight ahead in a gait at `share` of its top speed.
     #[must_use]
     pub fn at_share(mut self, choice: GaitChoice, share: f64) -> HorsePlan {
         let speed_m_s = share * self.top_speed_m_s(choice);
@@ -130,8 +130,8 @@ impl HorsePlan {
         }
     }
 
-    /// Largest speed of a foot against the trunk, in mid-swing of the gait with index `gait` at its servos' top
-    /// speed, m/s; infinite for legs without servos, and while their paces are not known yet.
+    /// Largest speed of a foot relative to the trunk, in mid-swing of the gait with index `gait` at its
+    /// servos' top speed, m/s; infinite for legs without servos, and while their paces are not known yet.
     fn swing_speed_max_m_s(&self, gait: usize) -> f64 {
         let Some(pace) = self.paces.get(gait).filter(|_| self.is_driven) else { return f64::INFINITY };
         let top_m_s = pace.forward_m_s.max(pace.backward_m_s);
@@ -139,8 +139,8 @@ impl HorsePlan {
         self.swing().fastest_m_s(stride_m) - top_m_s
     }
 
-    /// The speed at which a foot that lifts every `interval_s` swings as fast against the trunk as it may in one of
-    /// two gaits, m/s.
+    /// The speed at which a foot that lifts every `interval_s` swings as fast relative to the trunk as either
+    /// of two gaits allows, m/s.
     fn speed_by_swing_m_s(&self, from: usize, to: usize, interval_s: f64) -> f64 {
         let fastest_m_s = self.swing_speed_max_m_s(from).max(self.swing_speed_max_m_s(to));
         fastest_m_s / (self.swing().fastest_m_s(interval_s) - 1.0)
@@ -153,20 +153,20 @@ impl HorsePlan {
         PLANNED_SHARE * reach_m / (0.5 * stance_s + overshoot_s)
     }
 
-    /// The fastest the legs' reach lets the gait with index `gait` go, m/s.
+    /// Top speed of the gait with index `gait` that the legs' reach allows, m/s.
     pub fn top_speed_by_reach_m_s(&self, gait: usize, reach_m: f64) -> f64 {
         let (gait, swing_s) = (&self.settings.gaits[gait], self.settings.swing_time_s);
         self.speed_by_reach_m_s(gait.stance_s(swing_s), gait.period_s(swing_s), reach_m)
     }
 
-    /// The fastest the gait with index `gait` goes in the direction of `speed_m_s`, m/s, 0 or more.
+    /// Top speed of the gait with index `gait` in the direction of `speed_m_s`, m/s, 0 or more.
     fn top_m_s(&self, gait: usize, speed_m_s: f64, reach_m: f64) -> f64 {
         let Pace { forward_m_s, backward_m_s } = self.paces[gait];
         let by_servos_m_s = if speed_m_s < 0.0 { backward_m_s } else { forward_m_s };
         by_servos_m_s.min(self.top_speed_by_reach_m_s(gait, reach_m))
     }
 
-    /// True if the robot has the gait and can go in it at all.
+    /// True if the robot has the gait and can move in it.
     fn can_do(&self, gait: usize) -> bool {
         self.paces.get(gait).is_some_and(|pace| pace.forward_m_s > 0.0)
     }
@@ -187,7 +187,7 @@ impl HorsePlan {
         self.neutral_in_body.iter().map(|neutral| rates.at_side_m_s(neutral.y).abs()).fold(0.0, f64::max)
     }
 
-    /// The slower of two.
+    /// The slower of the two.
     fn slowest(&self, a: Rates, b: Rates) -> Rates {
         if self.fastest_plane_m_s(a) <= self.fastest_plane_m_s(b) { a } else { b }
     }
@@ -198,13 +198,13 @@ impl HorsePlan {
         if fastest_m_s <= top_m_s { rates } else { rates * (top_m_s / fastest_m_s) }
     }
 
-    /// Time of a change of speed in which no leg's plane passes the acceleration limit, s.
+    /// Duration of a change of speed in which no leg's plane exceeds the acceleration limit, s.
     fn ramp_s(&self, from: Rates, to: Rates) -> f64 {
         self.fastest_plane_m_s(to - from) / self.settings.acceleration_m_s2
     }
 
-    /// What the robot can do of `wanted` in the gait with index `gait`: first the turn is held to its limit, then
-    /// the speed to what that leaves, so that a horse at its top speed slows down to turn.
+    /// `wanted` limited to what the robot can do in the gait with index `gait`: first the turn to its limit,
+    /// then the speed to what that leaves, so that a horse at its top speed slows down to turn.
     fn limited(&self, gait: usize, wanted: Rates, reach_m: f64) -> Rates {
         let forward_m_s = self.top_m_s(gait, 1.0, reach_m);
         let backward_m_s = self.top_m_s(gait, -1.0, reach_m);

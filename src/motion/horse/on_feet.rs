@@ -1,4 +1,4 @@
-//! A horse as a robot that stands up, does something on its feet, and stops.
+//! A horse as a robot that stands up, acts on its feet, and stops.
 
 use super::Drive;
 use crate::motion::legged::{OnFeet, STAND_S};
@@ -12,7 +12,7 @@ impl OnFeet for Drive {
         match order {
             Order::Stop | Order::StopAtOnce => None,
             Order::Drive(command) => Some(command),
-            // A horse knows no strokes and no poses.
+            // A horse has no strokes and no poses.
             Order::Perform(_) | Order::Take(_) => Some(Command::default()),
             Order::Go if since_s < STAND_S => Some(Command::default()),
             Order::Go if since_s < STAND_S + move_for_s => Some(self.plan().command),

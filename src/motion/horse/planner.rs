@@ -1,15 +1,15 @@
-//! From what is wanted to a plan that every foot can follow.
+//! From a wish to a plan that every foot can follow.
 //!
-//! A plan says ahead how speed, turn and gait will change. One is taken only if, looked through to its end, it
-//! leaves every foot in its reach; else the next one is tried, and what is under way goes on. Feet already
-//! down or in the air were placed for the old plan: a change that begins late enough, and goes gently, finds them all
-//! placed for it.
+//! A plan fixes in advance how speed, turn and gait will change. The planner takes one only if, checked to
+//! its end, it leaves every foot within its reach; otherwise it tries the next, and the present plan
+//! continues. Feet already down or in the air were placed for the old plan: a change that begins late enough,
+//! and gently, finds all of them placed for it.
 //!
-//! A change of gait: slow down to a speed both gaits and the legs between them can do, move the stride clock to
-//! the new gait in one to four strides, go on to the new speed.
+//! To change the gait, the horse slows down to a speed that both gaits and the transition between them allow,
+//! moves the stride clock to the new gait in one to four strides, and then goes to the new speed.
 //!
-//! To look a plan through takes long, and there are many ways to do what is wished: a cycle looks at so many, and the
-//! next one goes on from there.
+//! To check a plan takes long, and there are many ways to fulfil a wish: one cycle checks a limited number,
+//! and the next continues from there.
 
 use super::HorsePlan;
 use super::clock::{largest_shift, longest_interval_s};
@@ -18,30 +18,30 @@ use super::reach_table::Reachable;
 use super::walk::{Strides, Walk};
 use crate::motion::curves::SMOOTH_STEP_SLOPE_MAX;
 
-/// Lengths of a change of gait that are tried, strides.
+/// Lengths of a change of gait to try, strides.
 const STRIDES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.0];
-/// Share of the speed a change of gait could be made at by rule, and the factor from one try to the next.
+/// Share of the allowed speed at which a change of gait is first tried, and the factor from one try to the next.
 const CHANGE_SPEED_SHARE: f64 = 0.98;
 const SLOWER: f64 = 0.93;
-/// How often it is slowed down before it is tried at full speed again, in another phase of the stride.
+/// Number of slower speeds to try before full speed is tried again, in another phase of the stride.
 const TIMES_SLOWER: usize = 8;
-/// Ways to change the gait that are tried in a cycle: two speeds or lengths, at each moment it may begin.
+/// Ways to change the gait that one cycle tries: two speeds or lengths, at each moment it may begin.
 const TRIES: usize = 2 * STARTS.len();
-/// Stances and swings that may be looked at in a cycle before another plan is begun to be looked through.
+/// Number of stances and swings that a cycle may check before it must not begin to check another plan.
 pub(super) const LOOKS_MAX: u32 = 800;
-/// A wish that cannot be followed now is looked at again after this time: the phase of the stride is another one then.
-/// Fast loops are spared the work of every cycle.
+/// Time after which a wish that cannot be followed is tried again, s: the phase of the stride has changed by
+/// then. This spares fast loops the work in every cycle.
 const RETRY_S: f64 = 0.009;
-/// When a change may begin, shares of the longest period from now on; the last is a swing time more.
+/// When a change may begin: shares of the longest period from now on; the last adds one swing time.
 const STARTS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
-/// How much longer than the acceleration limit asks for a change of speed may take: feet in the air when the trunk
-/// slows down, or not yet as fast as it will be, swing faster against it.
+/// Factors by which a change of speed may take longer than the acceleration limit requires: feet that are in
+/// the air while the trunk slows down, or before it is at full speed, swing faster relative to it.
 const STRETCHES: [f64; 8] = [1.0, 1.5, 2.5, 4.0, 8.0, 16.0, 50.0, 150.0];
 
-/// What is wanted, within what the robot can do.
+/// The wish, within what the robot can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wish {
-    /// Index into the robot's gaits; none to stand.
+    /// Index into the robot's gaits; `None` to stand.
     pub(super) gait: Option<usize>,
     pub(super) rates: Rates,
 }
@@ -49,60 +49,60 @@ pub(super) struct Wish {
 /// Follows wishes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Planner {
-    /// The wish the walk's plan leads to, and the reach it was looked through with.
+    /// The wish that the walk's plan leads to, and the reach it was checked with.
     followed: Option<(Wish, Reachable)>,
-    /// Changes of gait tried in vain for this wish.
+    /// Failed changes of gait for this wish.
     tries: usize,
     wished: Option<Wish>,
-    /// What was tried in vain, by which of a cycle's two reaches it was for.
+    /// Failed attempts, one entry for each of a cycle's two reaches.
     vain: [Option<Vain>; 2],
-    /// Stances and swings looked at in this cycle.
+    /// Stances and swings checked in this cycle.
     pub(super) looked: u32,
 }
 
-/// Which reach the feet are to keep to: that of the posture to go to, or that of the way the trunk is on.
+/// The reach that the feet must keep to: that of the posture to go to, or that of the trunk's present way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Within {
     Next,
     Present,
 }
 
-/// What was tried in vain to follow a wish.
+/// Failed attempts to follow a wish.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Vain {
     wish: Wish,
-    /// Ways tried: the next cycle goes on with the one after them.
+    /// Number of ways tried: the next cycle continues after them.
     ways: usize,
-    /// When all had been tried, s, and the reach they were looked through with.
+    /// Time when all had been tried, s, and the reach they were checked with.
     refused: Option<(Reachable, f64)>,
 }
 
-/// What came of trying to follow a wish.
+/// Result of an attempt to follow a wish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Found {
-    /// It is followed.
+    /// A way was found and taken.
     Way,
-    /// There are ways left, which the next cycle tries.
+    /// Some ways are untried; the next cycle tries them.
     NoneYet,
-    /// All ways have been tried in vain.
+    /// All ways failed.
     None,
 }
 
-/// A cycle's part of trying the ways to follow a wish.
+/// One cycle's part of the search for a way to follow a wish.
 struct Search {
-    /// Ways tried so far.
+    /// Number of ways tried so far.
     ways: usize,
-    /// None of them in this cycle.
+    /// True if this cycle has tried no way yet.
     is_first: bool,
-    /// All have been tried.
+    /// True if all have been tried.
     is_over: bool,
-    /// Stances and swings looked at in this cycle.
+    /// Stances and swings checked in this cycle.
     looked: u32,
 }
 
 impl Search {
-    /// True if another of `count` ways may be tried in this cycle, which it then counts as. One always may: a cycle that
-    /// has looked at much before is no reason to stand still.
+    /// True if this cycle may try another of `count` ways, and counts it. One try is always allowed: a cycle
+    /// that has already checked many is no reason to stand still.
     fn next_of(&mut self, count: usize) -> bool {
         self.is_over = self.ways >= count;
         let goes_on = !self.is_over && (self.is_first || self.looked < LOOKS_MAX);
@@ -117,12 +117,13 @@ impl Planner {
         Planner { followed: None, tries: 0, wished: None, vain: [None; 2], looked: 0 }
     }
 
-    /// A cycle begins, in which so much is looked at as one may.
+    /// Begins a cycle with its full allowance of checks.
     pub(super) fn begin_cycle(&mut self) {
         self.looked = 0;
     }
 
-    /// Makes `walk` follow `wish` from time `now_s` on, every foot within `reach`, if a way to begin that now is found.
+    /// Makes `walk` follow `wish` from time `now_s` on, with every foot within `reach`, if there is a way
+    /// that can begin now.
     pub(super) fn follow(
         &mut self,
         plan: &HorsePlan,
@@ -142,7 +143,7 @@ impl Planner {
                 return Found::Way;
             }
         }
-        // The plan does not lead where it should; it may have been a compromise.
+        // The plan does not lead to the wish; it may have been a compromise.
         self.followed = None;
         if self.wished != Some(wish) {
             (self.wished, self.tries) = (Some(wish), 0);
@@ -165,17 +166,17 @@ impl Planner {
         if search.is_over { Found::None } else { Found::NoneYet }
     }
 
-    /// True if what `walk` does now keeps to `reach`.
+    /// True if the present plan of `walk` keeps to `reach`.
     pub(super) fn keeps(&mut self, walk: &Walk, now_s: f64, reach: &Reachable) -> bool {
         walk.stays_in_reach(now_s, reach, &mut self.looked)
     }
 
-    /// True if what is wished is being done.
+    /// True if the robot does what is wished.
     pub(super) fn has_settled(&self) -> bool {
         self.followed.is_some_and(|(wish, _)| self.wished.is_none_or(|wished| wished == wish))
     }
 
-    /// True if it can be followed; what is found is taken.
+    /// True if the wish can be followed; a way that is found is taken.
     #[allow(clippy::too_many_arguments, reason = "what is there, what is wished, and how far the search is")]
     fn try_to_follow(
         &mut self,
@@ -206,10 +207,10 @@ impl Planner {
                         self.try_to_change_gait(plan, walk, (&steady, now_s), wish, reach, search)
                     }
                     Some(gait) if gait != present => {
-                        // Another gait is just being taken: the speed can follow, within what that one can do.
+                        // A change of gait is under way: the speed can follow within that gait's limits.
                         let rates = plan.limited(present, wish.rates, reach.half_excursion_m);
                         let found = change_speed(plan, &steady, now_s, rates, reach, search);
-                        // One that was found is not improved on in the next cycle.
+                        // The next cycle does not improve on a way that was found.
                         search.is_over |= take(walk, found);
                         false
                     }
@@ -254,16 +255,16 @@ fn take(walk: &mut Walk, found: Option<Walk>) -> bool {
     }
 }
 
-/// A change of gait that might do.
+/// A possible change of gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Change {
     rates: Rates,
     strides: f64,
-    /// Of the ramps before and after it.
+    /// Stretch of the ramps before and after the change.
     stretch: f64,
 }
 
-/// The change of gait to try as number `number`: those that take least time first, then all of them slower.
+/// The change of gait to try as number `number`: the quickest first, then all of them slower.
 fn change_of_gait(
     plan: &HorsePlan,
     now: Rates,
@@ -298,7 +299,7 @@ fn change_of_gait(
     options[option].1
 }
 
-/// When a change may begin, from `now_s` on.
+/// Times at which a change may begin, from `now_s` on.
 fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
     let period_s = walk.strides.map_or(0.0, |strides| strides.clock.longest_period_s(now_s));
     let mut starts = STARTS.map(|share| now_s + share * period_s);
@@ -306,14 +307,14 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
     starts
 }
 
-/// Time of a change of speed, s. To a stand and from one it takes a stride at least, so that every leg has a part in it.
+/// Duration of a change of speed, s. To or from a stand it takes at least a stride, so that every leg takes part.
 fn ramp_s(plan: &HorsePlan, walk: &Walk, from: Rates, to: Rates) -> f64 {
     let stride_s = walk.strides.map_or(0.0, |strides| strides.clock.settled_period_s());
     let is_start_or_stop = from.is_still() != to.is_still();
     plan.ramp_s(from, to).max(if is_start_or_stop { stride_s } else { 0.0 })
 }
 
-/// `walk` with its speed changed to `rates`, as soon as that can be done, by one of the ways that are tried in this cycle.
+/// `walk` with its speed changed to `rates` as soon as possible, by one of the ways that this cycle tries.
 fn change_speed(
     plan: &HorsePlan,
     walk: &Walk,
@@ -322,7 +323,7 @@ fn change_speed(
     reach: &Reachable,
     search: &mut Search,
 ) -> Option<Walk> {
-    // What is over first is tried first.
+    // The way that ends first is tried first.
     let shortest_s = ramp_s(plan, walk, walk.rates(now_s), rates);
     let mut ways = [(0.0, 0.0); STARTS.len() * STRETCHES.len()];
     for (start, start_s) in starts(plan, walk, now_s).into_iter().enumerate() {
@@ -344,8 +345,8 @@ fn change_speed(
     None
 }
 
-/// `walk` with its gait changed as `change` says from `start_s` on, and then its speed to `rates`; none if there is no room
-/// for that in its profile.
+/// `walk` with its gait changed as `change` says from `start_s` on, and then its speed to `rates`; `None` if
+/// its profile has no room.
 fn change_gait(
     plan: &HorsePlan,
     walk: &Walk,

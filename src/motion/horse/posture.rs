@@ -1,19 +1,20 @@
-//! How the trunk is carried over the feet, and how it gets from one posture to the next.
+//! Posture of the trunk over the feet, and the transition from one posture to the next.
 
 use glam::{DQuat, DVec3};
 
 use crate::motion::Posture;
 
-/// Fastest change of height, shares of the standing height a second.
+/// Fastest change of height, shares of the standing height per second.
 const RISE_RATE: f64 = 0.2;
 /// Fastest change of pitch and roll, rad/s.
 const TILT_RATE_RAD_S: f64 = 0.2;
 /// Time constant that rounds the corners of a change, s.
 const ROUNDING_S: f64 = 0.15;
-/// A posture from which the goal is this near, at those rates, is there, s.
+/// A posture has reached its goal once it is this close in time at those rates, s.
 const THERE_S: f64 = 1e-7;
 
-/// The posture now, on its straight way to a goal: at a constant rate, corners rounded, so that no velocity jumps.
+/// The present posture, on its straight way to a goal: at a constant rate, with rounded corners, so that no
+/// velocity jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Carriage {
     stand_height_m: f64,
@@ -38,7 +39,7 @@ impl Carriage {
         self.goal
     }
 
-    /// The two postures between which and a new goal it would be on its way.
+    /// The two postures from which the way to a new goal would start.
     pub(super) fn way_begins(&self) -> [Posture; 2] {
         [self.now, self.lead]
     }
@@ -47,7 +48,7 @@ impl Carriage {
         self.goal = goal;
     }
 
-    /// True once the trunk is level at its standing height, to stay.
+    /// True once the trunk is level at its standing height and will stay so.
     pub(super) fn is_level(&self) -> bool {
         let level = Posture::default();
         self.goal == level && self.now == level
@@ -69,26 +70,26 @@ impl Carriage {
     }
 }
 
-/// Where the trunk of a leg is above the ground its foot stands on, and how it leans.
+/// Height of the trunk above the ground that a leg's foot stands on, and its lean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lean {
     /// Height of the trunk's middle, m.
     pub height_m: f64,
-    /// Nose down, rad.
+    /// Pitch, nose down, rad.
     pub pitch_rad: f64,
-    /// Left side up, rad.
+    /// Roll, left side up, rad.
     pub roll_rad: f64,
 }
 
 impl Lean {
-    /// Turn of the trunk against the level, its heading left aside.
+    /// Rotation of the trunk relative to level, without its heading.
     pub fn tilt(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
     }
 
-    /// Body-frame place of a foot `forward_m` ahead of the trunk's middle and `up_m` above the ground, level,
-    /// in the plane `side_m` to the left of the trunk's own middle plane, m. The plane leans with the trunk: in
-    /// a roll the foot is where the plane meets that height.
+    /// Position in the body frame of a foot `forward_m` ahead of the trunk's middle and `up_m` above the
+    /// ground, level, in the plane `side_m` to the left of the trunk's own middle plane, m. The plane leans
+    /// with the trunk: in a roll the foot is where the plane meets that height.
     pub fn tip_in_body(&self, forward_m: f64, up_m: f64, side_m: f64) -> DVec3 {
         let (pitch_sine, pitch_cosine) = self.pitch_rad.sin_cos();
         let (roll_sine, roll_cosine) = self.roll_rad.sin_cos();
@@ -129,7 +130,7 @@ mod tests {
             }
             carriage.advance(dt);
             let speed = (carriage.now().rise_m - before.rise_m) / dt;
-            // The lead turns round at once, which the time constant makes an acceleration.
+            // The lead reverses at once; the time constant turns this into an acceleration.
             let bound = 2.0 * RISE_RATE * 0.19 / ROUNDING_S;
             assert!((speed - speed_before).abs() <= bound * dt, "cycle {cycle}");
             (before, speed_before) = (carriage.now(), speed);

@@ -1,11 +1,11 @@
-//! How fast the trunk goes and turns over time, known ahead.
+//! The trunk's speed and turn over time, known in advance.
 
 use std::ops::{Add, Mul, Sub};
 
 /// Speed and turn of the trunk.
 ///
-/// A leg works in one plane, fore and aft, at a fixed place beside the trunk's middle. In a turn each plane has
-/// a speed of its own, `V - w y`, and so its own stride.
+/// A leg works in one plane, fore and aft, at a fixed distance beside the trunk's middle. In a turn each
+/// plane has its own speed, `V - w y`, and so its own stride.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rates {
     /// Forward, m/s.
@@ -23,7 +23,7 @@ impl Rates {
         self.speed_m_s - self.yaw_rate_rad_s * side_m
     }
 
-    /// True if nothing moves.
+    /// True if both rates are zero.
     pub fn is_still(self) -> bool {
         self.speed_m_s.abs() < f64::MIN_POSITIVE && self.yaw_rate_rad_s.abs() < f64::MIN_POSITIVE
     }
@@ -53,18 +53,18 @@ impl Mul<f64> for Rates {
     }
 }
 
-/// Most pieces a profile has: what goes on now, and two ramps with the time between them, twice over.
+/// Most pieces of a profile: the present motion, and two ramps with the time between them, twice over.
 const PIECES: usize = 10;
 
 /// Constant acceleration from `start_s` on, until the next piece begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Piece {
     start_s: f64,
-    /// At its start.
+    /// Rates at its start.
     rates: Rates,
-    /// Change per second.
+    /// Change of the rates per second.
     gain: Rates,
-    /// Way and turn of the trunk until its start, m and rad.
+    /// Path length and heading of the trunk up to its start, m and rad.
     way_m: f64,
     turn_rad: f64,
 }
@@ -85,7 +85,7 @@ impl Piece {
     }
 }
 
-/// Speed and turn over time: straight lines, joined without a jump; constant behind the last.
+/// Speed and turn over time: straight lines, joined without a jump; constant after the last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedProfile {
     pieces: [Piece; PIECES],
@@ -93,7 +93,7 @@ pub struct SpeedProfile {
 }
 
 impl SpeedProfile {
-    /// The same rates for good; way and turn are 0 at time 0.
+    /// The same rates for good; path length and heading are 0 at time 0.
     pub fn constant(rates: Rates) -> SpeedProfile {
         let mut pieces = [Piece::default(); PIECES];
         pieces[0].rates = rates;
@@ -114,28 +114,28 @@ impl SpeedProfile {
         self.piece(s).rates_at(s)
     }
 
-    /// Way of the trunk's middle until time `s`, along itself, m.
+    /// Path length of the trunk's middle up to time `s`, m.
     pub fn way_m(&self, s: f64) -> f64 {
         self.piece(s).way_m(s)
     }
 
-    /// Heading at time `s`, rad, to the left of that at time 0.
+    /// Heading at time `s`, rad, to the left of the heading at time 0.
     pub fn turn_rad(&self, s: f64) -> f64 {
         self.piece(s).turn_rad(s)
     }
 
-    /// Way until time `s` of the plane `side_m` to the left of the trunk's middle, m.
+    /// Path length up to time `s` of the plane `side_m` to the left of the trunk's middle, m.
     pub fn way_at_side_m(&self, s: f64, side_m: f64) -> f64 {
         let piece = self.piece(s);
         piece.way_m(s) - piece.turn_rad(s) * side_m
     }
 
-    /// When the last change is over, s.
+    /// Time when the last change is over, s.
     pub fn settled_s(&self) -> f64 {
         self.pieces[self.count - 1].start_s
     }
 
-    /// What it comes to in the end.
+    /// The final rates.
     pub fn settled(&self) -> Rates {
         self.pieces[self.count - 1].rates
     }
@@ -151,7 +151,7 @@ impl SpeedProfile {
         }
     }
 
-    /// The same until `s`, and constant from there on; what is over by `now_s` is forgotten.
+    /// The same profile until `s`, and constant from then on; pieces that are over by `now_s` are dropped.
     pub fn until(&self, now_s: f64, s: f64) -> SpeedProfile {
         let first = self.pieces().iter().rposition(|piece| piece.start_s <= now_s).unwrap_or(0);
         let mut profile = SpeedProfile { pieces: [Piece::default(); PIECES], count: 0 };
@@ -167,7 +167,7 @@ impl SpeedProfile {
         profile
     }
 
-    /// A ramp from the end of the last one to `rates`, `duration_s` long. False if there is no room for it.
+    /// Adds a ramp from the end of the last one to `rates`, `duration_s` long. False if there is no room for it.
     #[must_use]
     pub fn ramp_to(&mut self, rates: Rates, duration_s: f64) -> bool {
         if self.count + 1 >= PIECES {
@@ -185,7 +185,7 @@ impl SpeedProfile {
         true
     }
 
-    /// The last ramp's end is put off until `s`.
+    /// Delays the end of the last ramp until `s`.
     #[must_use]
     pub fn wait_until(&mut self, s: f64) -> bool {
         if self.count + 1 >= PIECES {
@@ -197,7 +197,7 @@ impl SpeedProfile {
         true
     }
 
-    /// A piece from `s` on that keeps the rates reached there.
+    /// Adds a piece from `s` on that keeps the rates reached there.
     fn hold(&mut self, s: f64) {
         let last = self.pieces[self.count - 1];
         let held = Piece {

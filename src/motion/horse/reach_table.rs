@@ -1,27 +1,28 @@
-//! How far the feet reach in each posture: worked out when the robot loads, looked up while it walks.
+//! The reach of the feet in each posture: computed when the robot loads, looked up while it walks.
 
 use super::posture::Lean;
 use crate::motion::Posture;
 
-/// Heights of a foot at which its reach is known, from the lowest to the highest a stride has.
+/// Number of foot heights at which the reach is known, from the lowest to the highest in a stride.
 pub const LEVELS: usize = 9;
 
-/// Share of the reach that is counted on between the postures it was worked out for.
+/// Share of the reach that is used between the postures it was computed for.
 const BETWEEN_SHARE: f64 = 0.97;
-/// How far off their middle strides that begin or end are, shares of E: postures must leave them that everywhere.
+/// How far off their middle the first and last strides of a walk may be, shares of E: every posture must
+/// allow this.
 const SPARE: f64 = 0.6;
 /// Share of the standing posture's half-excursion that every posture must leave.
 const LEAST_SHARE: f64 = 0.25;
-/// Postures looked at on the way to another.
+/// Number of postures checked on the way to another.
 const WAY_STEPS: u32 = 5;
-/// Halvings of the way to a posture that leaves too little.
+/// Number of halvings of the way to a posture that leaves too little reach.
 const HALVINGS: u32 = 8;
-/// Share of the reach that is left when the trunk sways.
+/// Share of the reach that must be left when the trunk sways.
 const SWAYING_SHARE: f64 = 0.7;
 
 /// How far a foot can go from its neutral point, by height: distances, 0 or more, m.
 ///
-/// At the top of a swing a leg may reach less far than on the ground, or have a hole where a joint's range ends.
+/// At the top of a swing a leg may reach less far than on the ground, or have a gap where a joint's range ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegReach {
     /// Backwards.
@@ -31,7 +32,7 @@ pub struct LegReach {
 }
 
 impl LegReach {
-    /// A foot that goes anywhere.
+    /// A foot without limits.
     pub const UNLIMITED: LegReach =
         LegReach { aft_m: [f64::INFINITY; LEVELS], fore_m: [f64::INFINITY; LEVELS] };
 
@@ -43,21 +44,22 @@ impl LegReach {
     }
 }
 
-/// Where the feet can be in a posture, and on the way to it.
+/// Reach of the feet in a posture, and on the way to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reachable {
     /// Half-excursion E of steady strides, all legs, m; no foot goes further.
     pub half_excursion_m: f64,
-    /// By height.
+    /// Reach of each leg by height.
     pub legs: [LegReach; 4],
-    /// Heights of the lowest and the highest level over the ground the trunk's mean height is counted from, m.
+    /// Heights of the lowest and the highest level above the ground from which the trunk's mean height
+    /// is measured, m.
     pub levels_m: (f64, f64),
-    /// How far the trunk rises and falls round it, m.
+    /// How far the trunk rises and falls about its mean height, m.
     pub half_bob_m: f64,
 }
 
 impl Reachable {
-    /// True if the foot of `leg` can be `excursion_m` ahead of its neutral point, `up_m` above the ground.
+    /// True if the foot of `leg` can be `excursion_m` forward of its neutral point and `up_m` above the ground.
     pub(super) fn holds(&self, leg: usize, excursion_m: f64, up_m: f64) -> bool {
         if excursion_m.abs() > self.half_excursion_m {
             return false;
@@ -68,7 +70,7 @@ impl Reachable {
         limits_m[low..=high].iter().all(|limit_m| excursion_m.abs() <= *limit_m)
     }
 
-    /// The levels between which a foot is that is `up_m` above the ground.
+    /// The two levels on either side of a foot that is `up_m` above the ground.
     fn levels_round(&self, up_m: f64) -> (usize, usize) {
         let (low_m, high_m) = self.levels_m;
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
@@ -88,7 +90,7 @@ impl Reachable {
         (whole(level(up_m - self.half_bob_m).floor()), whole(level(up_m + self.half_bob_m).ceil()))
     }
 
-    /// Where the feet can be in this posture and in `other`.
+    /// Reach of the feet that both this posture and `other` allow.
     pub(super) fn and(&self, other: &Reachable) -> Reachable {
         Reachable {
             half_excursion_m: self.half_excursion_m.min(other.half_excursion_m),
@@ -97,8 +99,8 @@ impl Reachable {
         }
     }
 
-    /// Largest E up to `limit_m` at which steady `strides` stay where this says, and others that are off their middle
-    /// by up to `spare` of E.
+    /// The reach with the largest E up to `limit_m` at which steady `strides` stay within it, as do strides
+    /// that are off their middle by up to `spare` of E.
     #[must_use]
     pub fn with_half_excursion_of(mut self, strides: &[StridePoint], limit_m: f64, spare: f64) -> Reachable {
         let mut half_excursion_m = limit_m;
@@ -115,40 +117,40 @@ impl Reachable {
     }
 }
 
-/// A point of a steady stride's path round the neutral point.
+/// A point on a steady stride's path about the neutral point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StridePoint {
-    /// Forward, as a share of E; -1 to 1.
+    /// Distance forward, as a share of E; -1 to 1.
     pub forward: f64,
-    /// Above the ground, m.
+    /// Height above the ground, m.
     pub up_m: f64,
 }
 
-/// Where the feet can be, by posture.
+/// Reach of the feet, by posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReachTable {
-    /// Standing level.
+    /// Reach when standing level.
     pub level: Reachable,
     /// Standing height, m.
     pub stand_height_m: f64,
-    /// Heights of the trunk's middle, rising, m.
+    /// Heights of the trunk's middle, ascending, m.
     pub heights_m: Vec<f64>,
-    /// Pitches, rising, rad.
+    /// Pitches, ascending, rad.
     pub pitches_rad: Vec<f64>,
     /// Reach of the legs at height h and pitch p: number `h * pitches + p`.
     pub cells: Vec<[LegReach; 4]>,
     /// Paths of the slowest and the fastest strides.
     pub strides: Vec<StridePoint>,
-    /// Places of the legs' planes to the left, m.
+    /// Positions of the legs' planes to the left, m.
     pub sides_m: [f64; 4],
     /// Steepest roll, rad.
     pub roll_max_rad: f64,
-    /// Furthest sway, m; 0 where no joint turns sideways.
+    /// Largest sway, m; 0 if no joint turns sideways.
     pub sway_max_m: f64,
 }
 
 impl ReachTable {
-    /// Where the feet can be at `posture`; nowhere, if it is not in the table.
+    /// Reach of the feet at `posture`; zero if it is not in the table.
     pub fn at(&self, posture: Posture) -> Reachable {
         if posture == Posture::default() {
             return self.level;
@@ -167,19 +169,20 @@ impl ReachTable {
         )
     }
 
-    /// Where the feet can be in every posture on the straight way between two.
+    /// Reach of the feet in every posture on the straight way between two.
     pub(super) fn between(&self, from: Posture, to: Posture) -> Reachable {
         (0..WAY_STEPS)
             .map(|step| self.at(from.towards(to, f64::from(step) / f64::from(WAY_STEPS))))
             .fold(self.at(to), |all, posture| all.and(&posture))
     }
 
-    /// True if the feet keep enough of their reach.
+    /// True if the feet keep enough reach.
     pub(super) fn is_enough(&self, reach: &Reachable) -> bool {
         reach.half_excursion_m >= LEAST_SHARE * self.level.half_excursion_m
     }
 
-    /// A roll lifts a leg's plane on one side and lowers it on the other, like another height of the trunk.
+    /// The reach of `leg`. A roll lifts its plane on one side and lowers it on the other, like a change of
+    /// the trunk's height.
     fn of_leg(&self, leg: usize, lean: &Lean, share: f64) -> LegReach {
         let (sine, cosine) = lean.roll_rad.sin_cos();
         let height_m = (lean.height_m + self.sides_m[leg] * sine / lean.pitch_rad.cos()) / cosine;
@@ -187,7 +190,7 @@ impl ReachTable {
         let (Some(row), Some(column)) = (row, column) else {
             return LegReach { aft_m: [0.0; LEVELS], fore_m: [0.0; LEVELS] };
         };
-        // The least of the corners: where a reach ends, it ends at once.
+        // Take the smallest of the corners: a reach ends abruptly.
         let at = |row: usize, column: usize| &self.cells[row * self.pitches_rad.len() + column][leg];
         let least = |a: &LegReach, b: &LegReach| a.zip(b, f64::min);
         let corners = least(
@@ -197,7 +200,7 @@ impl ReachTable {
         corners.zip(&corners, |reach_m, _| share * reach_m)
     }
 
-    /// The posture nearest to `wanted`, on the straight way from standing, that leaves the feet enough reach.
+    /// The posture nearest to `wanted`, on the straight way from standing level, that leaves the feet enough reach.
     pub fn limited(&self, wanted: Posture) -> Posture {
         let ends = |values: &[f64]| (values.first().copied(), values.last().copied());
         let (Some(low), Some(high)) = ends(&self.heights_m) else { return Posture::default() };
@@ -223,7 +226,7 @@ impl ReachTable {
     }
 }
 
-/// The interval of `values` that `value` is in; none outside.
+/// Index of the interval of `values` that contains `value`; `None` outside.
 fn place(values: &[f64], value: f64) -> Option<usize> {
     let last = values.len().checked_sub(2)?;
     if value < values[0] - 1e-9 || value > values[last + 1] + 1e-9 {

@@ -1,4 +1,4 @@
-//! Horses driven from command to command, looked at through the tips they ask for.
+//! Horses driven from command to command, checked through the tips they ask for.
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ const REACH_M: f64 = 0.8;
 const HEIGHT_M: f64 = 1.32;
 const LIFT_M: f64 = 0.12;
 const DT_S: f64 = 0.01;
-/// No stance is shorter.
+/// The shortest permitted stance.
 const SHORTEST_STANCE_S: f64 = 0.06;
 
 fn plan() -> HorsePlan {
@@ -127,15 +127,15 @@ impl Watched {
             if foot.is_swing {
                 if let Some((_, since_s)) = self.stance[leg].take() {
                     self.lift_offs[leg].push(now_s);
-                    // Seen at most one cycle late at either end.
+                    // The change is seen at most one cycle late at either end.
                     self.shortest_stance_s = self.shortest_stance_s.min(now_s - since_s + DT_S);
                 }
             } else {
-                // A foot that stands when the watch begins has stood for long.
+                // A foot that stands when the watch begins has stood for a long time.
                 let since_s = if self.places[leg].is_some() { now_s } else { f64::NEG_INFINITY };
                 let (start_m, _) = *self.stance[leg].get_or_insert((place.x, since_s));
                 let slip_m = (place.x - start_m).abs();
-                // Rounding of places some kilometres away.
+                // Tolerance for the rounding of positions some kilometres away.
                 assert!(slip_m <= 1e-11, "leg {leg} slips {slip_m} m at {now_s} s");
             }
             let velocity = self.places[leg].map(|before| (place - before) / DT_S);
@@ -150,7 +150,7 @@ impl Watched {
         assert!(self.shortest_stance_s >= SHORTEST_STANCE_S);
     }
 
-    /// Goes on until `is_done`; how long that took, s.
+    /// Continues until `is_done`; returns the time it took, s.
     fn until(&mut self, command: Command, longest_s: f64, is_done: impl Fn(&Drive) -> bool) -> f64 {
         let from_s = self.drive.now_s();
         while !is_done(&self.drive) {
@@ -275,8 +275,8 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
     );
 }
 
-/// However hard it is to find a way to do what is asked, no cycle looks at more than so much. This horse is asked for what
-/// its postures leave hardly any room for: a cycle that tried all ways looked at 8141 stances and swings here.
+/// However hard it is to find a way to follow a wish, no cycle checks more than the limit. The wish leaves hardly
+/// any room in this horse's postures: a cycle that tried all ways would check 8141 stances and swings here.
 #[test]
 fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/thoroughbred.toml");
@@ -310,7 +310,7 @@ fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
     assert!(most <= LOOKS_MAX + 2 * PLAN_LOOKS_MAX, "{most}");
 }
 
-/// Wishes of an operator who changes his mind.
+/// Wishes of an operator who changes their mind.
 fn any_command() -> impl Strategy<Value = (f64, Command)> {
     let gait = prop_oneof![
         1 => Just(GaitChoice::Stand),

@@ -1,24 +1,24 @@
-//! The thesis' own change of gait (Takizawa 2005, 3.1 and 3.3), kept to compare ours with: no robot is driven by it.
+//! The thesis' own change of gait (Takizawa 2005, 3.1 and 3.3), kept for comparison with ours: it drives no robot.
 //!
-//! The trunk's speed steps at once. Each leg lengthens or shortens one stance so that it lifts when the new gait
-//! has it lift, and makes up for that, and for the step of speed, in the stride that follows. No foot slips and
-//! none jumps, but nothing keeps a foot near its root, and a long stance may ask for less than no time.
+//! The trunk's speed steps at once. Each leg lengthens or shortens one stance so that it lifts when the new
+//! gait requires, and compensates that, and the step of speed, in the stride that follows. No foot slips and
+//! none jumps, but nothing keeps a foot near its root, and a long stance may require a negative time.
 //!
-//! The thesis changes once a stride, and a stride begins with the left hind's lift-off. We let the change begin
-//! anywhere in it: lags count from the left hind's next lift-off, so that a leg that lifts before it has a lag less
-//! than 0, and all four end up in the new gait together. Begun at the lift-off itself, this is the thesis' rule
-//! to the letter.
+//! The thesis changes once a stride, and a stride begins with the left hind's lift-off. Here the change may
+//! begin anywhere in it: lags count from the left hind's next lift-off, so a leg that lifts before it has a
+//! negative lag, and all four end up in the new gait together. If the change begins at the lift-off itself,
+//! this is exactly the thesis' rule.
 
 use crate::model::Gait;
 use crate::motion::curves::SwingCurve;
 
-/// Lift-offs closer together than this share of a period are one.
+/// Lift-offs closer together than this share of a period count as one.
 const SAME_MOMENT: f64 = 1e-9;
 
-/// A gait and the speed it is gone at (thesis: alpha, D1, D2 and V).
+/// A gait and its speed (thesis: alpha, D1, D2 and V).
 #[derive(Debug, Clone, Copy)]
 pub struct SteadyGait<'a> {
-    /// Who is in the air when.
+    /// The gait.
     pub gait: &'a Gait,
     /// Speed of the trunk, m/s.
     pub speed_m_s: f64,
@@ -40,47 +40,47 @@ struct Stride {
     period_s: f64,
 }
 
-/// What the change means for one leg.
+/// Effect of the change on one leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegChange {
-    /// When it would lift next had nothing changed, s (thesis: C).
+    /// Time of its next lift-off without the change, s (thesis: C).
     pub scheduled_s: f64,
-    /// What is added to the stance before, s (thesis: t).
+    /// Time added to the stance before that, s (thesis: t).
     pub added_s: f64,
     /// Length of the stride that follows, m (thesis 3.6: S).
     pub stride_m: f64,
-    /// Where the foot lifts, ahead of where the root was when the change began, m.
+    /// Position of its lift-off, forward of where the root was when the change began, m.
     at_m: f64,
-    /// When it lands before that, s.
+    /// Time of its landing before that, s.
     landing_s: f64,
 }
 
-/// Where a foot is at one moment.
+/// Position of a foot at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
-    /// Ahead of its root, m.
+    /// Distance forward of its root, m.
     pub forward_m: f64,
-    /// Above the ground, m.
+    /// Height above the ground, m.
     pub up_m: f64,
-    /// True in the air.
+    /// True in swing.
     pub is_swing: bool,
 }
 
 impl LegChange {
-    /// When it lifts to go over into the new gait, s.
+    /// Time of the lift-off into the new gait, s.
     pub fn lift_off_s(&self) -> f64 {
         self.scheduled_s + self.added_s
     }
 
-    /// True if it would have to lift before it has landed, or before the change began.
+    /// True if the leg would have to lift before it has landed, or before the change began.
     pub fn lifts_too_early(&self) -> bool {
         self.lift_off_s() < self.landing_s.max(0.0) - SAME_MOMENT
     }
 }
 
 impl ThesisRule {
-    /// A change that begins `start_share` of a stride after the left hind's lift-off, 0 <= share < 1; feet swing
-    /// by `swing`. Before it every stance is centred under its root.
+    /// A change that begins `start_share` of a stride after the left hind's lift-off, 0 <= share < 1; feet
+    /// swing by `swing`. Before the change every stance is centred under its root.
     pub fn new(swing: SwingCurve, from: SteadyGait, to: SteadyGait, start_share: f64) -> ThesisRule {
         let stride = |pace: SteadyGait| Stride {
             speed_m_s: pace.speed_m_s,
@@ -91,7 +91,7 @@ impl ThesisRule {
         let until_left_hind = if share < SAME_MOMENT { 0.0 } else { 1.0 - share };
         let (lags, new_lags) = (unreduced_lags(from.gait), unreduced_lags(to.gait));
         let legs = std::array::from_fn(|leg| {
-            // The first lift-off the change does not find already begun.
+            // The first lift-off that has not already begun at the change.
             let mut strides = 0.0;
             while until_left_hind + lags[leg] + strides - 1.0 > SAME_MOMENT {
                 strides -= 1.0;
@@ -113,22 +113,23 @@ impl ThesisRule {
         ThesisRule { swing, old, new, legs }
     }
 
-    /// What the change means for each leg, in the order of [`crate::model::LEG_NAMES`].
+    /// Effect of the change on each leg, in the order of [`crate::model::LEG_NAMES`].
     pub fn legs(&self) -> &[LegChange; 4] {
         &self.legs
     }
 
-    /// Where the root of every leg is at time `s`, ahead of where it was when the change began, m.
+    /// Position of every leg's root at time `s`, forward of where it was when the change began, m.
     pub fn root_m(&self, s: f64) -> f64 {
         let stride = if s < 0.0 { self.old } else { self.new };
         stride.speed_m_s * s
     }
 
-    /// Where the foot of `leg` is at time `s`. A leg that lifts too early leaves from where it would have landed.
+    /// Position of the foot of `leg` at time `s`. A leg that lifts too early leaves from where it would have
+    /// landed.
     pub fn foot(&self, leg: usize, s: f64) -> Foot {
         let change = &self.legs[leg];
         let (lifted_s, from_m, stride_m) = if s < change.lift_off_s() {
-            // Whole strides back from the one that lands before the change; the stance may take longer.
+            // Count whole strides back from the one that lands before the change; the stance may take longer.
             let strides = ((s - change.scheduled_s) / self.old.period_s).floor().min(-1.0);
             let stride_m = self.old.speed_m_s * self.old.period_s;
             let lifted_s = change.scheduled_s + strides * self.old.period_s;
@@ -151,14 +152,14 @@ impl ThesisRule {
         }
     }
 
-    /// How far ahead of its root the foot of `leg` is when it lifts to go over into the new gait, m.
+    /// Distance of the foot of `leg` forward of its root at its lift-off into the new gait, m.
     pub fn lift_off_m(&self, leg: usize) -> f64 {
         self.legs[leg].at_m - self.root_m(self.legs[leg].lift_off_s())
     }
 }
 
-/// Lift-offs as shares of the period after the left hind's, the right fore's as the sum D1 + D2 that the
-/// thesis reckons with: in trot it is a whole period, not 0.
+/// Lift-offs as shares of the period after the left hind's; the right fore's is the sum D1 + D2 that the
+/// thesis uses: in trot it is a whole period, not 0.
 fn unreduced_lags(gait: &Gait) -> [f64; 4] {
     let [left_hind, left_fore, right_hind, right_fore] = gait.lags;
     let sum = left_fore + right_hind;

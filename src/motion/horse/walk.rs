@@ -1,9 +1,9 @@
 //! Four feet that step under a moving trunk: where each is now, and where it will be.
 //!
-//! Each leg works in its own plane, whose way over the ground the speed profile gives ahead. A foot lifts when
-//! the stride clock says, swings for the swing time, and lands half-way between where its root will be at
-//! touch-down and at the next lift-off. So every stance is centred under the leg, and no foot slips in its
-//! plane, whatever speed, turn and gait do.
+//! Each leg works in its own plane, whose motion over the ground the speed profile gives in advance. A foot
+//! lifts when the stride clock says, swings for the swing time, and lands half-way between the positions of
+//! its root at touch-down and at the next lift-off. So every stance is centred under the leg, and no foot
+//! slips in its plane, whatever speed, turn and gait do.
 
 use glam::{DQuat, DVec2};
 
@@ -15,21 +15,21 @@ use crate::model::Bob;
 use crate::motion::curves::{SwingCurve, smooth_step};
 use crate::signals::{FootTarget, Targets};
 
-/// Share of the fastest steady swing that one may reach while the speed changes: what steady ones leave of the
-/// servos' rate.
+/// Limit on a swing's speed while the trunk's speed changes, as a share of the fastest steady swing: the part
+/// of the servos' rate that steady swings leave free.
 const SWING_SPEED_SHARE: f64 = 1.02;
-/// Share of the swing time in which a foot takes its load, and again gives it up.
+/// Share of the swing time in which a foot takes up its load, and again in which it gives it up.
 const LOADING_SHARE: f64 = 0.2;
-/// A foot is on its neutral point when this close to it, m.
+/// A foot is on its neutral point within this distance, m.
 const CENTRED_M: f64 = 1e-9;
 
 /// A walk under way.
 #[derive(Debug, Clone)]
 pub struct Walk {
     pub(super) swing: SwingCurve,
-    /// Speed and turn, planned ahead.
+    /// Speed and turn, planned in advance.
     pub(super) profile: SpeedProfile,
-    /// When legs lift; none while the horse stands.
+    /// When legs lift; `None` while the horse stands.
     pub(super) strides: Option<Strides>,
     pub(super) legs: [Leg; 4],
 }
@@ -41,54 +41,54 @@ pub(super) struct Strides {
     /// The gait before and after the clock's change, indices into the robot's gaits.
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Largest speed of a foot against the trunk in a swing, m/s.
+    /// Largest speed of a foot relative to the trunk in a swing, m/s.
     pub(super) swing_speed_max_m_s: f64,
-    /// Feet that are on their neutral points once the trunk is still stay there.
+    /// True if the strides are ending: a foot that is on its neutral point after the trunk has stopped stays there.
     pub(super) is_ending: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leg {
-    /// Neutral foot point ahead of the trunk, and to the left of it, m.
+    /// Position of the neutral foot point, forward of the trunk and to the left of it, m.
     neutral_m: f64,
     pub(super) side_m: f64,
     pub(super) foot: Foot,
-    /// The number of its next lift-off, by the stride clock.
+    /// Number of its next lift-off, by the stride clock.
     next_lift: i64,
 }
 
-/// Places are ways of the leg's own plane, m.
+/// A foot's state. Positions are distances along the leg's own plane, m.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Foot {
-    /// On the ground since then.
+    /// On the ground since `since_s`.
     Stance { at_m: f64, since_s: f64 },
-    /// In the air since `lifted_s`, between these places.
+    /// In the air since `lifted_s`, between these positions.
     Swing { lifted_s: f64, from_m: f64, to_m: f64 },
 }
 
-/// Where a foot is at one moment.
+/// State of a foot at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FootPlace {
-    /// Ahead of its neutral point, m.
+    /// Distance forward of its neutral point, m.
     pub excursion_m: f64,
-    /// Ahead of the trunk's middle, m.
+    /// Distance forward of the trunk's middle, m.
     pub forward_m: f64,
-    /// Above the ground, m.
+    /// Height above the ground, m.
     pub up_m: f64,
-    /// To the left of the trunk's middle, m.
+    /// Distance to the left of the trunk's middle, m.
     pub side_m: f64,
-    /// Way of its plane since the walk began, m.
+    /// Distance its plane has moved since the walk began, m.
     pub plane_way_m: f64,
-    /// True in the air.
+    /// True in swing.
     pub is_swing: bool,
-    /// How much of its share of the weight it is to carry, 0 to 1.
+    /// Fraction of its share of the weight that it should carry, 0 to 1.
     pub load_share: f64,
     /// Largest acceleration of this swing, m/s^2; 0 in stance.
     pub swing_acceleration_m_s2: f64,
 }
 
 impl Strides {
-    /// Strides by `clock`, which leads from the gait with index `from` to `to`.
+    /// Strides by `clock`, which changes from the gait with index `from` to `to`.
     pub(super) fn new(
         plan: &HorsePlan,
         clock: StrideClock,
@@ -100,19 +100,19 @@ impl Strides {
         Strides { clock, from, to, swing_speed_max_m_s: SWING_SPEED_SHARE * swing_speed_max_m_s, is_ending }
     }
 
-    /// The gait at time `s`: once it has begun, the one a change leads to.
+    /// The gait at time `s`: once a change has begun, the gait it leads to.
     pub(super) fn gait_at(&self, s: f64) -> usize {
         if s >= self.clock.change_start_s() { self.to } else { self.from }
     }
 
-    /// True in the middle of a change of gait.
+    /// True during a change of gait.
     pub(super) fn is_changing(&self, s: f64) -> bool {
         s >= self.clock.change_start_s() && s < self.clock.change_end_s()
     }
 }
 
 impl Walk {
-    /// A horse that stands on its neutral points and takes no step.
+    /// A horse that stands on its neutral points and takes no steps.
     pub fn standing(plan: &HorsePlan) -> Walk {
         Walk {
             swing: plan.swing(),
@@ -127,7 +127,7 @@ impl Walk {
         }
     }
 
-    /// A horse that has long been going at `rates` in the gait with index `gait` when time begins; settled
+    /// A horse that has long been walking at `rates` in the gait with index `gait` at time 0; it is settled
     /// after one stride.
     pub fn cruising(plan: &HorsePlan, gait: usize, rates: Rates) -> Walk {
         let mut walk = Walk::standing(plan);
@@ -144,7 +144,7 @@ impl Walk {
         walk
     }
 
-    /// From a stand, strides of the gait with index `gait` begin at `start_s` with the left hind leg.
+    /// Begins strides of the gait with index `gait` from a stand at `start_s`, with the left hind leg first.
     pub(super) fn begin(&mut self, plan: &HorsePlan, gait: usize, start_s: f64) {
         let settings = &plan.settings;
         let clock = StrideClock::starting(&settings.gaits[gait], settings.swing_time_s, start_s);
@@ -154,7 +154,8 @@ impl Walk {
         }
     }
 
-    /// Feet that stand lift when the clock next says so, from `now_s` on: lift-offs they were spared are past.
+    /// Sets each standing foot's next lift-off to the clock's first one after `now_s`: those that were
+    /// skipped are past.
     pub(super) fn recount_lift_offs(&mut self, now_s: f64) {
         let Some(Strides { clock, .. }) = self.strides else { return };
         for (index, leg) in self.legs.iter_mut().enumerate() {
@@ -164,22 +165,22 @@ impl Walk {
         }
     }
 
-    /// True if the horse stands on its neutral points and will take no step.
+    /// True if the horse stands on its neutral points and will take no more steps.
     pub fn is_standing(&self) -> bool {
         self.strides.is_none()
     }
 
-    /// The gait at time `s`, index into the robot's gaits; none when standing.
+    /// The gait at time `s`, index into the robot's gaits; `None` when standing.
     pub fn gait(&self, s: f64) -> Option<usize> {
         self.strides.map(|strides| strides.gait_at(s))
     }
 
-    /// Strides since the horse began to walk; 0 when standing.
+    /// Number of strides since the horse began to walk; 0 when standing.
     pub fn phase(&self, s: f64) -> f64 {
         self.strides.map_or(0.0, |strides| strides.clock.phase(s))
     }
 
-    /// How long the last change of gait was, or is, strides; 0 if there was none.
+    /// Length of the last or present change of gait, strides; 0 if there was none.
     pub fn last_change_strides(&self) -> f64 {
         self.strides.map_or(0.0, |strides| strides.clock.change_strides())
     }
@@ -189,7 +190,7 @@ impl Walk {
         self.profile.rates_at(s)
     }
 
-    /// How far the trunk is above its mean height at time `s` by the bobs of the robot's gaits, m.
+    /// Height of the trunk above its mean height at time `s`, from the bobs of the robot's gaits, m.
     pub(super) fn bob_m(&self, plan: &HorsePlan, s: f64) -> f64 {
         let Some(Strides { clock, from, to, .. }) = self.strides else { return 0.0 };
         let bob = |gait: usize| plan.settings.gaits[gait].bob;
@@ -201,7 +202,7 @@ impl Walk {
         bob(from).height_m(before) * (1.0 - share) + bob(to).height_m(after) * share
     }
 
-    /// Lifts and lands feet up to time `s`, at the exact times the clock gives, between cycles too.
+    /// Lifts and lands feet up to time `s`, at the clock's exact times, also between cycles.
     pub fn advance(&mut self, s: f64) {
         let Some(strides) = self.strides else { return };
         for index in 0..4 {
@@ -213,7 +214,7 @@ impl Walk {
         }
     }
 
-    /// Ends the strides, if they are to end and every foot stands on its neutral point at time `s`.
+    /// Ends the strides if they are ending and every foot stands on its neutral point at time `s`.
     pub(super) fn end_if_settled(&mut self, s: f64) {
         if self.strides.is_some_and(|strides| strides.is_ending) && self.has_settled(s) {
             self.strides = None;
@@ -240,7 +241,8 @@ impl Walk {
         self.profile.way_at_side_m(s, leg.side_m)
     }
 
-    /// When `leg` next lifts or lands, and what it is then; none if it stays as it is for good.
+    /// Time of the next lift-off or landing of `leg`, and its state after that; `None` if its state no longer
+    /// changes.
     pub(super) fn next_event(&self, strides: &Strides, index: usize, leg: &Leg) -> Option<(f64, Leg)> {
         let mut after = *leg;
         match leg.foot {
@@ -264,7 +266,7 @@ impl Walk {
         }
     }
 
-    /// How far the foot of `leg` is above the ground at time `s`, m.
+    /// Height of the foot of `leg` above the ground at time `s`, m.
     pub(super) fn up_m(&self, leg: &Leg, s: f64) -> f64 {
         match leg.foot {
             Foot::Stance { .. } => 0.0,
@@ -272,7 +274,7 @@ impl Walk {
         }
     }
 
-    /// How far the foot of `leg` is ahead of its neutral point at time `s`, m.
+    /// Distance of the foot of `leg` forward of its neutral point at time `s`, m.
     pub(super) fn excursion_m(&self, leg: &Leg, s: f64) -> f64 {
         let at_m = match leg.foot {
             Foot::Stance { at_m, .. } => at_m,
@@ -283,7 +285,7 @@ impl Walk {
         at_m - self.way_m(leg, s) - leg.neutral_m
     }
 
-    /// Where the feet are at time `s`, in the order of [`crate::model::LEG_NAMES`].
+    /// State of the feet at time `s`, in the order of [`crate::model::LEG_NAMES`].
     pub fn feet(&self, s: f64) -> [FootPlace; 4] {
         std::array::from_fn(|index| {
             let leg = self.legs[index];
@@ -305,8 +307,8 @@ impl Walk {
         })
     }
 
-    /// How much of its share of the weight the foot of `leg` is to carry at time `s`: it grows after it has landed, and
-    /// falls before it lifts.
+    /// Fraction of its share of the weight that the foot of `leg` should carry at time `s`: it rises after
+    /// landing and falls before lift-off.
     fn load_share(&self, index: usize, leg: &Leg, s: f64) -> f64 {
         let Foot::Stance { since_s, .. } = leg.foot else { return 0.0 };
         let lifts_s =
@@ -315,8 +317,8 @@ impl Walk {
         smooth_step(from_end_s / (LOADING_SHARE * self.swing.time_s))
     }
 
-    /// Writes the tips and the plan at time `s` for a trunk that leans as `lean` has it, `sway_m` to the left of its
-    /// feet, its middle over `trunk_m` on the ground.
+    /// Writes the tips and the plan at time `s` for a trunk with the lean `lean`, `sway_m` to the left of its
+    /// feet, with its middle over `trunk_m` on the ground.
     pub(super) fn write(
         &self,
         plan: &HorsePlan,
@@ -345,7 +347,7 @@ impl Walk {
         }
     }
 
-    /// The same for a trunk that stays level and goes straight ahead, bobbing as the gait has it.
+    /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's bob.
     pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
         let height_m = plan.settings.stand_height_m + self.bob_m(plan, s);
         let lean = Lean { height_m, pitch_rad: 0.0, roll_rad: 0.0 };

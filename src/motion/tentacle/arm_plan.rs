@@ -1,4 +1,4 @@
-//! One arm as its motions see it: where it is, how it is divided, and its own strokes.
+//! One arm as its motions see it: its position, its groups, and its own strokes.
 
 use glam::{DQuat, DVec3};
 
@@ -13,9 +13,10 @@ use crate::model::tendon::SectionBend;
 use crate::model::{ArmGeometry, ArmSettings, GROUPS, Joint, Pole, Robot, TendonDrive};
 use crate::signals::{ArmAim, ArmTarget};
 
-/// Share of its joints' speed and acceleration that winding may take.
+/// Share of its joints' speed and acceleration limits that winding may use.
 const WIND_SHARE: f64 = 0.5;
-/// Fastest bend of a joint while an arm winds, in v / R, and largest gain of it, in v^2 / (R l), of links l long.
+/// Fastest bend of a joint while an arm winds, in v / R, and its largest acceleration, in v^2 / (R l), for
+/// links of length l.
 const BEND_PEAK: f64 = 2.0;
 const BEND_GAIN_PEAK: f64 = 8.0;
 
@@ -27,23 +28,23 @@ pub(super) struct ArmPlan {
     root_rotation: DQuat,
     group_lengths_m: [f64; GROUPS],
     links_m: Vec<f64>,
-    /// What bends it, where that is not a servo in every joint.
+    /// The tendon drive that bends it; `None` if each joint has its own servo.
     tendons: Option<TendonDrive>,
-    /// The least radius it can lie on, m.
+    /// The least radius it can bend to, m.
     least_radius_m: f64,
     pub(super) radius_m: f64,
     strokes: Strokes,
-    /// How fast its slowest joint may bend while it winds, rad/s, and gain speed, rad/s^2.
+    /// Largest bending speed of its slowest joint while it winds, rad/s, and acceleration, rad/s^2.
     bend_rad_s: f64,
     bend_rad_s2: f64,
-    /// Ends of its groups where it is parked, body frame, m.
+    /// Ends of its groups in the parked pose, body frame, m.
     pub(super) parked_in_body: [DVec3; GROUPS],
     /// The hinges of its outer two groups.
     pub(super) outer_hinges: std::ops::Range<usize>,
 }
 
 impl ArmPlan {
-    /// The arm with this index and these settings; none if its chain is no arm, of which robot files make none.
+    /// The arm with this index and these settings; `None` if its chain is not an arm, which no robot file permits.
     pub(super) fn new(
         robot: &Robot,
         plan: &TentaclePlan,
@@ -61,7 +62,7 @@ impl ArmPlan {
             geometry.joints.get(geometry.joints_to_end(0)).map_or(0, |joint| joint.hinges.start);
         let joints = robot.joints_of(chain);
         let no_load_rad_s = joints.iter().map(Joint::no_load_speed_rad_s).fold(f64::INFINITY, f64::min);
-        // A winch turns by the cord's lever over the spool's for what the section bends.
+        // For each radian of a section's bend a winch turns by the ratio of the cord's lever to the spool's.
         let levers = chain.tendons.iter().flat_map(TendonDrive::sections);
         let gear = levers.map(|section| section.spool_radius_m / section.cord_radius_m).fold(1.0, f64::min);
         Some(ArmPlan {
@@ -82,7 +83,7 @@ impl ArmPlan {
             ),
             parked_in_body: std::array::from_fn(|group| {
                 let joints = geometry.joints_to_end(group);
-                // A link ends behind its joint's last hinge; on tendons there are no hinges between.
+                // A link ends after its joint's last hinge; on tendons there are no hinges between.
                 let hinges = geometry.joints[joints - 1].hinges.end;
                 places[if chain.tendons.is_some() { joints } else { hinges }]
             }),
@@ -99,7 +100,7 @@ impl ArmPlan {
         self.root_m + self.root_rotation * in_arm
     }
 
-    /// Moves it by a stroke at a phase of it.
+    /// Moves the arm by a stroke at this phase.
     pub(super) fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
         let stroke = match keyed {
             Keyed::Walk => &self.strokes.walk,
@@ -119,9 +120,9 @@ impl ArmPlan {
         };
     }
 
-    /// Where the sections of an arm on tendons end that bend by these turns: what each turns its pseudo-target by, held
-    /// below the most it bends. Two bends a section bring its end to no place but those of arcs: the thesis' spacings,
-    /// meant for arms with a joint's kink between two groups, would be missed by half an arm.
+    /// Ends of the sections of an arm on tendons that bend by these turns: each section by its pseudo-target's
+    /// turn, limited to its largest bend. Two bends per section can bring its end only to points on arcs: the
+    /// thesis' spacings, meant for arms with a joint's kink between two groups, would be missed by half an arm.
     fn section_ends_in_body(&self, drive: &TendonDrive, turns: [Turn; GROUPS]) -> [DVec3; GROUPS] {
         let mut bends = [SectionBend::default(); GROUPS];
         for ((bend, section), turn) in bends.iter_mut().zip(drive.sections()).zip(turns) {
@@ -134,7 +135,7 @@ impl ArmPlan {
         ends
     }
 
-    /// Share of the arm that would lie on `pole`; none where it cannot wind round it.
+    /// Share of the arm that would lie on `pole`; `None` if it cannot wind round it.
     pub(super) fn contact_share(&self, pole: Pole) -> Option<f64> {
         let winding = self.winding(pole, 0.0)?.not_tighter_than(self.least_radius_m).ok()?;
         Some(winding.contact_share())
@@ -145,9 +146,9 @@ impl ArmPlan {
         Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
     }
 
-    /// Shortest time, s, in which it winds round `pole` without asking more of its joints than they can. Of an arm whose
-    /// wound part grows at v on a radius R each joint in turn bends by a link's share of the turn while a link's length
-    /// goes on: at v / R, which it comes to within a part of that time.
+    /// Shortest time, s, in which it can wind round `pole` within its joints' limits. If the wound part of an
+    /// arm grows at v on a radius R, each joint in turn bends by a link's share of the turn while v covers a
+    /// link's length: it bends at v / R, and reaches that speed within a part of that time.
     pub(super) fn wind_time_s(&self, pole: Pole) -> f64 {
         let Some(winding) = self.winding(pole, 0.0) else { return 0.0 };
         let radius_m = winding.radius_m();
@@ -157,7 +158,7 @@ impl ArmPlan {
         winding.length_m() / ((1.0 - RAMP_SHARE) * by_speed_m_s.min(by_acceleration_m_s))
     }
 
-    /// Lays its links along and round the pole, `wound` of what can be (0 to 1).
+    /// Lays its links along and round the pole, with the share `wound` (0 to 1) of what can be wound.
     pub(super) fn write_winding(&self, pole: Pole, wound: f64, squeeze_m: f64, target: &mut ArmTarget) {
         let Some(winding) = self.winding(pole, squeeze_m) else { return };
         target.aim = ArmAim::Places;

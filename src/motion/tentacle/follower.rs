@@ -1,18 +1,18 @@
-//! Following a place that moves: at once where it goes on, never with a leap of speed.
+//! Follows a point that moves: without lag on a steady path, never with a jump of speed.
 
 use glam::DVec3;
 
-/// How fast what is left over fades, 1/s.
+/// Rate at which the remaining difference fades, 1/s.
 const STIFFNESS_S: f64 = 8.0;
 
-/// How fast it may go, in its unit a second, and how fast that may change.
+/// Largest speed, in its unit per second, and largest change of it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
     pub(super) speed: f64,
     pub(super) acceleration: f64,
 }
 
-/// A place on its way after another.
+/// A point that follows another.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Follower {
     at: DVec3,
@@ -26,25 +26,25 @@ impl Follower {
         Follower { at: place, speed: DVec3::ZERO, asked: place }
     }
 
-    /// Where it is.
+    /// Its position.
     pub(super) fn place(&self) -> DVec3 {
         self.at
     }
 
-    /// How far `asked` is from what was asked before.
+    /// Distance of `asked` from the last target.
     pub(super) fn leap(&self, asked: DVec3) -> f64 {
         self.asked.distance(asked)
     }
 
-    /// Goes on for `dt_s` after `asked`, a spring without overshoot that takes the speed of `asked` into account: at a
-    /// steady speed nothing is left over.
+    /// Follows `asked` for `dt_s`, like a spring without overshoot that takes the speed of `asked` into
+    /// account: at a steady speed no difference remains.
     pub(super) fn step(&mut self, dt_s: f64, asked: DVec3, limits: Limits) {
         let asked_speed = ((asked - self.asked) / dt_s).clamp_length_max(limits.speed);
         self.asked = asked;
         let left = asked - self.at;
         let wanted = STIFFNESS_S * (STIFFNESS_S * left + 2.0 * (asked_speed - self.speed));
         let speed = self.speed + dt_s * wanted.clamp_length_max(limits.acceleration);
-        // The speed from which it can still stop on the spot, on top of that of what it follows.
+        // The speed from which it can still stop in time, plus the speed of the target.
         let braking = (2.0 * limits.acceleration * left.length()).sqrt() + asked_speed.length();
         let most = limits.speed.min(braking.max((self.speed.length() - limits.acceleration * dt_s).max(0.0)));
         self.speed = speed.clamp_length_max(most);

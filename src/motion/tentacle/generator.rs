@@ -1,4 +1,4 @@
-//! Arms between limp and limp: woken where they hang, taken to their parked pose, moved by strokes, parked again.
+//! Arms from limp to limp: they wake where they hang, go to the parked pose, move by strokes, and park again.
 
 use super::TentaclePlan;
 use super::performer::Performer;
@@ -8,16 +8,16 @@ use crate::motion::ends::Ends;
 use crate::motion::{Activity, Order, Stroke, StrokeCommand, pose_change, posture_pull};
 use crate::signals::{Aim, Permission, State, Targets};
 
-/// Where the arms are between limp and limp. `from` fields are motion time, s.
+/// Phase of the arms between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
 /// Limp -> TorqueUp -> Gather -> Performing -> Fold -> LetGo -> Done
 ///            |           |          |          ^
 ///            +-----------+----------+----------+   permission Stop, or StopAtOnce; before Performing, any stop
 /// ```
-/// `Gather` and `Fold` go to the parked pose joint by joint. An arm that is wound round a pole is not folded, which would
-/// tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are
-/// those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
+/// `Gather` and `Fold` go to the parked pose joint by joint. An arm that is wound round a pole does not fold,
+/// because it would tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`)
+/// are those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends(Ends),
@@ -33,9 +33,9 @@ pub struct TentacleGenerator {
     plan: TentaclePlan,
     performer: Performer,
     phase: Phase,
-    /// Motion time, s: stands still while safety holds.
+    /// Motion time, s; does not advance while safety holds.
     now_s: f64,
-    /// Pose a change of pose began at, rad.
+    /// Pose at the start of the present change of pose, rad.
     start_pose_rad: Vec<f64>,
     perform_for_s: f64,
     torque_ramp_s: f64,
@@ -44,7 +44,7 @@ pub struct TentacleGenerator {
 }
 
 impl TentacleGenerator {
-    /// Limp arms that will move as `plan` says for `perform_for_s` once ordered to.
+    /// Limp arms that, once ordered, move by `plan` for `perform_for_s`.
     pub fn new(robot: &Robot, plan: TentaclePlan, perform_for_s: f64) -> TentacleGenerator {
         TentacleGenerator {
             performer: Performer::new(robot, &plan),
@@ -59,7 +59,7 @@ impl TentacleGenerator {
         }
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the targets for now.
+    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
     pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         if state.permission == Permission::Hold {
             return;
@@ -107,7 +107,7 @@ impl TentacleGenerator {
         };
     }
 
-    /// The stop action from whatever pose the arms are in.
+    /// Begins the stop action from the present pose.
     fn fold(&mut self, state: &State) -> Phase {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         match self.stop_action {
@@ -119,7 +119,7 @@ impl TentacleGenerator {
         }
     }
 
-    /// Time for every joint to go from the start pose to the parked pose at the slow rate, s.
+    /// Time for every joint to move from the start pose to the parked pose at the slow rate, s.
     fn fold_duration_s(&self) -> f64 {
         pose_change::duration_s(&self.start_pose_rad, &self.plan.park_pose_rad, self.slow_rate_rad_s)
     }
@@ -142,12 +142,12 @@ impl TentacleGenerator {
         }
     }
 
-    /// The pose `share` of the way from the start pose to the parked pose.
+    /// Writes the pose `share` of the way from the start pose to the parked pose.
     fn write_pose(&self, share: f64, targets: &mut Targets) {
         pose_change::write(&self.start_pose_rad, &self.plan.park_pose_rad, share, targets);
     }
 
-    /// The stroke the arms do; none at rest.
+    /// The arms' stroke; `None` at rest.
     pub fn stroke(&self) -> Option<Stroke> {
         match self.phase {
             Phase::Performing { .. } => {
@@ -157,7 +157,7 @@ impl TentacleGenerator {
         }
     }
 
-    /// What the arms are doing.
+    /// The arms' activity.
     pub fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
@@ -174,12 +174,12 @@ impl TentacleGenerator {
     }
 }
 
-/// What arms that have been awake for `since_s` are to do; none to go to rest and stop.
+/// The command for arms that have been awake for `since_s`; `None` to go to rest and stop.
 fn command(order: Order, since_s: f64, perform_for_s: f64, planned: StrokeCommand) -> Option<StrokeCommand> {
     match order {
         Order::Stop | Order::StopAtOnce => None,
         Order::Perform(command) => Some(command),
-        // Arms do not walk away, and know no poses.
+        // Arms do not walk and have no poses.
         Order::Drive(_) | Order::Take(_) => Some(StrokeCommand::of(Stroke::Rest)),
         Order::Go if since_s < perform_for_s => Some(planned),
         Order::Go => None,

@@ -1,20 +1,20 @@
-//! How hard an arm holds the pole it is wound round: by the load its servos tell.
+//! The grip of an arm on the pole it is wound round, controlled by the load that its servos report.
 //!
-//! The arm is led a little inside the pole's surface, deeper until its joints bear the load asked for.
+//! The arm's targets lie a little inside the pole's surface, deeper until its joints bear the requested load.
 
 use crate::signals::JointState;
 
 /// Fastest change of the depth, m/s.
 const RATE_M_S: f64 = 0.005;
-/// Deepest, as a share of the arm's radius: as far as its skin gives.
+/// Largest depth, as a share of the arm's radius: as far as its skin gives.
 const DEEPEST_SHARE: f64 = 0.3;
-/// Loads this near to what is asked for, as a share of it, are right.
+/// Loads within this share of the request are accepted.
 const RIGHT_SHARE: f64 = 0.1;
 
 /// A grip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grip {
-    /// Mean load asked for, a share of stall torque.
+    /// Requested mean load, a share of stall torque.
     load_share: f64,
     squeeze_m: f64,
 }
@@ -24,12 +24,12 @@ impl Grip {
         Grip { load_share, squeeze_m: 0.0 }
     }
 
-    /// How deep the arm is led, m.
+    /// Present depth, m.
     pub(super) fn squeeze_m(&self) -> f64 {
         self.squeeze_m
     }
 
-    /// Goes out, for `dt_s`, to where it only lies on the pole.
+    /// Moves out, for `dt_s`, towards the depth at which the arm only lies on the pole.
     pub(super) fn loosen(&mut self, dt_s: f64) {
         self.squeeze_m = (self.squeeze_m - RATE_M_S * dt_s).max(0.0);
     }
@@ -38,13 +38,13 @@ impl Grip {
         self.squeeze_m <= 0.0
     }
 
-    /// Begins anew, of an arm that is not on its pole.
+    /// Resets the grip of an arm that is not on its pole.
     pub(super) fn let_go(&mut self) {
         self.squeeze_m = 0.0;
     }
 
-    /// Goes deeper or less deep, for `dt_s`, by the load of the hinges that lie on the pole: of those that were heard just
-    /// now and are in service. Where none was, it stays.
+    /// Moves deeper or less deep, for `dt_s`, by the load of the hinges that lie on the pole, counting only
+    /// those that were heard just now and are in service. If there are none, the depth stays.
     pub(super) fn step(&mut self, dt_s: f64, arm_radius_m: f64, hinges: &[JointState], is_out: &[bool]) {
         let heard =
             |(hinge, is_out): &(&JointState, &bool)| hinge.is_known && hinge.age_s <= 0.0 && !**is_out;
@@ -70,7 +70,7 @@ mod tests {
         JointState { is_known: true, load_share, ..JointState::default() }
     }
 
-    /// A pole that presses back in proportion to the depth, and where the grip comes to rest.
+    /// Depth and load at which the grip comes to rest on a pole that presses back in proportion to the depth.
     fn gripped(stiffness_per_m: f64) -> (f64, f64) {
         let mut grip = Grip::new(0.15);
         let mut load_share = 0.0;
@@ -85,7 +85,7 @@ mod tests {
     fn it_tightens_until_the_load_is_right_and_no_deeper_than_the_skin_gives() {
         let (_, load_share) = gripped(50.0);
         assert!((load_share - 0.15).abs() <= 0.1 * 0.15 + 50.0 * RATE_M_S * 0.01, "{load_share}");
-        // On a pole that gives way it stops.
+        // On a pole that gives way it stops at the limit.
         assert!((gripped(1.0).0 - 0.006).abs() < 1e-12);
     }
 

@@ -1,4 +1,4 @@
-//! How far each pseudo-target turns over a stroke: four key poses and what lies between (Ishizuka 2008, 3.3).
+//! The turn of each pseudo-target over a stroke: four key poses and the interpolation between (Ishizuka 2008, 3.3).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,10 +8,11 @@ use crate::model::GROUPS;
 /// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
 pub const KEYS: usize = 4;
 
-/// How near to a key straight lines are rounded, in quarters of a stroke.
+/// Distance from a key within which straight lines are rounded, in quarters of a stroke.
 pub const ROUNDING_QUARTERS: f64 = 0.1;
 
-/// Turns of each pseudo-target in its parent's frame at the key poses, rad; up where the stroke is upright.
+/// Turns of each pseudo-target in its parent's frame at the key poses, rad; positive is up if the stroke is
+/// upright.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyAngles(pub [[f64; KEYS]; GROUPS]);
 
@@ -31,11 +32,11 @@ pub const SWIM: KeyAngles = KeyAngles([
 ]);
 
 impl KeyAngles {
-    /// Turns at `phase`, rad of the stroke, any number of strokes from 0.
+    /// Turns at `phase`, rad of the stroke, for any number of strokes from 0.
     pub fn at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
         let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
         let share = quarters.fract();
-        // A phase a hair below 0 is a whole turn after rounding.
+        // A phase just below 0 becomes a whole turn after rounding.
         let quarter = (0..KEYS).rev().find(|key| quarters >= *key as f64).unwrap_or(0);
         self.0.map(|keys| {
             let key = |ahead: usize| keys[(quarter + ahead) % KEYS];
@@ -47,9 +48,10 @@ impl KeyAngles {
         })
     }
 
-    /// The same, the corners of straight lines rounded: within [`ROUNDING_QUARTERS`] of a key, the mean over that much
-    /// before and after, which is a parabola. The key is missed by a quarter of that times the change of slope a quarter:
-    /// in walking by at most 8 degrees. The speed of a turn is continuous so, whatever the loop's rate.
+    /// The same, with the corners of straight lines rounded: within [`ROUNDING_QUARTERS`] of a key, the mean
+    /// over that much before and after, which is a parabola. The key is missed by a quarter of that times the
+    /// change of slope per quarter: in walking by at most 8 degrees. This makes the speed of a turn
+    /// continuous at any loop rate.
     pub fn rounded_at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
         let mut turns = self.at(between, phase);
         if between == Between::Smooth {
@@ -76,13 +78,13 @@ impl KeyAngles {
 }
 
 /// Slope of the periodic cubic at a key, per quarter, from the keys before and after it. Continuity of the
-/// acceleration asks m[-1] + 4 m[0] + m[1] = 3 (y[1] - y[-1]) at each; with four keys in the period, opposite
-/// right-hand sides are opposite, hence opposite slopes, and this is the solution.
+/// acceleration requires m[-1] + 4 m[0] + m[1] = 3 (y[1] - y[-1]) at each; with four keys in the period,
+/// opposite right-hand sides are opposite, hence opposite slopes, and this is the solution.
 fn slope(before: f64, after: f64) -> f64 {
     0.75 * (after - before)
 }
 
-/// The cubic from `a` to `b` with slopes `at_a` and `at_b`, at the share `u` of the way.
+/// The cubic from `a` to `b` with slopes `at_a` and `at_b`, at the share `u` of the interval.
 fn hermite(u: f64, a: f64, at_a: f64, b: f64, at_b: f64) -> f64 {
     let v = 1.0 - u;
     v * v * ((1.0 + 2.0 * u) * a + u * at_a) + u * u * ((1.0 + 2.0 * v) * b - v * at_b)
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn pieces_of_the_thesis_are_the_linear_ones() {
-        // (3.8) and (3.9) as printed, and (3.15) with its third slope mended.
+        // (3.8) and (3.9) as printed, and (3.15) with its third slope corrected.
         let alpha_1 = |t: f64| match t / PI {
             x if x < 0.5 => 5.0 / 18.0 * t,
             x if x < 1.0 => 5.0 / 36.0 * PI - 5.0 / 6.0 * (t - 0.5 * PI),
@@ -152,7 +154,7 @@ mod tests {
                 };
                 for target in 0..GROUPS {
                     let leap = acceleration(2.0, target) - acceleration(-2.0, target);
-                    // The third derivative of the steepest piece is below 30 rad a rad^3.
+                    // The third derivative of the steepest piece is below 30 rad per rad^3.
                     assert!(leap.abs() < 4.0 * h * 30.0 + 1e-5, "leaps by {leap} at {t}");
                 }
             }
@@ -177,7 +179,7 @@ mod tests {
                     let miss_deg = (exact - rounded).abs().to_degrees();
                     let most_deg = if off.abs() < ROUNDING_QUARTERS { 8.0 + 1e-9 } else { 1e-9 };
                     assert!(miss_deg <= most_deg, "{miss_deg} degrees at {phase}");
-                    // 320 degrees a quarter of change within a fifth of a quarter.
+                    // 320 degrees per quarter of change within a fifth of a quarter.
                     let gain = (speed(phase + step)[group] - speed(phase)[group]).abs() / step;
                     let most = 320.0_f64.to_radians() / 0.2 / (FRAC_PI_2 * FRAC_PI_2);
                     assert!(gain <= most * 1.01, "{gain} a radian squared at {phase}");

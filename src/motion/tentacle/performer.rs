@@ -1,14 +1,14 @@
-//! Arms under way from stroke to stroke: which one they do, how far they are in it, and where that has them be.
+//! Arms that go from stroke to stroke: the present stroke, its progress, and the positions of the arms in it.
 //!
 //! ```text
 //!            +--> Keyed (sway, walk, swim) --+
-//!   Still <--+--> Reach                    --+--> whatever is asked next
+//!   Still <--+--> Reach                    --+--> the next stroke
 //!     |      +--> ToPath --> Travel        --+
 //!     |      |
 //!     +------+--> Approach --> Winding --> Unwinding --+   (only from Still: nothing sweeps through a pole)
 //! ```
-//! From each to the next the joints go over without a leap ([`crate::ik::HandOver`]); what is new begins at rest. A
-//! point to reach for that moves is followed; only one that leaps away is a new motion.
+//! The joints blend from each stage to the next without a jump ([`crate::ik::HandOver`]); a new stage begins
+//! at rest. The arm follows a target point that moves; only a point that jumps away starts a new motion.
 
 use std::f64::consts::TAU;
 
@@ -24,36 +24,36 @@ use crate::model::{GROUPS, Pole, Robot, TipPath};
 use crate::motion::{Stroke, StrokeCommand};
 use crate::signals::{Aim, ArmAim, State, Targets};
 
-/// Time in which strokes come to their tempo from rest, s.
+/// Time in which strokes reach their tempo from rest, s.
 const RAMP_S: f64 = 1.0;
-/// Time constant of the turn towards a goal, s.
+/// Time constant of a turn towards a goal, s.
 const TURN_TIME_S: f64 = 1.0;
-/// Slowest tempo of winding and of paths: an arm that is to let go does so in the end.
+/// Slowest tempo of winding and of paths: it ensures that an arm lets go in the end.
 const TEMPO_MIN: f64 = 0.1;
-/// Time to wind or unwind the whole arm at tempo 1, times the stroke's.
+/// Time to wind or unwind the whole arm at tempo 1, as a multiple of the stroke's.
 const WIND_STROKES: f64 = 1.5;
-/// So fast a tip goes along a path or after a point at most, in arm lengths a second, and gains speed, a second more.
+/// Largest speed and acceleration of a tip along a path or after a point, arm lengths per s and per s^2.
 const TIP_LENGTHS_S: f64 = 0.5;
 const TIP_LENGTHS_S2: f64 = 2.0;
-/// The same of the direction a tip is to point to, rad/s and rad/s^2.
+/// The same limits for the direction of a tip, rad/s and rad/s^2.
 const DIRECTION_LIMITS: Limits = Limits { speed: 1.0, acceleration: 4.0 };
-/// A point that goes this much further in a cycle than a tip can is another point: in arm lengths.
+/// A point that moves this much further in a cycle than a tip can counts as a new point, arm lengths.
 const LEAP_LENGTHS: f64 = 0.02;
-/// A direction that turns so far in a cycle is another one, rad.
+/// A direction that turns this far in a cycle counts as a new one, rad.
 const LEAP_RAD: f64 = 0.1;
 
-/// What the arms do.
+/// The arms' stages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// As they are parked.
+    /// Still, in the parked pose.
     Still,
-    /// By key angles: walking, swimming or swaying.
+    /// Motion by key angles: walking, swimming or swaying.
     Keyed(Keyed),
-    /// The arm nearest to the point reaches for it, with a direction or without.
+    /// The arm nearest to the point reaches for it, with or without a direction.
     Reach { has_direction: bool },
-    /// The arm nearest to where the path begins reaches for that.
+    /// The arm nearest to the start of the path reaches for that start.
     ToPath(TipPath),
-    /// Its tip goes along the path, and stays at its end.
+    /// Its tip moves along the path, and stays at its end.
     Travel(TipPath),
     /// The arm beside the pole lies straight along it.
     Approach(Pole),
@@ -70,7 +70,7 @@ pub(super) enum Keyed {
     Swim,
 }
 
-/// Moves arms as they are asked to.
+/// Moves the arms as commanded.
 #[derive(Debug, Clone)]
 pub struct Performer {
     arms: Vec<ArmPlan>,
@@ -78,30 +78,30 @@ pub struct Performer {
     tempo_max: [f64; 3],
     asked: StrokeCommand,
     stage: Stage,
-    /// Counts stages.
+    /// Counts changes of stage.
     change: u32,
-    /// The arm that reaches or winds; index into `arms`.
+    /// The arm that reaches or winds, index into `arms`.
     taking_part: usize,
     /// Phase of the stroke and its rate, rad and rad/s.
     phase: f64,
     rate_rad_s: f64,
     turn_rad: f64,
-    /// What that goes after, rad.
+    /// The value that the turn follows, rad.
     turn_led_rad: f64,
-    /// The point that is reached for, body frame, m, and the direction.
+    /// The target point, body frame, m, and the target direction.
     point: Follower,
     direction: Follower,
-    /// The path that is gone along, and how much of it is.
+    /// The path that the tip follows, and how far along it the tip is.
     tour: Tour,
     travelled: Progress,
-    /// How much of what can be wound is.
+    /// How much of the arm is wound, and the grip.
     wound: Progress,
     grip: Grip,
     settled: Settled,
 }
 
 impl Performer {
-    /// Arms of `robot`, still where they are parked.
+    /// The arms of `robot`, still in their parked pose.
     pub fn new(robot: &Robot, plan: &TentaclePlan) -> Performer {
         let settings = &plan.settings;
         let arms = settings.arms.iter().enumerate();
@@ -127,7 +127,7 @@ impl Performer {
         }
     }
 
-    /// Goes on by `dt_s` as `command` says. A command with a number that is none counts as one to rest.
+    /// Advances by `dt_s` under `command`. A command with a number that is not finite counts as a command to rest.
     pub fn step(&mut self, dt_s: f64, state: &State, command: StrokeCommand) {
         self.asked = if command.is_finite() { command } else { StrokeCommand::default() };
         self.settled.look(dt_s, state);
@@ -141,14 +141,14 @@ impl Performer {
         self.advance_phase(dt_s);
         self.follow(dt_s);
         self.travel(dt_s);
-        // Two lags, one after the other: a turn that is asked for anew begins at rest.
+        // Two lags in series: a new turn begins at rest.
         let share = 1.0 - (-2.0 * dt_s / TURN_TIME_S).exp();
         self.turn_led_rad += (self.asked.turn_rad - self.turn_led_rad) * share;
         self.turn_rad += (self.turn_led_rad - self.turn_rad) * share;
         self.wind(dt_s, state);
     }
 
-    /// Whether `next`, of the same kind as what the arms do, is another motion all the same.
+    /// True if `next`, of the same kind as the present stage, is nevertheless a new motion.
     fn begins_anew(&self, dt_s: f64, next: Stage) -> bool {
         match (self.stage, next) {
             (Stage::Reach { .. }, Stage::Reach { .. }) => self.stage != next || self.leaps(dt_s),
@@ -159,7 +159,7 @@ impl Performer {
         }
     }
 
-    /// Whether what is to be reached for is another point than it was, not the same that moved on.
+    /// True if the target point is a new one rather than the same point that moved on.
     fn leaps(&self, dt_s: f64) -> bool {
         let Stroke::Reach { point_in_body, direction } = self.asked.stroke else { return false };
         let most_m = self.length_m() * (LEAP_LENGTHS + TIP_LENGTHS_S * dt_s);
@@ -167,7 +167,7 @@ impl Performer {
         self.point.leap(point_in_body) > most_m || direction.is_some_and(turns)
     }
 
-    /// Length of the arm that takes part, m.
+    /// Length of the arm that reaches or winds, m.
     fn length_m(&self) -> f64 {
         self.arms.get(self.taking_part).map_or(0.0, ArmPlan::length_m)
     }
@@ -198,9 +198,10 @@ impl Performer {
         }
     }
 
-    /// What begins, begins at rest.
+    /// Begins stage `next` at rest.
     fn begin(&mut self, next: Stage) {
-        // Winding goes on from the approach, and unwinding from that, place by place; a path from its first waypoint.
+        // Winding continues from the approach, unwinding from winding, position by position; a path from its
+        // first waypoint.
         if !matches!(next, Stage::Winding(..) | Stage::Unwinding(..) | Stage::Travel(..)) {
             self.change = self.change.wrapping_add(1);
             self.settled.begin();
@@ -238,7 +239,7 @@ impl Performer {
         self.phase += self.rate_rad_s * dt_s;
     }
 
-    /// Goes on after the point that is to be reached for.
+    /// Follows the target point.
     fn follow(&mut self, dt_s: f64) {
         let (Stage::Reach { .. }, Stroke::Reach { point_in_body, direction }) =
             (self.stage, self.asked.stroke)
@@ -252,7 +253,7 @@ impl Performer {
         self.direction.step(dt_s, direction, DIRECTION_LIMITS);
     }
 
-    /// Goes on along the path, at its speed but for a ramp at either end.
+    /// Advances along the path at its speed, with a ramp at either end.
     fn travel(&mut self, dt_s: f64) {
         let Stage::Travel(path) = self.stage else { return };
         let asked_m_s = path.speed_m_s() * self.asked.tempo.max(TEMPO_MIN);
@@ -263,7 +264,7 @@ impl Performer {
         }
     }
 
-    /// Winds and, once all is wound, grips; or loosens its grip and then unwinds.
+    /// Winds and, once the arm is fully wound, grips; or loosens its grip and then unwinds.
     fn wind(&mut self, dt_s: f64, state: &State) {
         if let Stage::Unwinding(_) = self.stage
             && !self.grip.is_loose()
@@ -286,7 +287,7 @@ impl Performer {
         }
     }
 
-    /// The arm whose root is nearest to a place.
+    /// The arm whose root is nearest to `place`.
     fn nearest(&self, place: DVec3) -> usize {
         let distance = |arm: &ArmPlan| arm.root_m.distance(place);
         let nearest =
@@ -294,14 +295,14 @@ impl Performer {
         nearest.map_or(0, |(index, _)| index)
     }
 
-    /// The arm that comes to lie on the pole most; none if none does.
+    /// The arm that would lie on the pole with the largest share of its length; `None` if no arm would.
     fn winder(&self, pole: Pole) -> Option<usize> {
         let share = |arm: &ArmPlan| arm.contact_share(pole);
         let arms = self.arms.iter().enumerate().filter_map(|(index, arm)| Some((index, share(arm)?)));
         arms.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
     }
 
-    /// Writes where the arms are to be.
+    /// Writes the targets of the arms.
     pub fn write(&self, targets: &mut Targets) {
         targets.aim = Aim::Arms;
         targets.feet.clear();
@@ -331,7 +332,7 @@ impl Performer {
                 }
                 _ => {}
             }
-            // For those who look on.
+            // For display only.
             *tip = match target.aim {
                 ArmAim::Places => target.places_in_body.last().copied().unwrap_or_default(),
                 ArmAim::Ends | ArmAim::Tip | ArmAim::TipAlong => target.ends_in_body[GROUPS - 1],
@@ -339,17 +340,17 @@ impl Performer {
         }
     }
 
-    /// Whether the arms hold still as they are parked, and have come there.
+    /// True if the arms hold still in the parked pose and have arrived there.
     pub fn is_still(&self) -> bool {
         self.stage == Stage::Still && self.settled.is()
     }
 
-    /// Whether an arm is round a pole, so that it must not be taken away from there joint by joint.
+    /// True if an arm is wound round a pole: it must then not be moved away joint by joint.
     pub fn is_wound(&self) -> bool {
         self.wound.share > 0.0
     }
 
-    /// What they do, of what a person asked for.
+    /// The present stroke, in the operator's terms.
     pub fn stroke(&self) -> Stroke {
         match self.stage {
             Stage::Still => match self.asked.stroke {

@@ -1,11 +1,11 @@
-//! How much of a motion is done, winding or a way, and how fast that changes: never by a leap of speed.
+//! The progress of a motion, such as winding or a path, and its speed: the speed never jumps.
 
-/// Time in which it comes to its speed, as a share of that of the whole.
+/// Time in which it reaches its speed, as a share of the whole duration.
 pub(super) const RAMP_SHARE: f64 = 0.2;
-/// So near the end is there.
+/// It has arrived when it is this close to the end.
 const THERE: f64 = 1e-5;
 
-/// From 0, nothing, to 1, all that can be.
+/// Progress from 0, nothing, to 1, complete.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Progress {
     pub(super) share: f64,
@@ -14,12 +14,12 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Goes on for `dt_s` towards `goal`, all the way in about `time_s`.
+    /// Advances for `dt_s` towards `goal`; the whole way takes about `time_s`.
     pub(super) fn step(&mut self, dt_s: f64, goal: f64, time_s: f64) {
         let fastest = 1.0 / ((1.0 - RAMP_SHARE) * time_s);
         let change = fastest / (RAMP_SHARE * time_s) * dt_s;
         let left = goal - self.share;
-        // The speed from which whole steps of deceleration end on the spot.
+        // The speed from which whole steps of deceleration end exactly at the goal.
         let braking = (0.25 * change * change + 2.0 * change / dt_s * left.abs()).sqrt() - 0.5 * change;
         let wanted = left.signum() * braking.min(fastest).min(left.abs() / dt_s);
         self.speed += (wanted - self.speed).clamp(-change, change);

@@ -1,4 +1,4 @@
-//! Pseudo-targets: the places Q_1, Q_2 and Q_3 that the ends of an arm's groups are to reach (Ishizuka 2008, 3.1.3).
+//! Pseudo-targets: the targets Q_1, Q_2 and Q_3 of the ends of an arm's groups (Ishizuka 2008, 3.1.3).
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use crate::model::GROUPS;
 
-/// Turn of a pseudo-target in its parent's frame, rad. The thesis' words are heading, pitch and bank.
+/// Turn of a pseudo-target in its parent's frame, rad. The thesis calls the three heading, pitch and bank.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Turn {
     /// Up, out of the x-y plane.
@@ -17,23 +17,23 @@ pub struct Turn {
     pub twist: f64,
 }
 
-/// Width of the rounding of |F|, rad. An arm that leaves the straight bends as the square root of
-/// what it is shortened by: with the kink of |F| at 0 it would have to leap. The spacing differs by less than 1.8 %.
+/// Width of the rounding of |F|, rad. An arm that leaves the straight bends as the square root of its shortening:
+/// with the kink of |F| at 0 it would have to jump. The rounding changes the spacing by less than 1.8 %.
 const ROUNDING_RAD: f64 = 0.4;
 
 impl Turn {
-    /// A turn by `angle` in the plane that lies `plane_rad` about x from level: at 0 it is all sweep, at pi/2 all lift.
+    /// A turn by `angle` in the plane at `plane_rad` about x from level: at 0 it is all sweep, at pi/2 all lift.
     pub fn in_plane(angle: f64, plane_rad: f64) -> Turn {
         Turn { lift: angle * plane_rad.sin(), sweep: angle * plane_rad.cos(), twist: 0.0 }
     }
 
-    /// From this pseudo-target's frame to its parent's. Lift and sweep together are one turn about one axis across
-    /// x, so that turns in one plane add up; the twist comes before it.
+    /// Rotation from this pseudo-target's frame to its parent's. Lift and sweep together are one rotation
+    /// about one axis across x, so that turns in one plane add up; the twist comes before it.
     pub fn rotation(self) -> DQuat {
         DQuat::from_scaled_axis(DVec3::new(0.0, -self.lift, self.sweep)) * DQuat::from_rotation_x(self.twist)
     }
 
-    /// The angle F its x makes with its parent's, rad.
+    /// The angle F between its x and its parent's, rad.
     pub fn angle(self) -> f64 {
         self.lift.hypot(self.sweep)
     }
@@ -51,14 +51,14 @@ impl std::ops::Add for Turn {
     }
 }
 
-/// The share 1 - |F| / (2 pi) of a group's length at which its pseudo-target stands off its parent. The thesis
-/// prints e = -|F| / (2 pi) (3.11) and calls e times the length the change of the spacing (3.12 to 3.14). Ours is
-/// rounded at 0.
+/// The spacing of a pseudo-target from its parent, as the share 1 - |F| / (2 pi) of its group's length. The
+/// thesis prints e = -|F| / (2 pi) (3.11) and calls e times the length the change of the spacing (3.12 to
+/// 3.14). Ours is rounded at 0.
 pub fn spacing_share(angle: f64) -> f64 {
     1.0 - angle * (angle / ROUNDING_RAD).tanh() / TAU
 }
 
-/// Q_1, Q_2 and Q_3 in the arm's frame, m: each stands off the one before along its own x, and turns all that
+/// Q_1, Q_2 and Q_3 in the arm's frame, m: each lies off the one before along its own x, and rotates all that
 /// follow.
 pub fn places(group_lengths_m: [f64; GROUPS], turns: [Turn; GROUPS]) -> [DVec3; GROUPS] {
     let (mut place, mut rotation) = (DVec3::ZERO, DQuat::IDENTITY);
@@ -91,7 +91,7 @@ mod tests {
         let up = Turn { lift: FRAC_PI_2, ..Turn::default() };
         let left = Turn { sweep: FRAC_PI_4, ..Turn::default() };
         let [first, second, third] = places(LENGTHS_M, [up, left, Turn::default()]);
-        // A quarter of the turn is lost of the first, an eighth of the second, but for the rounding.
+        // Apart from the rounding, the first spacing is shorter by a quarter, the second by an eighth.
         assert!(first.distance(DVec3::Z * 1.97 * 0.75) < 1e-3);
         // The second turns in the first one's frame, whose x is up and whose y is still left.
         let ahead = (DVec3::Z + DVec3::Y).normalize();

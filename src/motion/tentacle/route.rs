@@ -1,16 +1,16 @@
-//! The way arms travel: a cubic Bezier curve, gone along at constant speed (Ishizuka 2008, 3.5).
+//! The path on which arms travel: a cubic Bezier curve at constant speed (Ishizuka 2008, 3.5).
 //!
-//! (3.18) is misprinted and its Bernstein form is meant; (3.20) and (3.21) print the derivatives without their
+//! (3.18) is misprinted and means the Bernstein form; (3.20) and (3.21) print the derivatives without their
 //! factors 3 and 6.
 
 use glam::{DVec2, DVec3};
 
-/// Pieces of the curve whose lengths are known beforehand.
+/// Number of pieces of the curve whose lengths are computed in advance.
 const PIECES: usize = 32;
-/// Newton steps that find a place within a piece.
+/// Number of Newton steps to find a point within a piece.
 const NEWTON_STEPS: u32 = 4;
 
-/// Nodes and weights of Gauss and Legendre with five points, on 0 to 1.
+/// Nodes and weights of five-point Gauss-Legendre quadrature on 0 to 1.
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_095),
     (0.230_765_344_947_158, 0.239_314_335_249_683),
@@ -19,17 +19,17 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_095),
 ];
 
-/// A cubic Bezier curve, with the length of its pieces.
+/// A cubic Bezier curve, with the lengths of its pieces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
     points: [DVec3; 4],
-    /// Length from the start to where each piece begins, and the whole, m.
+    /// Length from the start to the beginning of each piece, and the whole length, m.
     lengths_m: [f64; PIECES + 1],
 }
 
 impl Route {
-    /// The route through these control points, m: it begins at the first and ends at the last. None if it has no
-    /// length or a point is not finite.
+    /// The route through these control points, m: it begins at the first and ends at the last. `None` if it
+    /// has no length or a point is not finite.
     pub fn new(points: [DVec3; 4]) -> Option<Route> {
         let mut route = Route { points, lengths_m: [0.0; PIECES + 1] };
         for piece in 0..PIECES {
@@ -45,27 +45,27 @@ impl Route {
         self.lengths_m[PIECES]
     }
 
-    /// The place at the parameter `s`, 0 to 1 (3.19), m.
+    /// The point at the parameter `s`, 0 to 1 (3.19), m.
     pub fn place(&self, s: f64) -> DVec3 {
         let [a, b, c, d] = self.points;
         let t = 1.0 - s;
         a * (t * t * t) + b * (3.0 * s * t * t) + c * (3.0 * s * s * t) + d * (s * s * s)
     }
 
-    /// Its derivative by the parameter, m: 3 times what (3.20) prints.
+    /// Its derivative with respect to the parameter, m: 3 times what (3.20) prints.
     pub fn velocity(&self, s: f64) -> DVec3 {
         let [a, b, c, d] = self.points;
         let t = 1.0 - s;
         3.0 * ((b - a) * (t * t) + (c - b) * (2.0 * s * t) + (d - c) * (s * s))
     }
 
-    /// Its second derivative by the parameter, m: 6 times what (3.21) prints.
+    /// Its second derivative with respect to the parameter, m: 6 times what (3.21) prints.
     pub fn acceleration(&self, s: f64) -> DVec3 {
         let [a, b, c, d] = self.points;
         6.0 * ((c - 2.0 * b + a) * (1.0 - s) + (d - 2.0 * c + b) * s)
     }
 
-    /// The parameter after `way_m` along it; past an end, that end.
+    /// The parameter at the distance `way_m` along it; beyond an end, that end.
     pub fn parameter_at(&self, way_m: f64) -> f64 {
         let way_m = way_m.clamp(0.0, self.length_m());
         let piece = self.lengths_m.partition_point(|begin| *begin <= way_m).clamp(1, PIECES) - 1;
@@ -75,7 +75,7 @@ impl Route {
         for _ in 0..NEWTON_STEPS {
             let left_m = way_m - low_m - self.length_between(begin, s);
             let speed_m = self.velocity(s).length();
-            // At a cusp the straight guess stays.
+            // At a cusp, keep the linear guess.
             if speed_m > 1e-9 * self.length_m() {
                 s = (s + left_m / speed_m).clamp(begin, end);
             }
@@ -83,12 +83,12 @@ impl Route {
         s
     }
 
-    /// Where one is after `time_s` at `speed_m_s` from the start, m.
+    /// The point after `time_s` at `speed_m_s` from the start, m.
     pub fn place_at(&self, time_s: f64, speed_m_s: f64) -> DVec3 {
         self.place(self.parameter_at(time_s * speed_m_s))
     }
 
-    /// Where it leads after `way_m`, unit length; x where it turns on the spot.
+    /// Direction at the distance `way_m`, unit length; x if the direction is undefined there.
     pub fn direction_at(&self, way_m: f64) -> DVec3 {
         self.velocity(self.parameter_at(way_m)).try_normalize().unwrap_or(DVec3::X)
     }
@@ -99,8 +99,8 @@ impl Route {
     }
 }
 
-/// The sweep that turns strokes towards where one is to go: from the heading to `direction` (both seen from above,
-/// world frame), to the left, at most `most_rad` either way, rad.
+/// The sweep that turns strokes towards a direction of travel: from the heading to `direction` (both seen
+/// from above, world frame), positive to the left, at most `most_rad` either way, rad.
 pub fn sweep_towards(heading_rad: f64, direction: DVec3, most_rad: f64) -> f64 {
     let to = direction.truncate();
     if to.length_squared() <= 0.0 {

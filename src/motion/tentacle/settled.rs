@@ -1,10 +1,10 @@
-//! Whether arms have come to rest where they were told to go, as their goals show.
+//! Detects from their goals whether arms have come to rest at their targets.
 
 use crate::signals::State;
 
-/// Goals that move less than this, rad/s, stand.
+/// Goals that move more slowly than this, rad/s, count as still.
 const STILL_RAD_S: f64 = 1e-4;
-/// For so long, s.
+/// Time for which they must be still, s.
 const STILL_FOR_S: f64 = 0.1;
 
 /// Watches all goals.
@@ -19,7 +19,7 @@ impl Settled {
         Settled { last_rad: vec![0.0; joints], still_s: 0.0 }
     }
 
-    /// Looks at the goals of the cycle before, `dt_s` after the last look. Joints out of service hang as they like.
+    /// Checks the goals of the last cycle, `dt_s` after the last call. Joints out of service may hang freely.
     pub(super) fn look(&mut self, dt_s: f64, state: &State) {
         let goals = self.last_rad.iter().zip(&state.goal_rad).zip(&state.is_out);
         let ways = goals.filter(|(_, is_out)| !**is_out).map(|((last, now), _)| (now - last).abs());
@@ -28,7 +28,7 @@ impl Settled {
         self.last_rad.copy_from_slice(&state.goal_rad);
     }
 
-    /// Something new begins.
+    /// Restarts the watch for a new motion.
     pub(super) fn begin(&mut self) {
         self.still_s = 0.0;
     }

@@ -12,37 +12,37 @@ use crate::model::GROUPS;
 /// Arms on one side of an octopus.
 pub const ROLES: usize = 4;
 
-/// How large the walking turns of each group are, by role, root group first. The fourth arm pushes and the first three
-/// explore and support (2.2): they step more lightly at the root and feel about with the tip.
+/// Size of the walking turns of each group, by role, root group first. The fourth arm pushes, and the first
+/// three explore and support (2.2): they step more lightly at the root and feel about with the tip.
 const WALK_GAINS: [[f64; GROUPS]; ROLES] =
     [[0.6, 0.8, 1.2], [0.7, 0.9, 1.1], [0.85, 1.0, 1.0], [1.0, 1.0, 1.0]];
 
-/// How far behind the fourth arm's stroke each role's is, as a share of the stroke: a wave from rear to front.
+/// Delay of each role's stroke behind the fourth arm's, as a share of the stroke: a wave from rear to front.
 const WALK_LAGS: [f64; ROLES] = [0.75, 0.5, 0.25, 0.0];
 
-/// How much later the right side steps than the left.
+/// Delay of the right side's steps behind the left side's.
 const RIGHT_LAG: f64 = 0.5;
 
-/// How far each joint is lifted in the middle of idle swaying, rad, for all joints together.
+/// Lift in the middle of idle swaying, rad, for all joints together.
 const SWAY_LIFT_RAD: f64 = 0.6;
-/// How far lift and sweep go from there, for all joints together, rad.
+/// Amplitude of lift and sweep about that, for all joints together, rad.
 const SWAY_RAD: f64 = 0.9;
-/// How far the waves of a sway have gone by at the tip when they begin at the root, rad.
+/// Phase by which the waves of a sway are ahead at the root of those at the tip, rad.
 const SWAY_WAVE_RAD: f64 = 4.0;
-/// Share of a joint's bend at the root of that at the tip.
+/// A joint's bend at the root as a share of that at the tip.
 const SWAY_ROOT_SHARE: f64 = 0.4;
 
-/// Strokes a sway's lift and sweep take: it never comes back to what it did before.
+/// Rates of a sway's lift and sweep, per stroke: the pattern never repeats.
 const SWAY_RATES: [f64; 2] = [1.0, 0.618_033_988_749_895];
 
-/// What an arm has to do with its neighbours.
+/// Role of an arm among its neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
-    /// Place on its side, 1 (front) to 4 (rear).
+    /// Position on its side, 1 (front) to 4 (rear).
     pub role: u8,
     /// True on the right.
     pub is_right: bool,
-    /// Turn of the plane of walking strokes about the arm from level, rad: 0 is left-right, pi/2 up-down.
+    /// Rotation of the plane of walking strokes about the arm from level, rad: 0 is left-right, pi/2 up-down.
     pub walk_plane_rad: f64,
 }
 
@@ -52,14 +52,14 @@ pub struct KeyStroke {
     keys: KeyAngles,
     between: Between,
     plane_rad: f64,
-    /// How far behind the rig's phase it is, rad.
+    /// Delay behind the robot's phase, rad.
     lag: f64,
 }
 
-/// Idle swaying: waves of bend that run down the arm, never twice the same.
+/// Idle swaying: waves of bend that run down the arm and never repeat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
-    /// Where lift and sweep begin, rad.
+    /// Initial phase of lift and sweep, rad.
     begins: [f64; 2],
 }
 
@@ -75,7 +75,7 @@ pub struct Strokes {
 }
 
 impl Strokes {
-    /// Of an arm that has this `part`, varied by `variation`.
+    /// Strokes of an arm with this `part`, varied by `variation`.
     pub fn new(part: Part, between: Between, mut variation: Variation) -> Strokes {
         let role = usize::from(part.role.clamp(1, 4)) - 1;
         let gains = WALK_GAINS[role];
@@ -99,8 +99,8 @@ impl Strokes {
 }
 
 impl KeyStroke {
-    /// Turns of the pseudo-targets at `phase` (rad, one stroke is 2 pi) with `sweep_rad` towards a goal on the left
-    /// (3.5), which the whole arm takes.
+    /// Turns of the pseudo-targets at `phase` (rad, one stroke is 2 pi), with `sweep_rad` towards a goal on
+    /// the left (3.5), which the whole arm takes.
     pub fn turns(&self, phase: f64, sweep_rad: f64) -> [Turn; GROUPS] {
         let mut turns = self
             .keys
@@ -110,14 +110,14 @@ impl KeyStroke {
         turns
     }
 
-    /// Where the ends of groups of these lengths (m) are to be, arm frame, m.
+    /// Target ends of groups of these lengths (m), arm frame, m.
     pub fn ends_in_arm(&self, group_lengths_m: [f64; GROUPS], phase: f64, sweep_rad: f64) -> [DVec3; GROUPS] {
         places(group_lengths_m, self.turns(phase, sweep_rad))
     }
 }
 
 impl Sway {
-    /// Writes where links of these lengths (m) end at `phase`, rad from the start on, arm frame, m.
+    /// Writes the ends of links of these lengths (m) at `phase`, rad from the start on, arm frame, m.
     pub fn write(&self, phase: f64, links_m: impl Iterator<Item = f64>, places: &mut [DVec3]) {
         let (mut place, mut rotation) = (DVec3::ZERO, DQuat::IDENTITY);
         let count = places.len() as f64;
@@ -188,7 +188,8 @@ mod tests {
             let (now, next) = (at(phase), at(phase + 0.05));
             let lengths = now.windows(2).map(|pair| pair[0].distance(pair[1]));
             assert!(lengths.into_iter().all(|length| (length - 0.034).abs() < 1e-12));
-            // No joint bends by more than a tenth of a turn, and the tip goes less than half the arm a radian.
+            // No joint bends by more than a tenth of a turn, and the tip moves by less than half the arm per
+            // radian.
             assert!(
                 now.windows(3).all(|three| (three[1] - three[0]).angle_between(three[2] - three[1]) < 0.3)
             );

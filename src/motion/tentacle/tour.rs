@@ -1,17 +1,17 @@
-//! A way through waypoints: a [`Route`] from each to the next, which meet in one direction.
+//! A path through waypoints: a [`Route`] from each to the next; adjacent routes meet in one direction.
 
 use glam::DVec3;
 
 use super::route::Route;
 use crate::model::WAYPOINTS_MAX;
 
-/// How far the control points of a route stand off its ends, as a share of the way between them.
+/// Distance of a route's control points from its ends, as a share of the distance between the ends.
 const CONTROL_SHARE: f64 = 1.0 / 3.0;
 
-/// Places nearer than this are one, m.
+/// Waypoints nearer than this count as one, m.
 const APART_M: f64 = 1e-6;
 
-/// Routes one after the other.
+/// Consecutive routes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tour {
     start: DVec3,
@@ -20,10 +20,10 @@ pub struct Tour {
 }
 
 impl Tour {
-    /// The way through `waypoints`, m, at most [`WAYPOINTS_MAX`] of them. At each but the ends it leads from the one
-    /// before towards the one after.
+    /// The path through `waypoints`, m, at most [`WAYPOINTS_MAX`] of them. At each inner one its direction is
+    /// from the one before towards the one after.
     pub fn new(waypoints: &[DVec3]) -> Tour {
-        // A place that is given twice has no way to the next, and no direction.
+        // A waypoint that is given twice has no way to the next, and no direction.
         let (mut places, mut count) = ([DVec3::ZERO; WAYPOINTS_MAX], 0);
         for waypoint in waypoints {
             if count < WAYPOINTS_MAX && (count == 0 || places[count - 1].distance(*waypoint) > APART_M) {
@@ -49,7 +49,7 @@ impl Tour {
         self.length_m
     }
 
-    /// The place after `way_m` along it; past an end, that end.
+    /// The point at the distance `way_m` along it; beyond an end, that end.
     pub fn place(&self, way_m: f64) -> DVec3 {
         let mut begin_m = 0.0;
         let mut place = self.start;

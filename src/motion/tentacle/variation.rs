@@ -1,11 +1,12 @@
-//! Chance that makes arms differ: R(j, k), added to each key angle (Ishizuka 2008, 3.4). The same seed, the same arms.
+//! Random variation between arms: R(j, k), added to each key angle (Ishizuka 2008, 3.4). The same seed gives
+//! the same arms.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::key_angles::KeyAngles;
 
-/// A stream of uniform chance of its own for one arm.
+/// A stream of uniform random numbers for one arm.
 #[derive(Debug, Clone)]
 pub struct Variation {
     source: Pcg64Mcg,
@@ -13,9 +14,10 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// For arm number `arm` of a rig of this `seed`; key angles vary by at most `size_rad` either way.
+    /// The stream for arm number `arm` of a robot with this `seed`; key angles vary by at most `size_rad`
+    /// either way.
     pub fn new(seed: u64, arm: usize, size_rad: f64) -> Variation {
-        // Golden-ratio steps keep seeds of neighbouring arms and rigs apart.
+        // Golden-ratio steps keep the seeds of neighbouring arms and robots apart.
         let seed = seed ^ (arm as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         Variation { source: Pcg64Mcg::seed_from_u64(seed), size_rad }
     }
@@ -26,7 +28,7 @@ impl Variation {
         j + (k - j) * share
     }
 
-    /// `keys`, each angle varied.
+    /// `keys` with each angle varied.
     pub fn varied(&mut self, keys: KeyAngles) -> KeyAngles {
         KeyAngles(keys.0.map(|turns| turns.map(|turn| turn + self.uniform(-self.size_rad, self.size_rad))))
     }

@@ -1,4 +1,4 @@
-//! Whether a robot has an arm that can wind round a pole: asked when the pole is named, long before it is wound round.
+//! Checks whether a robot has an arm that can wind round a pole, when the pole is named, long before the winding.
 
 use glam::DVec3;
 
@@ -8,7 +8,8 @@ use crate::model::{ArmGeometry, Pole, Robot, TentacleMotion};
 /// Checks that an arm of `robot` can wind round `pole`.
 ///
 /// # Errors
-/// Why none can: of the arm whose root is nearest to the pole's point. [`WindingError::NoPole`] where there are no arms.
+/// The reason why no arm can, for the arm whose root is nearest to the pole's point. [`WindingError::NoPole`]
+/// if there are no arms.
 pub fn check(robot: &Robot, settings: &TentacleMotion, pole: Pole) -> Result<(), WindingError> {
     let mut nearest = (f64::INFINITY, WindingError::NoPole);
     for arm in &settings.arms {

@@ -1,8 +1,8 @@
-//! Winding round a pole: where every link of an arm is to end.
+//! Winding round a pole: the target position of the end of every link of an arm.
 //!
-//! The arm lies as a taut rope would: straight from its root to where it touches the pole, and from there round it.
-//! Winding goes on from the root's side to the tip; what is not wound yet stands off straight, on the tangent, clear of
-//! the pole. Where the arm goes round more than once it climbs, so that it does not lie on itself.
+//! The arm lies like a taut rope: straight from its root to where it touches the pole, and from there round it.
+//! Winding proceeds from the root's side to the tip. The part that is not wound yet stands off straight, on the
+//! tangent, clear of the pole. An arm that goes round more than once climbs, so that it does not lie on itself.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,17 +11,17 @@ use thiserror::Error;
 
 use crate::model::{ArmJoint, Axis, Joint, Pole, TendonDrive};
 
-/// How far outside the grown pole the chords of the links pass, as a share of the arm's radius: rounding never puts one
-/// inside.
+/// How far outside the grown pole the chords of the links pass, as a share of the arm's radius, so that
+/// rounding never puts one inside.
 const MARGIN_SHARE: f64 = 0.01;
-/// Climb in one turn, in diameters of the arm.
+/// Climb per turn, in diameters of the arm.
 const CLIMB_DIAMETERS: f64 = 1.1;
-/// An arm that winds by more of a turn than this climbs.
+/// An arm climbs if it winds by more than this many turns.
 const CLIMB_FROM_TURNS: f64 = 0.85;
-/// Newton steps to the end of a link.
+/// Number of Newton steps to find the end of a link.
 const NEWTON_STEPS: u32 = 5;
 
-/// What makes a pole impossible to wind round.
+/// Reasons why an arm cannot wind round a pole.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum WindingError {
     /// The root is in the pole or touches it.
@@ -31,7 +31,7 @@ pub enum WindingError {
     Inside {
         /// Distance from the root to the axis, m.
         off_m: f64,
-        /// Least it would have to be, m.
+        /// Least permitted distance, m.
         least_m: f64,
     },
     /// The pole is out of reach.
@@ -39,26 +39,27 @@ pub enum WindingError {
     TooFar {
         /// Length of the arm, m.
         length_m: f64,
-        /// Length from the root to where it would touch, m.
+        /// Length of arm from the root to where it would touch the pole, m.
         touches_m: f64,
     },
-    /// The arm does not bend so tightly.
+    /// The arm does not bend tightly enough.
     #[error(
         "the arm would have to bend to a radius of {radius_m:.3} m, and bends to no less than {least_m:.3} m"
     )]
     TooThin {
-        /// Radius of the arm's way round the pole, m.
+        /// Radius of the arm's path round the pole, m.
         radius_m: f64,
-        /// Least radius its sections bend to, m.
+        /// Least bending radius of its sections, m.
         least_m: f64,
     },
-    /// The pole is no cylinder.
+    /// The pole is not a valid cylinder.
     #[error("a pole has a radius above 0 and an axis with a direction")]
     NoPole,
 }
 
-/// The least radius, m, on which an arm lies: one bent by `tendons` by what a section bends, any other by the hinges of
-/// each of its `joints` that bend it to either side, of which `hinges` are all.
+/// The least radius, m, that an arm can bend to. An arm on `tendons` is limited by its sections' largest bends;
+/// any other by how far the bending hinges of each of its `joints` go to either side. `hinges` are all hinges of
+/// the arm.
 pub(super) fn least_radius_m(tendons: Option<&TendonDrive>, joints: &[ArmJoint], hinges: &[Joint]) -> f64 {
     // A chord of a circle of radius R turns by 2 asin(link / 2 R) against the one before.
     let radius_m = |link_m: f64, bend_rad: f64| 0.5 * link_m / (0.5 * bend_rad.min(PI)).sin();
@@ -72,32 +73,33 @@ pub(super) fn least_radius_m(tendons: Option<&TendonDrive>, joints: &[ArmJoint],
         let bending = hinges[joint.hinges.clone()].iter().filter(|hinge| Axis::of(hinge).0 != Axis::X);
         bending.map(|hinge| hinge.range_rad.1.min(-hinge.range_rad.0)).fold(PI, f64::min).max(0.0)
     };
-    // The first lies wherever its root is.
+    // The first joint does not count: its link lies in whatever direction its root gives.
     joints.iter().skip(1).map(|joint| radius_m(joint.link_m, bend_rad(joint))).fold(0.0, f64::max)
 }
 
-/// An arm's way round a pole.
+/// An arm's path round a pole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winding {
     root_m: DVec3,
     center_m: DVec3,
-    /// From the axis to the root, along the axis' side in the sense of winding, and along the axis as it climbs.
+    /// Vector from the axis to the root; the direction at right angles to it in the sense of winding; and the
+    /// axis' direction of climb.
     out: DVec3,
     round: DVec3,
     up: DVec3,
     /// Radius of the corners of the arm's polygon, m.
     radius_m: f64,
-    /// Angle from the root to where it touches, rad, and length to there, seen along the axis, m.
+    /// Angle from the root to the point of contact, rad, and length to there, seen along the axis, m.
     touches_rad: f64,
     straight_m: f64,
-    /// Rise along the axis a metre of way seen along it.
+    /// Rise along the axis per metre of path seen along it.
     slope: f64,
     length_m: f64,
 }
 
 impl Winding {
-    /// The way of an arm of these links round `pole`, on the side that turns its root less out of `ahead` (body frame).
-    /// Its skin is pressed in by `squeeze_m`, which is what a grip is.
+    /// The path of an arm with these links round `pole`, on the side that turns its root less out of `ahead`
+    /// (body frame). Its skin is pressed in by `squeeze_m`, which makes the grip.
     pub fn new(
         root_in_body: DVec3,
         ahead: DVec3,
@@ -132,7 +134,7 @@ impl Winding {
         let toward = |round: DVec3| round * touches_rad.cos() - out * touches_rad.sin();
         let round = if toward(left).dot(ahead) >= toward(-left).dot(ahead) { left } else { -left };
         let up = if ahead.dot(axis) < 0.0 { -axis } else { axis };
-        // Whether it climbs is not a matter of how hard it grips: the way must not leap while that changes.
+        // The climb must not depend on the grip: the path must not jump while the grip changes.
         let loose_m = (skin_m + squeeze_m).hypot(0.5 * longest_m);
         let loose_straight_m = (off_m * off_m - loose_m * loose_m).max(0.0).sqrt();
         let turns = (length_m - loose_straight_m) / (TAU * loose_m);
@@ -155,7 +157,7 @@ impl Winding {
         })
     }
 
-    /// The same, unless it is tighter than `least_m`.
+    /// The same path; an error if it is tighter than `least_m`.
     pub(super) fn not_tighter_than(self, least_m: f64) -> Result<Winding, WindingError> {
         if self.radius_m < least_m {
             return Err(WindingError::TooThin { radius_m: self.radius_m, least_m });
@@ -168,17 +170,17 @@ impl Winding {
         self.length_m - self.straight_m
     }
 
-    /// Radius of the way round the pole, m.
+    /// Radius of the path round the pole, m.
     pub fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
-    /// Share of the arm that comes to lie on the pole, 0 to 1.
+    /// Share of the arm that lies on the pole when fully wound, 0 to 1.
     pub fn contact_share(&self) -> f64 {
         self.length_m() / self.length_m
     }
 
-    /// Writes where links of these lengths end, body frame, m, when `wound_m` of the arm is wound.
+    /// Writes the ends of links of these lengths, body frame, m, when `wound_m` of the arm is wound.
     pub fn write(&self, wound_m: f64, links_m: impl Iterator<Item = f64>, places: &mut [DVec3]) {
         let (mut way_m, mut place) = (0.0, self.root_m);
         for (link_m, end) in links_m.zip(places) {
@@ -195,7 +197,7 @@ impl Winding {
         }
     }
 
-    /// The place `way_m` from the root, as seen along the axis, and how it moves with the way.
+    /// The position `way_m` from the root along the path as seen along the axis, and its derivative.
     fn at(&self, way_m: f64, wound_m: f64) -> (DVec3, DVec3) {
         let on_pole_m = (way_m - self.straight_m).clamp(0.0, wound_m.max(0.0));
         let straight_m = way_m - self.straight_m - on_pole_m;
@@ -212,7 +214,7 @@ mod tests {
     use super::*;
     use crate::model::link_length;
 
-    /// Links of the thesis' arm, half as long as it is wide: their length is its radius.
+    /// Links of the thesis' arm, half as long as the arm is wide: their length is its radius.
     fn links(count: usize) -> impl Iterator<Item = f64> + Clone {
         (0..count).map(|index| link_length(1.0, 0.01, index))
     }

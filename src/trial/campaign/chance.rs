@@ -1,14 +1,14 @@
-//! Draws from one stream of chance.
+//! Draws from one stream of random numbers.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-/// A stream of chance: the same for the same seed and number.
+/// A stream of random numbers: the same for the same seed and number.
 #[derive(Debug, Clone)]
 pub(super) struct Chance(Pcg64Mcg);
 
 impl Chance {
-    /// The stream with this number of those of `seed`. Two never meet: the multiplier only spreads neighbours.
+    /// Stream `number` of `seed`. Two streams never coincide: the multiplier only spreads neighbouring numbers.
     pub(super) fn new(seed: u64, number: u64) -> Chance {
         Chance(Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
     }
@@ -30,12 +30,12 @@ impl Chance {
         low + (high - low) * self.share()
     }
 
-    /// A number between two above 0, as often in each decade.
+    /// A number between two above 0, equally often in each decade.
     pub(super) fn log_between(&mut self, low: f64, high: f64) -> f64 {
         (self.between(low.ln(), high.ln())).exp()
     }
 
-    /// A whole number below `count`; 0 where that is 0.
+    /// A whole number below `count`; 0 if `count` is 0.
     pub(super) fn below(&mut self, count: usize) -> usize {
         let count = u64::try_from(count.max(1)).unwrap_or(1);
         usize::try_from(self.0.next_u64() % count).unwrap_or(0)
@@ -46,7 +46,7 @@ impl Chance {
         self.share() < share
     }
 
-    /// One of these; none of none.
+    /// One of these; `None` if there are none.
     pub(super) fn one_of<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
         of.get(self.below(of.len()))
     }

@@ -1,4 +1,4 @@
-//! What one episode is: drawn from a robot, a seed and the episode's number alone.
+//! One episode, determined by a robot, a seed and the episode's number alone.
 
 use hw_sim::FaultScript;
 use hw_sim::faults::ScriptedFault;
@@ -11,55 +11,55 @@ use crate::model::{Motion, OnTrip, Robot, StopAction};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Order, Plan, Posture, Stroke, StrokeCommand};
 
-/// Share of the episodes of a robot with a body that are in physics: those take the longest.
+/// Share of the episodes that use physics if the robot has a body: they take the longest.
 const PHYSICS_SHARE: f64 = 0.1;
-/// Share of the episodes that begin in the sitting or parked pose, from which a robot is soon up.
+/// Share of the episodes that begin in the sitting or parked pose, from which a robot gets up soon.
 const SITS_SHARE: f64 = 0.7;
-/// After an order to stop, an operator who has waited this long makes it an emergency stop, s.
+/// Time after an order to stop when an operator turns it into an emergency stop, s.
 pub(super) const PATIENCE_S: f64 = 12.0;
-/// Faults begin no later than this after the order to stop, s: most robots lie limp by then.
+/// Latest start of a fault after the order to stop, s: most robots lie limp by then.
 const LATEST_S: f64 = 6.0;
-/// How much more than it can do a robot is asked for, at most.
+/// Largest request, as a multiple of what the robot can do.
 const TOO_MUCH: f64 = 1.2;
 
-/// One run: what the robot does, what it is told, and what goes wrong.
+/// One run: the robot's plan, its orders, and its faults.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// Its number among those of its seed and robot.
+    /// Its number in the series of its seed and robot.
     pub number: u64,
-    /// What the simulated servos, buses and sensors draw from.
+    /// Random seed of the simulated servos, buses and sensors.
     pub world_seed: u64,
-    /// With the body of the robot file, or with joints that turn freely.
+    /// True with the body of the robot file; false with joints that turn freely.
     pub has_physics: bool,
-    /// It begins in the sitting or parked pose; else with every joint anywhere.
+    /// True if it begins in the sitting or parked pose; otherwise each joint begins anywhere.
     pub sits: bool,
-    /// What the robot does when it stops.
+    /// The robot's stop action.
     pub stop_action: StopAction,
-    /// What is done about a servo that trips.
+    /// Response to a servo that trips.
     pub on_trip: OnTrip,
-    /// What is done when no more is said than to go.
+    /// The motion if the order says no more than to go.
     pub plan: Plan,
-    /// For how long that is done, s.
+    /// Duration of that motion, s.
     pub move_for_s: f64,
-    /// What is wanted, and from when on, s of the run; in the order of their times.
+    /// Orders and their times, s of the run; in order of time.
     pub orders: Vec<Ordered>,
-    /// When the robot is told to stop, s of the run.
+    /// Time of the order to stop, s of the run.
     pub end_s: f64,
-    /// What goes wrong.
+    /// The faults.
     pub faults: Vec<ScriptedFault>,
 }
 
-/// From a time on, an order.
+/// An order and its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ordered {
-    /// Since the run began, s.
+    /// Time since the run began, s.
     pub at_s: f64,
-    /// What is wanted from then on.
+    /// The order from then on.
     pub order: Order,
 }
 
 impl Episode {
-    /// The episode with this number of those of `seed` and `subject`.
+    /// Episode `number` in the series of `seed` and `subject`.
     pub fn draw(subject: &Subject, seed: u64, number: u64) -> Episode {
         let robot = subject.robot();
         let mut chance = Chance::new(seed ^ subject.stream(), number);
@@ -67,7 +67,7 @@ impl Episode {
         let has_physics = chance.is(PHYSICS_SHARE) && robot.physics.is_some();
         let sits = chance.is(SITS_SHARE);
         let stop_action = if chance.is(0.75) { StopAction::SitThenLimp } else { StopAction::Hold };
-        // Only arms go on without a joint.
+        // Only arms can continue without a joint.
         let may_freeze = robot.motion.tentacle().is_some();
         let on_trip = if may_freeze && chance.is(0.6) { OnTrip::Freeze } else { OnTrip::Stop };
         let end_s = if chance.is(0.2) { chance.between(0.3, 10.0) } else { chance.between(10.0, 30.0) };
@@ -90,7 +90,7 @@ impl Episode {
         }
     }
 
-    /// The robot as it is in this episode.
+    /// The robot of this episode.
     pub fn robot(&self, subject: &Subject) -> Robot {
         let mut robot = subject.robot().clone();
         if !self.has_physics {
@@ -101,18 +101,18 @@ impl Episode {
         robot
     }
 
-    /// What goes wrong, as a script.
+    /// Its faults as a script.
     pub fn script(&self) -> FaultScript {
         FaultScript::of(self.faults.clone())
     }
 
-    /// What the operator wants at this time of the run, s.
+    /// The operator's order at this time of the run, s.
     pub fn order_at(&self, time_s: f64) -> Order {
         let begun = self.orders.partition_point(|ordered| ordered.at_s <= time_s);
         let last = begun.checked_sub(1).and_then(|index| self.orders.get(index)).map(|ordered| ordered.order);
         let is_over = time_s >= self.end_s;
         match last {
-            // A person who has asked for an end does not take it back, but may grow impatient.
+            // A person who has ordered a stop does not take it back, but may grow impatient.
             _ if time_s >= self.end_s + PATIENCE_S => Order::StopAtOnce,
             Some(Order::StopAtOnce) => Order::StopAtOnce,
             Some(Order::Stop) => Order::Stop,
@@ -138,12 +138,12 @@ fn plan(chance: &mut Chance, subject: &Subject) -> Plan {
     }
 }
 
-/// Other orders than the plan's, at random times; some end the run long before its end.
+/// Orders other than the plan's, at random times; some end the run long before its end.
 fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Ordered> {
     let mut orders = Vec::new();
     let mut at_s = 0.0;
     while orders.len() < 12 && chance.is(0.75) {
-        // While the robot gets up it does not matter what it is told, but for an end.
+        // While the robot gets up, orders other than a stop do not matter.
         at_s += if orders.is_empty() { chance.between(0.0, 8.0) } else { chance.log_between(0.05, 8.0) };
         if at_s >= end_s {
             break;
@@ -156,7 +156,7 @@ fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Or
         orders.push(Ordered { at_s, order });
     }
     if chance.is(0.15) {
-        // At any time: while it gets up, moves, and sits down.
+        // At any time: while it gets up, moves, or sits down.
         let order = if chance.is(0.5) { Order::StopAtOnce } else { Order::Stop };
         let at_s = chance.between(0.0, end_s + 3.0);
         orders.retain(|ordered| ordered.at_s < at_s);

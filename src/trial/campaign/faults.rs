@@ -1,4 +1,4 @@
-//! What goes wrong in one episode: faults of every kind, several at once, at any time.
+//! The faults of one episode: of every kind, several at once, at any time.
 
 use hw_sim::faults::{FaultKind, ScriptedFault, ScriptedPush, Target};
 
@@ -7,15 +7,15 @@ use crate::model::Robot;
 
 /// Most faults of an episode.
 const MOST: usize = 9;
-/// Shortest and longest of those that pass, s: less than a cycle to longer than any hold.
+/// Shortest and longest duration of a temporary fault, s: from less than a cycle to longer than any hold.
 const LENGTHS_S: (f64, f64) = (0.004, 8.0);
-/// How far apart faults are that come together, s.
+/// Largest time between faults that come together, s.
 const TOGETHER_S: f64 = 0.4;
 
-/// One way to draw a kind, for a robot and one of its buses.
+/// A function that draws a fault of one kind, for a robot and one of its buses.
 type Make = fn(&mut Chance, &Robot, usize) -> FaultKind;
 
-/// Those of servos and buses.
+/// Kinds of fault of servos and buses.
 const KINDS: [Make; 17] = [
     |_, _, _| FaultKind::Silent,
     |chance, _, _| FaultKind::Slow { delay_ms: chance.log_between(0.05, 40.0) },
@@ -38,11 +38,11 @@ const KINDS: [Make; 17] = [
 
 const HOT: Make = |chance, _, _| FaultKind::Hot { celsius: chance.between(20.0, 110.0) };
 
-/// Those of the inertial measurement unit.
+/// Kinds of fault of the inertial measurement unit.
 const IMU_KINDS: [FaultKind; 4] =
     [FaultKind::ImuSilent, FaultKind::ImuFrozen, FaultKind::ImuGarbled, FaultKind::ImuUnplugged];
 
-/// Faults that begin by `latest_s`, for a run that is told to end at `end_s`.
+/// Faults that begin by `latest_s`, for a run that is ordered to end at `end_s`.
 pub(super) fn draw(
     chance: &mut Chance,
     robot: &Robot,
@@ -54,7 +54,7 @@ pub(super) fn draw(
     while faults.len() < MOST && (faults.is_empty() || chance.is(0.75)) {
         let at_s = match faults.last() {
             Some(before) if chance.is(0.3) => (before.at_s + chance.between(0.0, TOGETHER_S)).min(latest_s),
-            // At the very start, and while the robot ends; most in between.
+            // Some at the very start and while the robot ends; most in between.
             _ if chance.is(0.06) => chance.between(0.0, 1.5),
             _ if chance.is(0.2) => chance.between((end_s - 2.0).max(0.0), latest_s),
             _ => chance.between(0.5, latest_s),
@@ -82,7 +82,7 @@ fn one(chance: &mut Chance, robot: &Robot, has_physics: bool, at_s: f64) -> Scri
     let mut target = Target::default();
     let is_of_host = matches!(kind, FaultKind::LateHost { .. });
     let is_of_bus = matches!(kind, FaultKind::Echo | FaultKind::BrownOut | FaultKind::LowVoltage { .. });
-    // Of servos, most often one; else all of a bus; seldom all there are.
+    // For servos, most often one; otherwise all of a bus; seldom all of the robot.
     if !is_of_host && !chance.is(0.1) {
         target.bus = robot.buses.get(bus).map(|bus| bus.name.clone());
         if !is_of_bus && chance.is(0.75) {
@@ -98,13 +98,13 @@ fn ids(robot: &Robot, bus: usize) -> Vec<u8> {
     servos.filter(|servo| servo.bus == bus).map(|servo| servo.id.0).collect()
 }
 
-/// An id of another servo of the bus, or of none.
+/// The id of another servo on the bus, or an id without a servo.
 fn other_id(chance: &mut Chance, robot: &Robot, bus: usize) -> u8 {
     let free = 200;
     if chance.is(0.3) { free } else { chance.one_of(&ids(robot, bus)).copied().unwrap_or(free) }
 }
 
-/// Anything from too little to start with to too much.
+/// A voltage anywhere from too low for starting to too high.
 fn volts(chance: &mut Chance, robot: &Robot, bus: usize) -> f64 {
     let servo = robot.joints.iter().filter_map(|joint| joint.servo).find(|servo| servo.bus == bus);
     let nominal_v = servo.map_or(12.0, |servo| servo.model.nominal_voltage_v);
@@ -112,7 +112,7 @@ fn volts(chance: &mut Chance, robot: &Robot, bus: usize) -> f64 {
 }
 
 fn push(chance: &mut Chance, robot: &Robot) -> FaultKind {
-    // A direction that is the same again once it was written in degrees.
+    // A direction that does not change when it is written in degrees.
     let towards_rad = chance.between(-180.0, 180.0).round().to_radians();
     FaultKind::Push(ScriptedPush {
         impulse_n_s: robot.mass_kg() * chance.log_between(0.05, 1.2),

@@ -1,8 +1,8 @@
-//! Robots run over and over while everything goes wrong, before a judge who believes none of their reports.
+//! Runs with many faults: robots run over and over, and a judge that trusts none of their reports checks each run.
 //!
-//! Comes in: robots, and a seed. Goes out: what was wrong in each episode ([`Judged`]), and the smallest episode in which
-//! it still is. Each episode runs the whole program on a virtual clock; the same robot, seed and number give the same
-//! episode, on however many processors. See docs/faults.md.
+//! Input: robots, and a seed. Output: the faults found in each episode ([`Judged`]), and the smallest episode
+//! that still shows them. Each episode runs the whole program on a virtual clock; the same robot, seed and
+//! number give the same episode on any number of processors. See docs/faults.md.
 
 mod chance;
 mod draw;
@@ -26,21 +26,21 @@ pub use stage::{Played, play};
 pub use subject::Subject;
 pub use tally::Tally;
 
-/// So many findings of a kind are made smaller for each robot; of the others only the number is told.
+/// Number of findings of each kind that are reduced for each robot; the others are only counted.
 const SHRUNK_OF_A_KIND: usize = 2;
 
 /// One episode, judged.
 #[derive(Debug, Clone)]
 pub struct Judged {
-    /// Which robot, by its place among the campaign's.
+    /// Index of the robot in the campaign.
     pub subject: usize,
-    /// Number of the episode among those of the campaign's seed and this robot.
+    /// Number of the episode in the series of the campaign's seed and this robot.
     pub number: u64,
     /// Kinds of the faults that were scripted.
     pub faults: Vec<&'static str>,
-    /// What became of it.
+    /// Its outcome.
     pub played: Played,
-    /// The smallest episodes found in which the same is wrong.
+    /// The smallest episodes found that show the same faults.
     pub smallest: Vec<(Wrong, Episode, Played)>,
 }
 
@@ -52,22 +52,22 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Of these robots, all chance from `seed`.
+    /// Episodes of these robots, with all random numbers from `seed`.
     pub fn new(subjects: Vec<Subject>, seed: u64) -> Campaign {
         Campaign { subjects, seed }
     }
 
-    /// Who is tried.
+    /// The robots.
     pub fn subjects(&self) -> &[Subject] {
         &self.subjects
     }
 
-    /// Plays episodes, robot by robot in turn, on all processors there are, until they come to `most_s` of virtual time or
-    /// `is_to_stop`. Leaves out those that were `done`, by robot and number, and counts them as `done_s`. `tell` hears of
-    /// each when it is judged, in whatever order that is.
+    /// Plays episodes, each robot in turn, on all processors, until they add up to `most_s` of virtual time
+    /// or `is_to_stop` returns true. Skips those that are already `done`, by robot and number, and counts
+    /// them as `done_s`. Calls `tell` with each as soon as it is judged, in any order.
     ///
     /// # Errors
-    /// The first that occurred.
+    /// The first error that occurred.
     pub fn run(
         &self,
         most_s: f64,
@@ -140,17 +140,17 @@ impl Campaign {
     }
 }
 
-/// What all processors share.
+/// The data that all processors share.
 struct Shared<T> {
     tell: T,
     virtual_s: f64,
-    /// What was made smaller.
+    /// Findings that were reduced.
     shrunk: Vec<(usize, Wrong)>,
     error: Option<TrialError>,
 }
 
 impl<T> Shared<T> {
-    /// Whether another finding of this kind is to be made smaller; it is then one that was.
+    /// True if another finding of this kind should be reduced; it then counts as reduced.
     fn may_shrink(&mut self, subject: usize, wrong: Wrong) -> bool {
         let may = self.shrunk.iter().filter(|of| **of == (subject, wrong)).count() < SHRUNK_OF_A_KIND;
         if may {

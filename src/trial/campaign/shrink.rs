@@ -1,4 +1,4 @@
-//! The smallest episode in which the same is still wrong: what can be left out is left out, one thing after another.
+//! The smallest episode with the same fault: leaves out whatever can be left out, one thing after another.
 
 use hw_sim::faults::ScriptedFault;
 
@@ -8,16 +8,16 @@ use super::stage::play_until;
 use super::subject::Subject;
 use crate::model::OnTrip;
 
-/// No more plays than this for one finding.
+/// Most plays for one finding.
 const PLAYS_MAX: u32 = 120;
-/// No fault is made shorter than this, s.
+/// Shortest duration of a fault, s.
 const SHORTEST_S: f64 = 0.004;
 
-/// A way to make an episode smaller; none where it is not.
+/// A way to reduce an episode; `None` if it does not reduce it.
 type Cut = Box<dyn Fn(&Episode) -> Option<Episode>>;
 
-/// The smallest episode found of `subject` in which something of the kind `wrong` is found, as in `episode`. Stops
-/// early when `is_to_stop`.
+/// The smallest episode of `subject` that still has a finding of the kind `wrong`, as `episode` has. Stops
+/// early when `is_to_stop` returns true.
 pub fn smallest(
     subject: &Subject,
     episode: &Episode,
@@ -31,7 +31,7 @@ pub fn smallest(
     smallest_by(episode, &|smaller| !is_to_stop() && is_still(smaller))
 }
 
-/// The same where `is_still` says whether it is.
+/// The same, with `is_still` as the test for the finding.
 pub(super) fn smallest_by(episode: &Episode, is_still: &dyn Fn(&Episode) -> bool) -> Episode {
     let mut smallest = episode.clone();
     let mut plays = 0;
@@ -54,7 +54,7 @@ pub(super) fn smallest_by(episode: &Episode, is_still: &dyn Fn(&Episode) -> bool
     }
 }
 
-/// Everything that might be left out of `episode` or made smaller, the last first, so that places stay what they are.
+/// Everything that might be left out of `episode` or reduced, the last first, so that indices stay valid.
 fn cuts(episode: &Episode) -> Vec<Cut> {
     let mut cuts: Vec<Cut> = vec![change(|smaller| smaller.has_physics = false)];
     for index in (0..episode.faults.len()).rev() {
@@ -92,7 +92,7 @@ fn milliseconds(time_s: f64) -> f64 {
     (time_s * 1e3).round() / 1e3
 }
 
-/// The episode with this changed; none if it was so.
+/// The episode after this change; `None` if the change makes no difference.
 fn change(change: impl Fn(&mut Episode) + 'static) -> Cut {
     Box::new(move |episode| {
         let mut smaller = episode.clone();
@@ -126,7 +126,7 @@ mod tests {
     use crate::config;
     use crate::trial::campaign::play;
 
-    /// A robot that safety stops for heat, among faults that have nothing to do with that.
+    /// A robot that safety stops for heat, among unrelated faults.
     #[test]
     fn what_is_left_is_the_one_guilty_fault() {
         let text = include_str!("../../../config/tentacle.toml");

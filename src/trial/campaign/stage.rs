@@ -1,4 +1,4 @@
-//! One episode played: the whole program on a virtual clock, and the judge's eye on its servos.
+//! Plays one episode: the whole program on a virtual clock, with the judge watching its servos.
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -20,36 +20,36 @@ use crate::telemetry::Outcome;
 use crate::trial::TrialError;
 use crate::units::Time;
 
-/// How long the servos are watched after a run, s, and how often: longer than any takes to start anew.
+/// Time for which the servos are watched after a run, s, and number of checks: longer than any servo's restart.
 const AFTER_S: f64 = 2.5;
 const AFTER_STEPS: u32 = 25;
 
-/// How long bytes are gathered before the program sees them: what a USB adapter of high speed takes.
+/// Time for which bytes are collected before the program sees them: the delay of a high-speed USB adapter.
 const HANDOVER: Duration = Duration::from_micros(125);
 
-/// What became of an episode.
+/// Outcome of an episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Played {
-    /// What was wrong.
+    /// The faults found.
     pub findings: Vec<Finding>,
-    /// Virtual time of the run, s; what comes after it left aside.
+    /// Virtual time of the run, s, without the time after it.
     pub virtual_s: f64,
-    /// How it ended; none where it never began.
+    /// The run's outcome; `None` if it never began.
     pub outcome: Option<Outcome>,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
 }
 
-/// The simulated robot, and who looks at it.
+/// The simulated robot and its judge.
 struct Scene {
     ports: SimPorts,
     judge: Judge,
     is_given_up: bool,
-    /// Once this is found, nothing more is wanted of the run.
+    /// The run ends once this kind of fault is found.
     wanted: Option<Wrong>,
 }
 
-/// Ports that have the judge look at the world at the beginning of each cycle.
+/// Ports that let the judge check the world at the beginning of each cycle.
 struct Watched<'s>(&'s RefCell<Scene>);
 
 impl Ports for Watched<'_> {
@@ -76,7 +76,7 @@ impl Ports for Watched<'_> {
     fn wait_for_input(&mut self, deadline: Time) {
         let ports = &mut self.0.borrow_mut().ports;
         ports.wait_for_input(deadline);
-        // As an adapter does, which hands over more than a byte at a time; looking at each would take most of the time.
+        // An adapter hands over several bytes at a time; checking at each byte would take most of the time.
         let until = (ports.now() + HANDOVER).min(deadline);
         ports.world_mut().advance_to(until.0);
     }
@@ -92,13 +92,13 @@ impl Ports for Watched<'_> {
     }
 }
 
-/// An operator who gives the episode's orders, and gives up a run that does not end.
+/// An operator that gives the episode's orders, and gives up a run that does not end.
 struct Driver<'s> {
     scene: &'s RefCell<Scene>,
     episode: &'s Episode,
 }
 
-/// What a run that is given up unwinds with: nothing else ends a loop that does not end.
+/// Payload with which a run that is given up unwinds: nothing else ends a loop that does not end.
 struct GivenUp;
 
 impl Operator for Driver<'_> {
@@ -107,7 +107,7 @@ impl Operator for Driver<'_> {
         let is_enough = scene.wanted.is_some_and(|wanted| scene.judge.has(wanted));
         if scene.judge.note(status) || is_enough {
             scene.is_given_up = true;
-            // Says nothing, as a panic would.
+            // Prints nothing, unlike a panic.
             resume_unwind(Box::new(GivenUp));
         }
         self.episode.order_at(status.time_s)
@@ -117,12 +117,12 @@ impl Operator for Driver<'_> {
 /// Plays an episode of `subject`, and judges it.
 ///
 /// # Errors
-/// When the robot cannot be simulated.
+/// If the robot cannot be simulated.
 pub fn play(subject: &Subject, episode: &Episode) -> Result<Played, TrialError> {
     play_until(subject, episode, None)
 }
 
-/// The same; a run in which what is `wanted` is found goes no further.
+/// The same; the run ends once the `wanted` fault is found.
 pub(super) fn play_until(
     subject: &Subject,
     episode: &Episode,
@@ -161,7 +161,7 @@ fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene
     Ok((scene, ended))
 }
 
-/// What an episode's run reports; none where it did not begin.
+/// The report of an episode's run; `None` if it did not begin.
 #[cfg(test)]
 pub(super) fn report_of(subject: &Subject, episode: &Episode) -> Option<crate::telemetry::Report> {
     match run(&episode.robot(subject), episode, None).ok()?.1 {
@@ -170,7 +170,7 @@ pub(super) fn report_of(subject: &Subject, episode: &Episode) -> Option<crate::t
     }
 }
 
-/// Looks on for a while when the run is over: nothing may come alive again.
+/// Watches for a while after the run: no servo may move again.
 fn judge_after(robot: &Robot, episode: &Episode, scene: Scene, ended: Ended) -> Played {
     let Scene { mut ports, mut judge, is_given_up, .. } = scene;
     judge.look(ports.world());

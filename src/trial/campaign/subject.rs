@@ -1,4 +1,4 @@
-//! A robot to try, and what it can do: worked out once for all its episodes.
+//! A robot of a campaign and its capability, computed once for all its episodes.
 
 use super::chance::Chance;
 use crate::capability::Capability;
@@ -6,7 +6,7 @@ use crate::model::{Robot, SharedRange};
 use crate::motion::Plan;
 use crate::trial::TrialError;
 
-/// How far outside its range a limp joint may lie, share of the range's width.
+/// How far outside its range a limp joint may lie, as a share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
 
 /// A robot of a campaign.
@@ -17,10 +17,10 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// `robot`, which can do as `capability` says.
+    /// `robot`, which has this `capability`.
     ///
     /// # Errors
-    /// Where it exists on paper only.
+    /// If it exists on paper only.
     pub fn new(robot: Robot, capability: Capability) -> Result<Subject, TrialError> {
         if robot.buses.is_empty() || robot.joints.iter().any(|joint| joint.servo.is_none()) {
             let said =
@@ -30,25 +30,25 @@ impl Subject {
         Ok(Subject { robot, capability })
     }
 
-    /// The robot, as its file has it.
+    /// The robot, as its file describes it.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
-    /// A number that other robots have not, by its name: their episodes have nothing in common.
+    /// A number from the robot's name that differs between robots: their episodes have nothing in common.
     pub(super) fn stream(&self) -> u64 {
         self.robot.name.bytes().fold(0_u64, |sum, byte| sum.wrapping_mul(31).wrapping_add(u64::from(byte)))
             << 32
     }
 
-    /// What it can do.
+    /// Its capability.
     pub fn capability(&self) -> &Capability {
         &self.capability
     }
 }
 
-/// Any pose that the limp `robot` may be found in, a little outside its ranges too, rad; the same for the same seed. No
-/// servo is found where it has no counts: what lies beyond them would be told from what lies at the other end by no one.
+/// Any pose in which the limp `robot` may be found, also a little outside its ranges, rad; the same for the same
+/// seed. No servo is beyond its count range: such a position could not be told from one at the other end.
 pub(super) fn any_pose_rad(robot: &Robot, seed: u64) -> Vec<f64> {
     let mut chance = Chance::new(seed, 0);
     let joints = robot.joints.iter();
@@ -59,14 +59,14 @@ pub(super) fn any_pose_rad(robot: &Robot, seed: u64) -> Vec<f64> {
             chance.between((low - beyond).max(least), (high + beyond).min(most))
         })
         .collect();
-    // Where hinges stop together no joint lies outside.
+    // Hinges that share a range do not lie outside it.
     for (hinges, range) in SharedRange::of_robot(robot) {
         range.bring_in(&mut pose_rad[hinges]);
     }
     pose_rad
 }
 
-/// The pose in which a robot with this plan sits, or its arms are parked, rad.
+/// The pose in which a robot with this plan sits, or its arms park, rad.
 pub(super) fn resting_pose_rad(plan: &Plan) -> &[f64] {
     match plan {
         Plan::Horse(plan) => &plan.sit_pose_rad,

@@ -1,4 +1,4 @@
-//! What a campaign comes to: counted episode by episode, and written down so that it can go on.
+//! The result of a campaign: counted episode by episode, and written down so that it can be resumed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Judged, Wrong};
 
-/// One line of the file in which a campaign keeps what is done.
+/// One line of the file in which a campaign stores its finished episodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Line {
     robot: usize,
@@ -22,20 +22,20 @@ struct Line {
 pub struct Tally {
     /// Episodes, by robot and number.
     pub done: BTreeSet<(usize, u64)>,
-    /// Virtual time of them all, s.
+    /// Virtual time of all episodes, s.
     pub virtual_s: f64,
     /// Virtual time by robot, s.
     pub robots_s: BTreeMap<usize, f64>,
-    /// Episodes with something wrong.
+    /// Number of episodes with findings.
     pub wrong_episodes: u64,
-    /// Faults by their kinds.
+    /// Number of faults, by kind.
     pub faults: BTreeMap<String, u64>,
-    /// What was wrong, by its kind: in how many episodes.
+    /// Number of episodes with a finding, by kind.
     pub findings: BTreeMap<String, u64>,
 }
 
 impl Tally {
-    /// Counts an episode; returns the line to keep of it.
+    /// Counts an episode; returns the line to store for it.
     pub fn count(&mut self, judged: &Judged) -> String {
         let kinds: BTreeSet<Wrong> = judged.played.findings.iter().map(|finding| finding.wrong).collect();
         let line = Line {
@@ -50,7 +50,7 @@ impl Tally {
         serde_json::to_string(&line).unwrap_or_default()
     }
 
-    /// Counts what was kept; `text` is lines of [`Tally::count`]. A line that was cut short is not counted.
+    /// Counts stored episodes; `text` is lines of [`Tally::count`]. A line that was cut short does not count.
     pub fn take_up(&mut self, text: &str) {
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).for_each(|line| self.add(&line));
     }

@@ -1,4 +1,4 @@
-//! One arm that is kept clear of others: where it was, where it is to be, and how its joints move it.
+//! One arm that is kept clear of others: its last and its next pose, and how its joints move it.
 
 use std::ops::Range;
 
@@ -10,11 +10,11 @@ use crate::model::{ArmSettings, Chain, GROUPS, Joint, Pace, Robot, TendonDrive};
 
 /// Step of the numerical derivative, rad.
 const DERIVATIVE_STEP_RAD: f64 = 1e-6;
-/// A joint that moves a place by less than this share of the arm's length a radian moves it not.
+/// A joint that moves a point by less than this share of the arm's length per radian counts as not moving it.
 const LEVER_MIN_SHARE: f64 = 0.02;
-/// What an arm is turned aside by less than this, rad, is nothing.
+/// A deviation of an arm from its wanted angles below this, rad, counts as zero.
 const NOTHING_RAD: f64 = 1e-9;
-/// Share of its fastest that a joint goes back with.
+/// Share of its top speed at which a joint returns.
 const RETURN_SHARE: f64 = 0.25;
 
 /// An arm.
@@ -25,45 +25,45 @@ pub(super) struct Guarded {
     pub(super) radius_m: f64,
     length_m: f64,
     held: Held,
-    /// What safety permits each joint: an arm that is asked for more would go where nobody looked.
+    /// Safety's limits for each joint: an arm that is asked for more would go where it was not checked.
     paces: Vec<Pace>,
     period_s: f64,
-    /// What was wanted and what went out in the cycle before, and what is to go out now, rad.
+    /// Angles wanted and sent in the last cycle, and angles to send now, rad.
     wanted_rad: Vec<f64>,
     out_rad: Vec<f64>,
     speed_rad_s: Vec<f64>,
     now_rad: Vec<f64>,
     before: Places,
     now: Places,
-    /// The furthest that a place of each group goes in this cycle, m.
+    /// Largest distance that a point of each group moves in this cycle, m.
     moved_m: [f64; GROUPS],
     /// For derivatives.
     probe: Vec<DVec3>,
     lever_m: Vec<f64>,
 }
 
-/// Where an arm's links end, its root first, body frame, m; and balls round its groups.
+/// Positions of the ends of an arm's links, its root first, body frame, m, and spheres round its groups.
 #[derive(Debug, Clone)]
 struct Places {
     ends: Vec<DVec3>,
     balls: [(DVec3, f64); GROUPS],
 }
 
-/// Where two groups are nearest.
+/// The nearest points of two groups.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Near {
-    /// Links, and shares of them, of the one and of the other, which is a place that stands where there is none.
+    /// Link of each group, and the position along it as a share; the second does not count if `stands` is set.
     links: [usize; 2],
     shares: [f64; 2],
     stands: Option<DVec3>,
-    /// Least distance of the groups in the cycle before, and now, m.
+    /// Least distance of the groups in the last cycle, and now, m.
     pub(super) before_m: f64,
     pub(super) now_m: f64,
 }
 
 impl Places {
     fn new(chain: &Chain, joints: &[Joint]) -> Places {
-        // Places of hinges that lie in one place are written, too.
+        // The buffer also takes the positions of hinges that lie in one place.
         let links = chain.tendons.as_ref().map_or(0, TendonDrive::links);
         let ends = Vec::with_capacity(joints.len().max(links) + 1);
         let mut places = Places { ends, balls: [(DVec3::ZERO, 0.0); GROUPS] };
@@ -82,7 +82,7 @@ impl Places {
         }
     }
 
-    /// The links of a group: of each its index, its beginning and its end.
+    /// The links of a group: for each its index, its start and its end.
     fn links(&self, group: usize) -> impl Iterator<Item = (usize, [DVec3; 2])> + Clone {
         let places = group_places(self.ends.len(), group);
         let first = places.start;
@@ -94,13 +94,13 @@ impl Places {
     }
 }
 
-/// The ends of links, whatever hinges lie in one place.
+/// Writes the ends of links; hinges in one place count once.
 fn write_ends(chain: &Chain, joints: &[Joint], angles: &[f64], ends: &mut Vec<DVec3>) {
     chain.write_places_in_body(joints, angles.iter().copied(), ends);
     ends.dedup();
 }
 
-/// Where the places of a group are, of an arm of so many, the first one's root included.
+/// Indices of a group's points on an arm with this many, including the root of the first group.
 fn group_places(places: usize, group: usize) -> Range<usize> {
     let links = places - 1;
     group * links / GROUPS..(group + 1) * links / GROUPS + 1
@@ -125,7 +125,7 @@ impl Guarded {
             out_rad: none.clone(),
             speed_rad_s: none.clone(),
             now_rad: none.clone(),
-            // A clone would be without its capacity.
+            // A clone would lose its capacity.
             before: Places::new(&chain, &joints),
             now: Places::new(&chain, &joints),
             moved_m: [0.0; GROUPS],
@@ -136,7 +136,7 @@ impl Guarded {
         }
     }
 
-    /// Begins with the `angles` of all joints.
+    /// Begins at the `angles` of all joints.
     pub(super) fn begin(&mut self, angles: &[f64]) {
         let angles = &angles[self.chain.joints.clone()];
         self.wanted_rad.copy_from_slice(angles);
@@ -146,8 +146,8 @@ impl Guarded {
         self.now.set(&self.chain, &self.joints, angles);
     }
 
-    /// Goes on to what is wanted, and back by this `share` of what it was turned aside; of a motion that `goes_on`, or
-    /// else begins at rest.
+    /// Moves on to the wanted angles, and reduces the deviation by this `share`; the motion `goes_on` or
+    /// begins at rest.
     pub(super) fn advance(&mut self, angles: &[f64], goes_on: bool, share: f64) {
         let angles = &angles[self.chain.joints.clone()];
         for (index, (now, wanted)) in self.now_rad.iter_mut().zip(angles).enumerate() {
@@ -167,7 +167,7 @@ impl Guarded {
         self.place();
     }
 
-    /// What was found goes out.
+    /// Writes the result to `angles`.
     pub(super) fn commit(&mut self, angles: &mut [f64]) {
         angles[self.chain.joints.clone()].copy_from_slice(&self.now_rad);
         for ((speed, now), out) in self.speed_rad_s.iter_mut().zip(&self.now_rad).zip(&self.out_rad) {
@@ -177,7 +177,7 @@ impl Guarded {
         std::mem::swap(&mut self.before, &mut self.now);
     }
 
-    /// It stays where it was in the cycle before.
+    /// Keeps the arm where it was in the last cycle.
     pub(super) fn stay(&mut self) {
         self.now_rad.copy_from_slice(&self.out_rad);
         self.place();
@@ -200,8 +200,8 @@ impl Guarded {
         }
     }
 
-    /// Whether a group may come nearer to one of `other` than it should, by the balls round them: their distance may fall
-    /// by this `share` of what it is above the least.
+    /// True if a group may come nearer to one of `other` than permitted, judged by the spheres round them:
+    /// their distance may fall by this `share` of its excess over the least.
     pub(super) fn comes_near(
         &self,
         group: usize,
@@ -215,7 +215,7 @@ impl Guarded {
         share * (before_m - least_m) < self.moved_m[group] + other.moved_m[others]
     }
 
-    /// Where a group is nearest to one of `other`.
+    /// The point of a group nearest to one of `other`.
     pub(super) fn nearest(&self, group: usize, other: &Guarded, others: usize) -> Near {
         let mut near = Near::far(None);
         for (link, piece) in self.now.links(group) {
@@ -235,7 +235,7 @@ impl Guarded {
         Near { before_m: before.fold(f64::INFINITY, f64::min), ..near }
     }
 
-    /// Where a group is nearest to a place that stands.
+    /// The point of a group nearest to a fixed point.
     pub(super) fn nearest_to(&self, group: usize, place: DVec3) -> Near {
         let mut near = Near::far(Some(place));
         for (link, piece) in self.now.links(group) {
@@ -249,12 +249,12 @@ impl Guarded {
         Near { before_m: before.fold(f64::INFINITY, f64::min), ..near }
     }
 
-    /// How far the place has come along `way` since the cycle before, m.
+    /// Distance that the point has moved along `way` since the last cycle, m.
     fn gone_m(&self, link: usize, share: f64, way: DVec3) -> f64 {
         (self.now.at(link, share) - self.before.at(link, share)).dot(way)
     }
 
-    /// Turns the joints by the least that moves the place by `by_m` along `way`.
+    /// Turns the joints by the least amount that moves the point by `by_m` along `way`.
     fn push(&mut self, link: usize, share: f64, way: DVec3, by_m: f64) {
         let from_m = self.now.at(link, share).dot(way);
         let mut square = 0.0;
@@ -281,7 +281,7 @@ impl Near {
         Near { links: [0; 2], shares: [0.0; 2], stands, before_m: f64::INFINITY, now_m: f64::INFINITY }
     }
 
-    /// Moves the two apart by `short_m`: each by its part in coming near.
+    /// Moves the two apart by `short_m`, each in proportion to its part in the approach.
     pub(super) fn part(self, a: &mut Guarded, b: Option<&mut Guarded>, short_m: f64) {
         let place = a.now.at(self.links[0], self.shares[0]);
         let other = b.as_ref().map(|b| b.now.at(self.links[1], self.shares[1])).or(self.stands);

@@ -1,10 +1,10 @@
-//! Arms keep a distance from each other and from the base, whatever is asked of them.
+//! Keeps arms at a distance from each other and from the base, whatever motion is asked for.
 //!
-//! Comes in: the angles arms are to have. Go out: the same, unless arms would come too near to each other. The nearer two
-//! are, the slower they may approach: their distance falls to the least by an exponential, never below. What that takes
-//! from an arm fades again when the way is free. Looked at are the arms' links, skin to skin, all but the root group of one
-//! with the root group of another, which are neighbours however they are bent; and of each arm the outer two groups with
-//! the base, a ball.
+//! Input: the desired angles of the arms. Output: the same angles, unless arms would come too near to each other.
+//! The nearer two arms are, the slower they may approach: their distance falls exponentially to the least permitted
+//! and never below. The resulting deviation of an arm fades again when the way is free. The checks cover the arms'
+//! links, skin to skin, except the root group of one against the root group of another, which are neighbours in any
+//! pose; and the outer two groups of each arm against the base, a sphere.
 //!
 //! Never allocates after construction.
 
@@ -17,18 +17,18 @@ use glam::DVec3;
 use crate::model::{GROUPS, Robot, TentacleMotion};
 use guarded::{Guarded, Near};
 
-/// How fast the distance above the least may fall, as a share of it, 1/s.
+/// Largest rate at which the distance above the least may fall, as a share of it, 1/s.
 const APPROACH_S: f64 = 5.0;
-/// How fast what an arm was turned aside fades, as a share of it, 1/s.
+/// Rate at which an arm's deviation fades, as a share of it, 1/s.
 const RETURN_S: f64 = 2.0;
-/// More than the distance there should be, as a share of it: safety may hold single joints back, which turns an arm a
-/// little otherwise than was found good here.
+/// Margin on the permitted distance, as a share of it: safety may hold back single joints, so that an arm
+/// turns slightly differently from what was checked here.
 const RESERVE_SHARE: f64 = 0.25;
-/// Most times all pairs are looked at in one cycle, and most corrections: each takes some tens of microseconds, and the
-/// loop has milliseconds.
+/// Most passes over all pairs in one cycle, and most corrections: each correction takes some tens of
+/// microseconds, and the loop has milliseconds.
 const PASSES: u32 = 8;
 const CORRECTIONS_MAX: u64 = 48;
-/// Distances this much short of what they should be are good, m.
+/// Distances that fall short by no more than this are accepted, m.
 const GOOD_M: f64 = 1e-6;
 
 /// Keeps arms apart.
@@ -39,22 +39,22 @@ pub struct Clearance {
     base: Option<(DVec3, f64)>,
     distance_m: f64,
     period_s: f64,
-    /// What was done in the cycle before; none where arms were limp.
+    /// Mode of the last cycle; `None` if the arms were limp.
     last: Option<Mode>,
     corrections: u64,
 }
 
-/// Who asks for the angles.
+/// Source of the angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Strokes: arms that are too near to each other go apart.
+    /// Strokes: arms that are too near to each other move apart.
     Strokes,
-    /// A pose: arms that are too near, as they may be where they hung, only come no nearer.
+    /// A pose: arms that are too near, as they may be where they hung, just do not come nearer.
     Pose,
 }
 
 impl Clearance {
-    /// For the arms of `robot`.
+    /// The clearance for the arms of `robot`.
     pub fn new(robot: &Robot, tentacle: &TentacleMotion) -> Clearance {
         Clearance {
             arms: tentacle.arms.iter().map(|arm| Guarded::new(robot, arm)).collect(),
@@ -66,13 +66,13 @@ impl Clearance {
         }
     }
 
-    /// How often so far two arms, or an arm and the base, were moved apart.
+    /// Number of corrections so far that moved two arms, or an arm and the base, apart.
     pub fn corrections(&self) -> u64 {
         self.corrections
     }
 
-    /// The first arm, by its place among the arms, that is nearer to an earlier one, or to the base (none), than it should
-    /// be with these `angles` of all joints, rad; and by how much, m.
+    /// The first arm, by its index among the arms, that is nearer to an earlier one, or to the base (`None`),
+    /// than permitted at these `angles` of all joints, rad; and by how much, m.
     pub fn too_near(&mut self, angles: &[f64]) -> Option<(usize, Option<usize>, f64)> {
         self.arms.iter_mut().for_each(|arm| arm.begin(angles));
         let distance_m = self.distance_m / (1.0 + RESERVE_SHARE);
@@ -98,17 +98,18 @@ impl Clearance {
         None
     }
 
-    /// The arms are limp, or their joints are turned one by one: what comes next begins where it is.
+    /// To be called while the arms are limp, or their joints turn one by one: the next motion begins where
+    /// they are.
     pub fn pass(&mut self) {
         self.last = None;
     }
 
-    /// Turns the `angles` of all joints (rad) that are wanted in this cycle into those to go out.
+    /// Turns the desired `angles` of all joints (rad) in this cycle into those to send.
     pub fn keep(&mut self, mode: Mode, angles: &mut [f64]) {
         for arm in &mut self.arms {
             match self.last {
                 None => arm.begin(angles),
-                // A pose begins where the joints are, not where they were to be.
+                // A pose begins where the joints are, not where their goals were.
                 Some(last) => arm.advance(angles, last == mode, RETURN_S * self.period_s),
             }
         }
@@ -144,7 +145,7 @@ impl Clearance {
                 break;
             }
         }
-        // Where that did not help, who is too near stays where it is: then all distances are what they were.
+        // If that did not help, an arm that is too near stays where it is: then all distances remain as they were.
         for _ in 0..=self.arms.len() {
             let mut is_good = true;
             let tolerance_m = 0.1 * self.distance_m + GOOD_M;
@@ -165,8 +166,8 @@ impl Clearance {
         }
     }
 
-    /// Hands each two groups (or a group and the base) that come too near, by more than `tolerance_m`, to `visit`: where
-    /// they are nearest, and what of their distance is missing, m.
+    /// Calls `visit` for each two groups (or a group and the base) that come too near by more than
+    /// `tolerance_m`, with their nearest points and the missing distance, m.
     fn visit_pairs(
         &mut self,
         mut visit: impl FnMut(&mut Guarded, Option<&mut Guarded>, Near, f64),
@@ -201,7 +202,7 @@ impl Clearance {
     }
 }
 
-/// What is missing of the distance there should be, m: it may fall by this `share` of what it is above the least.
+/// Missing distance, m: the distance may fall by this `share` of its excess over the least.
 fn short_m(near: Near, least_m: f64, share: f64, mode: Mode) -> Option<f64> {
     let above_m = near.before_m - least_m;
     let goes_apart = above_m > 0.0 || mode == Mode::Strokes;

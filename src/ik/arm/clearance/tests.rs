@@ -1,4 +1,4 @@
-//! Two arms that are told to go through each other.
+//! Two arms that are ordered to go through each other.
 
 use super::*;
 use crate::config;
@@ -11,7 +11,7 @@ fn robot() -> (Robot, TentacleMotion) {
     (robot, tentacle)
 }
 
-/// Least distance of the first two arms, skin to skin, by places along their links, m.
+/// Least distance of the first two arms, skin to skin, between points along their links, m.
 fn apart_m(robot: &Robot, angles: &[f64]) -> f64 {
     let along = |chain: usize| -> Vec<DVec3> {
         let chain = &robot.chains[chain];
@@ -52,7 +52,7 @@ fn arms_that_are_swept_into_each_other_stop_at_the_distance_and_part_again() {
     assert!(is_turned_aside, "they never met");
     let wanted_m = tentacle.clearance_m;
     assert!((wanted_m..1.5 * wanted_m).contains(&least_m), "{least_m} m, {wanted_m} m wanted");
-    // Nothing was asked for a while: what they were turned aside has faded.
+    // For a while nothing is asked of the arms: their deviation has faded.
     let mut angles = vec![0.0; robot.joints.len()];
     for _ in 0..1000 {
         angles.fill(0.0);

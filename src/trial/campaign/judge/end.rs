@@ -1,4 +1,4 @@
-//! How a run ended, against what its servos truly do then.
+//! Checks the end of a run against the true state of its servos.
 
 use super::{Judge, Wrong};
 use crate::bus::StartError;
@@ -7,22 +7,22 @@ use crate::telemetry::{Outcome, Report};
 use crate::trial::campaign::draw::Episode;
 use hw_sim::faults::FaultKind;
 
-/// How a run ended, for the judge.
+/// The end of a run, for the judge.
 #[derive(Debug)]
 pub enum Ended {
-    /// With a report.
+    /// The run ended with a report.
     Reported(Box<Report>),
-    /// It never began.
+    /// The run never began.
     NotStarted(StartError),
-    /// It panicked outside of its loop.
+    /// The run panicked outside of its loop.
     Panicked(String),
-    /// The judge gave it up.
+    /// The judge gave the run up.
     GivenUp,
 }
 
-/// A servo that could not be reached for so long at the end cannot have heard it, s.
+/// A servo that was unreachable for this long at the end cannot have received the command to end, s.
 const UNHEARD_S: f64 = 1.0;
-/// So many replies more or less than there should be are no lie, and so many times as many.
+/// Permitted error of the counted replies: a difference of this many, and a factor of this.
 const REPLIES_SLACK: u64 = 100;
 const REPLIES_TIMES: u64 = 3;
 
@@ -52,13 +52,13 @@ impl Judge {
         }
     }
 
-    /// Servos that have torque, and since when they could be reached without a break, s.
+    /// Servos that have torque, and the time since which they have been reachable without a break, s.
     fn with_torque(&self) -> Vec<(String, Option<f64>)> {
         let on = self.eyes.iter().filter(|eye| eye.last().torque_on);
         on.map(|eye| (eye.joint().1.to_owned(), eye.reachable_since_s())).collect()
     }
 
-    /// Nothing has torque that can be reached, and of all else the report says so.
+    /// Checks that no reachable servo has torque, and that the report admits any that were not reached.
     fn judge_limp_end(&mut self, report: &Report) {
         let now_s = self.looked_s;
         for (name, reachable_since_s) in self.with_torque() {
@@ -85,7 +85,7 @@ impl Judge {
         }
     }
 
-    /// What the report counts, against what was.
+    /// Checks the report's counts against the truth.
     fn judge_counts(&mut self, robot: &Robot, episode: &Episode, report: &Report) {
         let now_s = self.looked_s;
         let is_clean = report.outcome == Outcome::Completed
@@ -117,7 +117,7 @@ impl Judge {
     }
 }
 
-/// Whether this may cost a reply.
+/// True if this kind of fault may cost a reply.
 fn may_cost_replies(kind: FaultKind) -> bool {
     use FaultKind::{Hot, ImuFrozen, ImuGarbled, ImuSilent, ImuUnplugged, Push, Stuck};
     !matches!(kind, Hot { .. } | ImuFrozen | ImuGarbled | ImuSilent | ImuUnplugged | Push(_) | Stuck)

@@ -1,4 +1,4 @@
-//! One servo under the judge's eye: its goals against its joint's range and rate, its shaft against being thrown.
+//! The judge's view of one servo: its goals against its joint's range and rate, its shaft against being thrown.
 
 use hw_sim::ServoTruth;
 
@@ -6,19 +6,19 @@ use super::Wrong;
 use super::throw::Throw;
 use crate::model::{Joint, Servo};
 
-/// What an encoder and rounding leave open, counts.
+/// Tolerance for the encoder and rounding, counts.
 const ROUNDING_COUNTS: f64 = 1.001;
 
-/// What of the robot's limits is alike for all joints.
+/// The robot's limits that are the same for all joints.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
     /// Length of a cycle, s.
     pub(super) period_s: f64,
-    /// Share of the no-load speed that is the rate limit.
+    /// Rate limit, as a share of the no-load speed.
     pub(super) rate_share: f64,
 }
 
-/// What the judge knows of a servo, and saw at the last look. All places in counts.
+/// The judge's knowledge of a servo, and its state at the last check. All positions in counts.
 #[derive(Debug)]
 pub(super) struct Eye {
     joint: usize,
@@ -26,24 +26,24 @@ pub(super) struct Eye {
     bus: usize,
     place: usize,
     limits: Limits,
-    /// Where goals may be.
+    /// Permitted range of goals.
     range: (f64, f64),
-    /// Goals may change by so much in a second.
+    /// Permitted change of a goal per second.
     rate_s: f64,
     degrees: f64,
     limit_full: f64,
-    /// How far out the shaft was while the servo had no torque yet in this run; then how far out goals may be that bring
-    /// it in.
+    /// How far out the shaft was before the servo had torque in this run; after that, how far out the goals
+    /// that bring it in may be.
     bound: (f64, f64),
     has_been_on: bool,
     has_been_inside: bool,
-    /// Whether it has taken a goal since its torque came on.
+    /// True if it has taken a goal since its torque came on.
     is_led: bool,
-    /// It was misled, and its next goal may lie anywhere from where that took it.
+    /// True if a fault misled the servo: its next goal may lie anywhere from where that took it.
     is_excused: bool,
-    /// When it last took one, s.
+    /// Time of its last goal, s.
     taken_s: f64,
-    /// Since when it could be reached, or not, without a break, s.
+    /// Time since which it has been reachable, or unreachable, without a break, s.
     reach_since_s: Option<f64>,
     before: ServoTruth,
     throw: Option<Throw>,
@@ -76,38 +76,38 @@ impl Eye {
         }
     }
 
-    /// Its bus and its place there.
+    /// Its bus and its index there.
     pub(super) fn place(&self) -> (usize, usize) {
         (self.bus, self.place)
     }
 
-    /// Index of its joint, and what it is called.
+    /// Index and name of its joint.
     pub(super) fn joint(&self) -> (usize, &str) {
         (self.joint, &self.name)
     }
 
-    /// As it was at the last look.
+    /// Its state at the last check.
     pub(super) fn last(&self) -> &ServoTruth {
         &self.before
     }
 
-    /// Whether it has had torque in this run.
+    /// True if it has had torque in this run.
     pub(super) fn has_been_on(&self) -> bool {
         self.has_been_on
     }
 
-    /// Since when it can be reached, s; none if it cannot.
+    /// Time since which it has been reachable, s; `None` if it is not.
     pub(super) fn reachable_since_s(&self) -> Option<f64> {
         self.reach_since_s.filter(|_| self.before.is_reachable)
     }
 
-    /// Since when it cannot be reached, s; none if it can.
+    /// Time since which it has been unreachable, s; `None` if it is reachable.
     pub(super) fn unreachable_since_s(&self) -> Option<f64> {
         self.reach_since_s.filter(|_| !self.before.is_reachable)
     }
 
-    /// Looks at it at `now_s`. What it has taken since the last look was written at `written_s`. The first thing that is
-    /// wrong, if anything is.
+    /// Checks the servo at `now_s`. Goals it has taken since the last check were written at `written_s`.
+    /// Returns the first fault, if any.
     pub(super) fn look(
         &mut self,
         now_s: f64,
@@ -152,22 +152,22 @@ impl Eye {
         takes: bool,
     ) -> Option<(Wrong, String)> {
         if !self.has_been_on {
-            // A joint that lies outside may be brought in from there; in physics it may still settle.
+            // A joint that lies outside may be brought in from there; with physics it may still settle.
             self.bound.0 = self.bound.0.min(truth.position_counts);
             self.bound.1 = self.bound.1.max(truth.position_counts);
             self.has_been_on = truth.torque_on;
         }
         if truth.is_misled {
-            // It obeys what was said to another, or spoilt words: no controller can help that, nor that it comes back from
-            // there with the next goal it is told, or slowly.
+            // It obeys a command for another servo, or a corrupted one. No controller can prevent that, nor
+            // that the servo returns from there with its next goal, or slowly.
             self.is_excused = true;
             self.let_in_from(truth);
             return None;
         }
         let is_ours = truth.goal_taken == Some(truth.goal);
         if truth.torque_on && !is_ours && !comes_on {
-            // A goal that the servo has set itself is nobody's command: its watchdog has it hold where it stands. From
-            // there its joint may be brought in again.
+            // A goal that the servo has set itself is no command: its watchdog makes it hold its position.
+            // From there its joint may be brought in again.
             self.let_in_from(truth);
         }
         if !truth.torque_on || !is_ours || !(takes || comes_on) {
@@ -190,14 +190,15 @@ impl Eye {
         found.or_else(|| self.judge_rate(now_s, written_s - taken_s, goal, truth))
     }
 
-    /// From the goal that it holds, outside its range, its joint may be brought in.
+    /// Allows the joint to be brought in from the goal that the servo holds, outside its range.
     fn let_in_from(&mut self, truth: &ServoTruth) {
         let goal = counts(truth.goal);
         self.bound = (self.bound.0.min(goal), self.bound.1.max(goal));
         self.has_been_inside = false;
     }
 
-    /// Inside the range; or, until goal and shaft were inside, no further out than the shaft and the goal before.
+    /// A goal must be inside the range or, until goal and shaft were inside, no further out than the shaft
+    /// and the last goal.
     fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
         let ((low, high), shaft) = (self.range, truth.position_counts);
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
@@ -206,11 +207,11 @@ impl Eye {
             return None;
         }
         if !self.has_been_inside {
-            // Where the shaft itself hangs further out, a goal there leads it nowhere.
+            // If the shaft itself hangs further out, a goal at its position does not move it.
             let bound =
                 (self.bound.0.min(shaft) - ROUNDING_COUNTS, self.bound.1.max(shaft) + ROUNDING_COUNTS);
             if goal >= bound.0 && goal <= bound.1 {
-                // Nor does it go out again.
+                // Once in, it must not go out again.
                 self.bound = (low.min(goal), high.max(goal));
                 return None;
             }
@@ -227,9 +228,9 @@ impl Eye {
         ))
     }
 
-    /// No further from the goal before than the rate allows for one period, or for two where one write was lost, which a
-    /// servo that answers cannot show: neither a silence nor a late cycle earns a longer leap. A goal at no torque moves
-    /// nothing.
+    /// A goal may differ from the last one by no more than the rate allows for one period, or for two if one
+    /// write was lost, which a servo that replies cannot show: neither a silence nor a late cycle permits a
+    /// longer jump. A goal without torque moves nothing.
     fn judge_rate(
         &mut self,
         now_s: f64,
@@ -261,7 +262,8 @@ impl Eye {
         ))
     }
 
-    /// What this goal may do to the shaft, which was where it was at the last look: the motor has had the time since.
+    /// Checks whether this goal may throw the shaft from its position at the last check: the motor has had
+    /// time since.
     fn throw_of(&self, now_s: f64, goal: f64, truth: &ServoTruth, cause: &'static str) -> Option<Throw> {
         let from = self.before.position_counts;
         Throw::of(now_s, (from, goal), self.degrees, self.torque_share(truth), cause)
@@ -281,7 +283,7 @@ impl Eye {
     }
 }
 
-/// A register as a number to reckon with.
+/// A register as a number for calculations.
 #[allow(clippy::cast_precision_loss, reason = "registers have 32 bits at most")]
 fn counts(register: i64) -> f64 {
     register as f64

@@ -1,7 +1,8 @@
-//! A judge of runs, who believes neither the report nor safety: only the simulated servos' own registers and shafts.
+//! A judge of runs that trusts neither the report nor safety: only the simulated servos' own registers and shafts.
 //!
-//! Comes in: what every servo truly holds and does, once a cycle ([`ServoTruth`]); what the operator sees of holds; the
-//! report. Goes out: [`Finding`]s. It knows of the robot what its file says: ranges, counts, rates, times.
+//! Input: the true registers and motion of every servo, once per cycle ([`ServoTruth`]); the holds that the
+//! operator sees; the report. Output: [`Finding`]s. It takes from the robot file only ranges, counts, rates
+//! and times.
 
 mod end;
 mod eye;
@@ -17,29 +18,29 @@ use crate::signals::Status;
 pub use end::Ended;
 use eye::{Eye, Limits};
 
-/// What can be wrong with a run.
+/// Kinds of fault in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Wrong {
-    /// A servo with torque took a goal outside its joint's range, other than on the way in from a start outside.
+    /// A servo with torque took a goal outside its joint's range, except on the way in from a start outside.
     Range,
-    /// A servo with torque took a goal further from the one before than the joint's rate allows.
+    /// A servo with torque took a goal further from its last one than the joint's rate allows.
     Rate,
-    /// A shaft was thrown by its motor: torque came on, or a goal leapt, far from where it was.
+    /// A motor threw its shaft: torque came on, or a goal jumped, far from the shaft's position.
     Snap,
-    /// A servo has gained torque or a goal after the run, or a motor without torque turns its shaft.
+    /// A servo gained torque or a goal after the run, or a motor without torque turns its shaft.
     Moved,
     /// A servo has torque though the run ended limp or never began.
     Torque,
     /// The run did not end, or held for longer than its times allow.
     Endless,
-    /// The report says something else than what was so.
+    /// The report contradicts what happened.
     Report,
-    /// Something panicked.
+    /// The program panicked.
     Panic,
 }
 
 impl Wrong {
-    /// All there are.
+    /// All kinds.
     pub const ALL: [Wrong; 8] = [
         Wrong::Range,
         Wrong::Rate,
@@ -51,7 +52,7 @@ impl Wrong {
         Wrong::Panic,
     ];
 
-    /// The word for it in tables and files.
+    /// Its name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
             Wrong::Range => "range",
@@ -66,24 +67,25 @@ impl Wrong {
     }
 }
 
-/// One thing that was wrong.
+/// One fault.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// What.
+    /// Its kind.
     pub wrong: Wrong,
-    /// When, s since power-up.
+    /// Its time, s since power-up.
     pub time_s: f64,
-    /// Where and how much, in words.
+    /// Its place and amount, in words.
     pub what: String,
 }
 
-/// A run has no more than so many findings of each kind that are worth telling.
+/// Most findings of each kind that are kept per run.
 const MOST_OF_A_KIND: usize = 5;
-/// A hold may last this much longer than its times add up to, s: cycles take a little longer while a servo is silent.
+/// How much longer a hold may last than its times add up to, s: cycles take a little longer while a servo is
+/// silent.
 const HOLD_SLACK_S: f64 = 3.0;
-/// Largest slope of the curve on which poses change: the slow rate is kept where it is steepest.
+/// Largest slope of the curve by which poses change: the slow rate holds at the steepest point.
 const CURVE_SLOPE: f64 = 1.875;
-/// Rising, letting go and waiting to be heard at the end take no longer than this, s, torque ramps left aside.
+/// Most time for rising, letting go and waiting for replies at the end, without torque ramps, s.
 const ENDS_S: f64 = 8.0;
 
 /// Judges one run.
@@ -91,21 +93,21 @@ const ENDS_S: f64 = 8.0;
 pub struct Judge {
     eyes: Vec<Eye>,
     findings: Vec<Finding>,
-    /// Time of the last look, s since power-up.
+    /// Time of the last check, s since power-up.
     looked_s: f64,
-    /// The run is over, and nobody talks to the servos any more.
+    /// True if the run is over and the program no longer talks to the servos.
     is_over: bool,
-    /// Since when safety has held the robot without a break, s of the run.
+    /// Time since which safety has held the robot without a break, s of the run.
     held_since_s: Option<f64>,
     hold_most_s: f64,
     run_most_s: f64,
-    /// Looks at which each bus's servos could not be reached, all servos together.
+    /// Number of checks at which each bus's servos were unreachable, all servos together.
     unreachable_looks: Vec<u64>,
     looks: u64,
 }
 
 impl Judge {
-    /// Of a run of `robot` that is told to stop at once at `told_s`, s of the run, at the latest.
+    /// A judge for a run of `robot` that gets the order to stop at once at `told_s`, s of the run, at the latest.
     pub fn new(robot: &Robot, told_s: f64) -> Judge {
         let safety = &robot.safety;
         let limits = Limits { period_s: robot.period_s(), rate_share: safety.rate_share };
@@ -116,14 +118,14 @@ impl Judge {
             *place += 1;
             Some(Eye::new(index, joint, servo, *place - 1, &limits))
         });
-        // From one end of the widest range to the other at the slow rate: what it takes to bring a joint in after a
-        // silence, and, along a curve, to sit down.
+        // From one end of the widest range to the other at the slow rate: the time to bring a joint in after
+        // a silence and, along a curve, to sit down.
         let widest_rad =
             robot.joints.iter().map(|joint| joint.range_rad.1 - joint.range_rad.0).fold(0.0, f64::max) * 1.2;
         let way_s = widest_rad / safety.slow_rate_rad_s;
         let hold_most_s = safety.hold_s + safety.fault_delay_s + safety.coast_s + way_s + HOLD_SLACK_S;
-        // The robot is held for hold_s and, since time without a fault makes good for a fifth of it, for a fifth of the
-        // motion; each hold may be followed by a joint's way in.
+        // The robot is held for hold_s and, because fault-free time cancels a fifth of it, for a fifth of the
+        // motion; after each hold a joint may have to come in.
         let motion_s = CURVE_SLOPE * way_s + 2.0 * safety.torque_ramp_s + ENDS_S;
         let run_most_s = told_s + 1.25 * motion_s + 2.0 * hold_most_s;
         Judge {
@@ -139,25 +141,25 @@ impl Judge {
         }
     }
 
-    /// What was found so far.
+    /// The findings so far.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// Whether something of this kind was found.
+    /// True if a fault of this kind was found.
     pub fn has(&self, wrong: Wrong) -> bool {
         self.findings.iter().any(|finding| finding.wrong == wrong)
     }
 
-    /// Looks at all servos of `world`: at the beginning of each cycle, and after the run.
+    /// Checks all servos of `world`: at the beginning of each cycle, and after the run.
     pub fn look(&mut self, world: &World) {
         let now_s = std::time::Duration::from_nanos(world.now_ns()).as_secs_f64();
         self.look_at(now_s, |bus, place| world.truth(bus, place).unwrap_or_default());
     }
 
-    /// Looks at what each servo, by its bus and its place there, truly holds and does at `now_s`.
+    /// Checks the true registers and motion of each servo at `now_s`; `truth` takes its bus and its index there.
     pub fn look_at(&mut self, now_s: f64, truth: impl Fn(usize, usize) -> ServoTruth) {
-        // What was written since the last look was written just behind that.
+        // Values written since the last check were written just after that check.
         let written_s = self.looked_s;
         self.looks += 1;
         for index in 0..self.eyes.len() {
@@ -171,7 +173,7 @@ impl Judge {
         self.looked_s = now_s;
     }
 
-    /// Sees what an operator sees, once a cycle. True if this run is to be given up: it does not end.
+    /// Takes the operator's view, once per cycle. True if the run should be given up because it does not end.
     pub fn note(&mut self, status: &Status) -> bool {
         let now_s = status.time_s;
         self.held_since_s = match status.permission {
@@ -200,7 +202,8 @@ impl Judge {
         }
     }
 
-    /// Whether a run of `robot` that has ended leaves its servos without torque: unless it is to hold its pose, always.
+    /// True if a run of `robot` that has ended leaves its servos without torque: always, unless its stop
+    /// action is to hold its pose.
     fn ends_limp(robot: &Robot) -> bool {
         robot.stop_action == StopAction::SitThenLimp
     }

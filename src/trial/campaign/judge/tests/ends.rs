@@ -1,4 +1,4 @@
-//! How runs end, before the judge.
+//! The judge's view of the ends of runs.
 
 use super::*;
 
@@ -37,13 +37,13 @@ fn torque_after_a_limp_end_is_found_unless_the_report_tells_of_a_servo_that_cann
         bench.robot.stop_action = StopAction::SitThenLimp;
         bench.servo().is_reachable = is_reachable;
         (0..200).for_each(|_| bench.look());
-        // The servo that is told of cost as many replies.
+        // An unreachable servo costs one reply per check.
         let ended = report(|report| {
             report.is_end_heard = !is_told;
             report.buses[0].missing = if is_reachable { 0 } else { 200 };
         });
         let mut told: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
-        // What nothing befell cost no replies: that is another finding, of this bench alone.
+        // The bench's episode has no fault that costs replies, so the judge also objects to the lost ones.
         told.retain(|wrong| *wrong != Wrong::Report || !is_reachable && !is_told);
         told.dedup();
         assert_eq!(told, found, "reachable {is_reachable}, told {is_told}");
@@ -66,7 +66,7 @@ fn a_report_that_counts_nothing_where_goals_left_their_limits_is_untrue() {
     let found: Vec<Wrong> = bench.end(&ended).iter().map(|finding| finding.wrong).collect();
     assert_eq!(found, [Wrong::Range, Wrong::Report]);
 
-    // Replies that were lost and are not counted, and some that were not and are.
+    // Some lost replies are not counted, and some counted ones were not lost.
     let mut bench = Bench::new();
     bench.servo().is_reachable = false;
     (0..500).for_each(|_| bench.look());
@@ -103,7 +103,7 @@ fn holds_and_runs_end() {
         is_recording_lost: false,
     };
     let mut bench = Bench::new();
-    // Hold after hold, each as long as it may be.
+    // Hold after hold, each as long as permitted.
     for hold in 0..4 {
         let at_s = 4.0 * f64::from(hold);
         for (after_s, permission) in

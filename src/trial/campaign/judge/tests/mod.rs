@@ -16,7 +16,7 @@ use crate::signals::Status;
 use crate::telemetry::{Outcome, Report};
 use crate::trial::campaign::{Episode, Subject};
 
-/// The joint whose servo is written to: a hock, which has 110 degrees.
+/// The joint whose servo the tests write to: a hock, with a range of 110 degrees.
 const HOCK: usize = 3;
 
 static SUBJECT: LazyLock<Subject> = LazyLock::new(|| {
@@ -25,7 +25,7 @@ static SUBJECT: LazyLock<Subject> = LazyLock::new(|| {
     Subject::new(robot, capability).unwrap()
 });
 
-/// Servos whose registers are written by hand, before a judge.
+/// Servos whose registers the tests write directly, before a judge.
 struct Bench {
     robot: Robot,
     judge: Judge,
@@ -34,7 +34,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// All limp in the middle of their ranges, looked at once.
+    /// All limp in the middle of their ranges, checked once.
     fn new() -> Bench {
         let robot = SUBJECT.robot().clone();
         let truths = robot.joints.iter().map(|joint| {
@@ -47,7 +47,7 @@ impl Bench {
         bench
     }
 
-    /// With torque on the hock, where it is.
+    /// With torque on at the hock, in place.
     fn awake() -> Bench {
         let mut bench = Bench::new();
         let middle = bench.range().0.midpoint(bench.range().1);
@@ -57,7 +57,7 @@ impl Bench {
         bench
     }
 
-    /// Goals of the hock, counts.
+    /// Permitted goals of the hock, counts.
     fn range(&self) -> (f64, f64) {
         let joint = &self.robot.joints[HOCK];
         let (a, b) = joint.goal_range_rad();
@@ -77,7 +77,7 @@ impl Bench {
     fn look(&mut self) {
         self.now_s += self.robot.period_s();
         let truths = &self.truths;
-        // One bus, its servos in the order of the joints.
+        // One bus, with its servos in the order of the joints.
         self.judge.look_at(self.now_s, |_, place| truths[place]);
     }
 
@@ -119,7 +119,7 @@ fn a_goal_outside_its_range_is_found_and_one_at_its_end_is_not() {
     let mut bench = Bench::awake();
     let (low, high) = bench.range();
     let step = bench.counts(1.0);
-    // In steps that keep the rate, up to the end.
+    // In steps within the rate, up to the end.
     let mut goal = low.midpoint(high);
     while goal + step < high {
         goal += step;
@@ -143,7 +143,7 @@ fn a_joint_that_starts_outside_is_brought_in_and_not_taken_further_out() {
         bench.tell(goal, 500);
     }
     assert_eq!(bench.found(), []);
-    // The shaft has followed; out again.
+    // The shaft has followed; then out again.
     bench.servo().position_counts = outside + 6.0;
     bench.tell(outside + 2.0, 500);
     assert_eq!(bench.found(), [Wrong::Range]);
@@ -166,14 +166,14 @@ fn after_a_loss_of_torque_the_first_goal_must_be_inside_even_where_the_joint_han
 #[test]
 fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_is() {
     let middle = |bench: &Bench| bench.range().0.midpoint(bench.range().1).round();
-    // The rate is 189 degrees a second: 1.9 degrees a cycle.
+    // The rate is 189 degrees per second: 1.9 degrees per cycle.
     let mut bench = Bench::awake();
     bench.tell(middle(&bench) + bench.counts(1.8), 1000);
     assert_eq!(bench.found(), []);
     bench.tell(middle(&bench) + bench.counts(4.5), 1000);
     assert_eq!(bench.found(), [Wrong::Rate]);
 
-    // One lost write is two steps; a hundred are no more.
+    // One lost write permits two steps; a hundred lost writes permit no more.
     let mut bench = Bench::awake();
     bench.look();
     bench.tell(middle(&bench) + bench.counts(3.7), 1000);
@@ -182,7 +182,7 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
     bench.tell(middle(&bench) + bench.counts(3.7 + 4.5), 1000);
     assert_eq!(bench.found(), [Wrong::Rate]);
 
-    // Back to where the shaft is, which hangs off its goal: with torque, without.
+    // Back to the shaft's position, which is off its goal: with torque, without.
     for (limit, found) in [(1000, &[Wrong::Rate][..]), (0, &[])] {
         let mut bench = Bench::awake();
         bench.servo().position_counts -= bench.counts(10.0);
@@ -193,7 +193,7 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
     }
 }
 
-/// Its watchdog has it hold where it stands, which is outside: from there it is brought in.
+/// The servo's watchdog makes it hold its position, which is outside: from there the joint is brought in.
 #[test]
 fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
     for holds_itself in [true, false] {
