@@ -28,7 +28,7 @@ impl From<Time> for Stamp {
     }
 }
 
-/// A vector.
+/// A vector; forward, left and up are the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Vector3 {
     /// Forward.
