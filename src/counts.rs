@@ -1,6 +1,6 @@
-//! Radians to servo counts and back: the only place that converts.
+//! Converts radians to servo counts and back; the only place that does.
 //!
-//! A [`Command`] from safety comes in, [`Goals`] for the buses go out; replies come in, joint states go out.
+//! A [`Command`] from safety becomes [`Goals`] for the buses; replies become joint states.
 
 use crate::model::{Robot, Servo};
 use crate::safety::{Command, JointCommand};

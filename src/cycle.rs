@@ -27,12 +27,12 @@ pub struct Controller<'r> {
     balance: Balance,
     limbs: Limbs,
     yielding: Yielding,
-    /// `None` if no joint has a known compliance.
+    /// `None` if sag correction is off, or no known load makes the joints sag.
     sag: Option<Sag>,
     safety: Safety,
     estimator: Estimator,
     legs: Legs,
-    // What the stages hand to each other.
+    // Data that the stages hand to each other.
     targets: Targets,
     joints: JointTargets,
     goals: Goals,
@@ -323,7 +323,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         &self.telemetry
     }
 
-    /// The observers, to note how punctual the loop is.
+    /// The observers, to note the punctuality of the loop.
     pub fn telemetry_mut(&mut self) -> &mut Telemetry {
         &mut self.telemetry
     }
@@ -333,7 +333,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         &self.buses
     }
 
-    /// Gives the buses back.
+    /// Returns the buses.
     pub fn into_buses(self) -> Buses<P> {
         self.buses
     }

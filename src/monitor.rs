@@ -26,7 +26,7 @@ pub enum LastGoal {
     Angle(f64),
 }
 
-/// One joint, as its servo last reported it.
+/// One joint, as its servo last reported.
 #[derive(Debug, Clone)]
 pub struct Row<'m> {
     /// The joint.

@@ -68,7 +68,7 @@ pub fn run<P: Ports>(
 /// recorded has lost its purpose. If the disk is only slow, the recording misses cycles and the robot continues.
 ///
 /// # Errors
-/// As [`run`].
+/// The same as [`run`].
 pub fn run_recorded<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
@@ -150,7 +150,7 @@ enum Stopper {
     Recording,
 }
 
-/// How the cycle ended.
+/// End of the loop.
 pub(crate) struct End {
     pub(crate) outcome: Outcome,
     pub(crate) reason: String,

@@ -1,9 +1,9 @@
 //! The robot as URDF, for other programs.
 //!
-//! Names are the robot file's: a joint has its joint's name and moves the link `NAME.link`; the trunk is the
-//! link `body`; each chain ends in the massless link `CHAIN.tip`. Frames, signs and zero angles are ours.
-//! Inertias are estimates from masses and sizes: the links are slender rods, the trunk a box between the roots
-//! of the limbs.
+//! Names are those of the robot file: a joint keeps its name and moves the link `NAME.link`; the trunk is the
+//! link `body`; each chain ends in the massless link `CHAIN.tip`. Frames, signs and zero angles are those of this
+//! program. Inertias are estimates from masses and sizes: the links are slender rods, the trunk a box between the
+//! roots of the limbs.
 
 use std::fmt::Write;
 

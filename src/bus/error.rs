@@ -36,7 +36,7 @@ impl fmt::Display for Request {
 pub struct ServoPlace {
     /// Name of its bus.
     pub bus: String,
-    /// Bits per second the bus runs at.
+    /// Line rate of the bus, bits per second.
     pub baud: u32,
     /// Its id on that bus.
     pub id: ServoId,

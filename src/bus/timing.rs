@@ -12,7 +12,7 @@ use crate::model::{Bus, Protocol, Registers};
 /// The kind of read that asks all servos for replies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroupRead {
-    /// Sync read: each servo answers with a packet of its own, after its own return delay.
+    /// Sync read: each servo answers with a separate packet, after its own return delay.
     Plain,
     /// Fast sync read (Dynamixel): all servos answer with one packet, after one return delay.
     Fast,

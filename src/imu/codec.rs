@@ -1,4 +1,4 @@
-//! WitMotion's standard protocol: bytes to frames and commands to bytes.
+//! WitMotion's standard protocol: decodes bytes to frames and encodes commands to bytes.
 //!
 //! A frame has 11 bytes: 0x55, its kind, four 16-bit numbers low byte first, and the low byte of the sum of all
 //! bytes before it (WT901 datasheet v20-0702, 5.1). A command has five: FF AA, register, value low byte first

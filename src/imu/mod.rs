@@ -64,7 +64,7 @@ impl Imu {
         }
     }
 
-    /// Takes what has arrived from `ports`. Never waits, and allocates nothing.
+    /// Takes the bytes that have arrived from `ports`. Never waits, and allocates nothing.
     pub fn read(&mut self, ports: &mut impl Ports) {
         let Some(settings) = &self.settings else { return };
         let looked = ports.now();
@@ -126,7 +126,7 @@ impl Imu {
 /// The trunk's motion according to `sample`; its age stays 0.
 pub fn in_body(sample: &RawSample, settings: &ImuSettings) -> ImuReading {
     let DVec3 { x: roll, y: pitch, z: yaw } = sample.angles_rad();
-    // From the body's axes to the unit's to the world's.
+    // Rotates from the body's axes to the unit's to the world's.
     let attitude = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll) * settings.rotation.inverse();
     let (yaw_rad, pitch_rad, roll_rad) = attitude.to_euler(EulerRot::ZYX);
     ImuReading {

@@ -67,7 +67,7 @@ pub(crate) fn write_new(file: &Path, text: &[u8]) -> io::Result<()> {
 /// Copies the file at `from` to `to`, which must not exist: its bytes, rights and owner.
 ///
 /// # Errors
-/// As [`write_new`].
+/// The same as [`write_new`].
 pub(crate) fn copy_new(from: &Path, to: &Path) -> io::Result<()> {
     // Made beside `from`, the copy gets that file's rights.
     written(from, &fs::read(from)?)?.persist_noclobber(to).map_err(|error| error.error)?;
@@ -78,7 +78,7 @@ pub(crate) fn copy_new(from: &Path, to: &Path) -> io::Result<()> {
 /// Adds `text` to the target at `path`: a device or a pipe takes it as it comes.
 ///
 /// # Errors
-/// What the system says.
+/// The system's error.
 pub(super) fn append(path: &Path, text: &[u8]) -> io::Result<()> {
     open_stream(path)?.write_all(text)
 }
@@ -115,7 +115,7 @@ fn begin(file: &Path, name: &mut Builder<'_, '_>) -> io::Result<(File, TempPath)
     Ok(part.into_parts())
 }
 
-/// Gives `part` the rights of the file it will replace, and its owner and group as far as this user may.
+/// Gives `part` the rights of the file it will replace, and its owner and group as far as this user is allowed to.
 fn take_over(part: &File, replaced: &Metadata) -> io::Result<()> {
     let mut mode = replaced.mode() & RIGHTS;
     let own = part.metadata()?;

@@ -142,7 +142,7 @@ impl Place {
     /// A file without a name, needed only until the output is complete.
     ///
     /// # Errors
-    /// The cause why there is none.
+    /// The cause.
     pub(crate) fn nameless(&self) -> io::Result<File> {
         match &self.file {
             Some(file) => tempfile::tempfile_in(folder_of(file)),
@@ -151,7 +151,7 @@ impl Place {
     }
 }
 
-/// The part file of a recording, unless something already exists there.
+/// The part file of a recording, `None` for other outputs; an error if something already exists there.
 fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
     if writing != Writing::Recording {
         return Ok(None);

@@ -48,7 +48,7 @@ pub(crate) enum Readiness {
     Quiet,
     /// There are bytes to read, or a read will report why not.
     Input,
-    /// It was hung up and nothing is left to read.
+    /// It was hung up and there is nothing left to read.
     HungUp,
 }
 

@@ -28,7 +28,7 @@ impl From<Time> for Stamp {
     }
 }
 
-/// A vector; forward, left and up are the axes.
+/// A vector.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Vector3 {
     /// Forward.
@@ -324,7 +324,7 @@ pub struct Motion {
     pub speed_m_s: f64,
     /// What safety permits from now on.
     pub permission: Permission,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
     /// Joints whose goal safety changed.
     pub interventions: u32,
@@ -364,7 +364,7 @@ pub struct Bus<'a> {
     pub missing: u64,
     /// Corrupt replies since the start.
     pub corrupt: u64,
-    /// Whether its port was gone.
+    /// True if its port was gone.
     pub is_gone: bool,
 }
 

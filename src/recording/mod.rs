@@ -16,9 +16,9 @@
 //! | `/motion` | `hippocamp.Motion` | order, activity, planned speed, what safety permits |
 //! | `/buses` | `hippocamp.Buses` | each bus: exchange time, replies missing and damaged so far |
 //! | `/loop` | `hippocamp.Loop` | number and beginning of the cycle; how late, work and exchange times |
-//! | `/true_body` | `hippocamp.TrueBody` | what the simulated body truly does, where there is one |
+//! | `/true_body` | `hippocamp.TrueBody` | the true state of the simulated body, if there is one |
 //! | `/tf` | `foxglove.FrameTransforms` | world to body |
-//! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, to look at; at most 50 a second |
+//! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, for display; at most 50 a second |
 //!
 //! Attachments: `robot.toml`, the robot file; `run.json`, a [`RunHeader`]. Metadata `outcome`: how the run ended.
 //! A replay needs nothing else.

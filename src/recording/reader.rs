@@ -19,12 +19,12 @@ use crate::model::Robot;
 /// Why a file is not a recording of this program.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// It cannot be read at all.
+    /// It cannot be read.
     #[error("{file} could not be read")]
     Io {
         /// The file.
         file: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// It is not an MCAP file, or not one of ours.
@@ -32,7 +32,7 @@ pub enum ReadError {
     NotARecording {
         /// The file.
         file: String,
-        /// What was found.
+        /// The contents found instead.
         reason: String,
     },
     /// The robot file inside is invalid.
@@ -52,7 +52,7 @@ pub enum Ending {
     Outcome(BTreeMap<String, String>),
     /// The recording ends early: the recorder had no time to end it, or the file was damaged since.
     CutShort {
-        /// Why reading ended.
+        /// The place and cause of the cut.
         reason: String,
     },
 }
@@ -68,7 +68,7 @@ impl Ending {
     }
 }
 
-/// The run that was recorded.
+/// The recorded run.
 #[derive(Debug)]
 pub struct RecordedRun {
     /// The task of the run.

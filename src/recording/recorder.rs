@@ -32,7 +32,7 @@ const FINISH_PATIENCE: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 pub struct Recorder {
     file: String,
-    /// True where waiting costs the loop nothing.
+    /// True if waiting costs the loop nothing.
     waits: bool,
     empty: Receiver<Box<Sample>>,
     filled: Sender<Handed>,

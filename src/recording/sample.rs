@@ -20,7 +20,7 @@ pub struct BusSample {
     pub missing: u64,
     /// Corrupt replies since the start.
     pub corrupt: u64,
-    /// Whether its port was gone when last used.
+    /// True if its port was gone when last used.
     pub is_gone: bool,
 }
 
@@ -29,7 +29,7 @@ pub struct BusSample {
 pub struct Sample {
     /// Times of the cycle.
     pub times: CycleTimes,
-    /// How late it began after its deadline.
+    /// Time by which it began after its deadline.
     pub late: Duration,
     /// The operator's order.
     pub order: Order,
@@ -51,7 +51,7 @@ pub struct Sample {
     pub state: State,
     /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,

@@ -21,7 +21,7 @@ use crate::model::{Chain, Robot};
 use crate::signals::{Aim, OutageCause, Targets};
 use crate::units::Time;
 
-/// Longest chunk: anything older than this is on disk and survives whatever happens.
+/// Longest chunk: data written longer ago than this survive whatever happens.
 const CHUNK: Duration = Duration::from_secs(1);
 /// A chunk ends sooner if its messages reach this many bytes: readers hold one chunk in memory.
 const CHUNK_BYTES: usize = 8 << 20;

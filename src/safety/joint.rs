@@ -24,7 +24,7 @@ pub(super) struct JointSafety {
     pub(super) is_lost: bool,
     /// Angle at which it was last heard before it was lost, rad.
     before_rad: f64,
-    /// The questions to its servo since it is heard again.
+    /// Answers of its servo to questions since it was heard again.
     pub(super) recall: Recall,
     /// Trip state of its servo, on a robot that may continue without a joint.
     pub(super) trip: Trip,

@@ -1,4 +1,4 @@
-//! Whether all servos of a bus answered the last exchange.
+//! Tracks whether all servos of a bus answered the last exchange.
 //!
 //! A servo may answer late, while the next goals cross the line, and spoil them for all servos of its bus. If one
 //! servo is silent for long, the others are asked now and then which goal they hold.
@@ -9,12 +9,12 @@ use crate::signals::{JointState, Question};
 /// On a bus with a silent servo the others are asked once in this many cycles.
 const ASK_EVERY: u32 = 8;
 
-/// Whether the servos of each bus answer.
+/// The state of each bus.
 #[derive(Debug)]
 pub(super) struct Listening {
     /// The bus of each joint; `None` for a joint without a servo.
     bus_of: Vec<Option<usize>>,
-    /// Whether every servo of the bus answered.
+    /// For each bus, true if all its servos answered.
     is_heard: Vec<bool>,
     /// For each bus, cycles since all its servos answered or were last asked.
     cycles: Vec<u32>,
@@ -43,7 +43,7 @@ impl Listening {
         }
     }
 
-    /// Whether every servo of the bus of `joint` answered the last exchange.
+    /// True if every servo of the bus of `joint` answered the last exchange.
     pub(super) fn is_bus_heard(&self, joint: usize) -> bool {
         let bus = self.bus_of.get(joint).copied().flatten();
         bus.is_none_or(|bus| self.is_heard.get(bus).copied().unwrap_or_default())

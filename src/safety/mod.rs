@@ -1,8 +1,8 @@
 //! The only way to a servo: turns what the motion wants into a [`Command`] that may be obeyed.
 //!
-//! Order of the checks: the state of the robot ([`Permission`]: move, hold, or stop), then per joint
-//! finite, range, rate, acceleration, and the torque limit. A [`Command`] can be made nowhere else, and
-//! servo counts only from a command, so a goal that skipped safety does not compile:
+//! Order of the checks: the state of the robot ([`Permission`]: move, hold, or stop), then for each joint
+//! finite, range, rate, acceleration, and the torque limit. Only this module can make a [`Command`], and
+//! only a command gives servo counts, so a goal that skipped safety does not compile:
 //!
 //! ```compile_fail,E0451
 //! use hippocamp::safety::Command;
@@ -80,7 +80,7 @@ impl Command {
     }
 }
 
-/// Holds every joint inside its limits and watches over the robot.
+/// Keeps every joint within its limits and watches the robot.
 #[derive(Debug)]
 pub struct Safety {
     settings: SafetySettings,
@@ -128,8 +128,8 @@ impl Safety {
 
     /// Judges the robot and lets through what it may do in this cycle.
     ///
-    /// `dt_s` is the length of a cycle, `gap_s` the real time since the cycle before. What safety permits,
-    /// and the goals it let through, are written into `state` for the generator's next step.
+    /// `dt_s` is the length of a cycle, `gap_s` the real time since the cycle before. The permission
+    /// and the goals let through are written into `state` for the generator's next step.
     pub fn check(&mut self, dt_s: f64, gap_s: f64, targets: &JointTargets, state: &mut State) -> &Command {
         self.command.interventions = 0;
         self.command.restart = None;

@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn no_other_alarm_is_answered_with_a_restart() {
-        // Voltage, heat, encoder, shock; and an overload that came with heat.
+        // Causes that a restart does not clear: voltage, heat, encoder, shock; and an overload that came with heat.
         for causes in [0x01, 0x04, 0x08, 0x10, 0x24] {
             let measured = alarmed(causes);
             let mut out = look(Trip::NONE, &measured, 100_000, true);

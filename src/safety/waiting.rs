@@ -6,7 +6,7 @@ use crate::signals::Permission;
 /// Additional time allowed for the answers of servos, s.
 const ANSWERS_S: f64 = 0.5;
 
-/// How long the robot has waited.
+/// The present wait of the robot.
 #[derive(Debug, Default)]
 pub(super) struct Waiting {
     /// The joint it waits for; `None` while it does not wait.

@@ -92,7 +92,7 @@ pub struct Finding {
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     settings: SafetySettings,
-    /// How long each joint's present fault other than silence has lasted, s.
+    /// Time that each joint's present fault other than silence has lasted, s.
     wrong_s: Vec<f64>,
     stalls: Vec<Stall>,
     /// Joints that did not follow their goals at the last judgement, where that does not cause a hold.
@@ -126,7 +126,7 @@ impl Watch {
         self.permission
     }
 
-    /// What led to the last hold or stop.
+    /// The cause of the last hold or stop.
     pub(super) fn cause(&self) -> Option<Finding> {
         self.cause
     }

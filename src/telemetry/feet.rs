@@ -12,7 +12,7 @@ use crate::model::Robot;
 struct Seen {
     place: Option<DVec3>,
     velocity: Option<DVec3>,
-    /// Bounds of the last two cycles, newest first, m/s^2.
+    /// Acceleration bounds of the last two cycles, newest first, m/s^2.
     swing_accelerations: [f64; 2],
     /// Start of the present stance, planned and measured.
     stance: Option<Stance>,

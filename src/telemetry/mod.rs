@@ -1,7 +1,7 @@
 //! Observes a run: looks at every cycle as it passes, and produces a [`Report`] at the end.
 //!
-//! The observers check the pipeline from outside it: goal registers against the robot's ranges, feet from
-//! the targets and from the measured joints. They never change anything and never allocate after start.
+//! The observers check the pipeline from outside: goal registers against the robot's ranges, feet from
+//! the targets and from the measured joints. They change nothing and allocate nothing after the start.
 
 mod arms;
 mod body;
@@ -54,7 +54,7 @@ pub struct CycleRecord<'a> {
     pub state: &'a State,
     /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,
@@ -104,7 +104,7 @@ pub(crate) fn histogram_us() -> Histogram<u64> {
 impl Telemetry {
     /// Telemetry for a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
-        // Simulated joints that turn freely have no trunk, whatever the robot file says.
+        // Simulated joints that turn freely have no trunk, whatever the robot estimates.
         let has_body = robot.motion.tentacle().is_none() && robot.physics.is_some();
         Telemetry {
             buses: BusObserver::new(robot),

@@ -42,7 +42,7 @@ pub struct Report {
     /// Speed that a horse was planned for, after limits, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<f64>,
-    /// How long the whole run took, s.
+    /// Duration of the whole run, s.
     pub duration_s: f64,
     /// Cycles completed.
     pub cycles: u64,
@@ -92,7 +92,7 @@ pub struct Report {
     pub recording: Option<RecordingReport>,
 }
 
-/// How a recording went.
+/// The report of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RecordingReport {
     /// Name of the file.
@@ -101,7 +101,7 @@ pub struct RecordingReport {
     pub records: u64,
     /// Cycles missing from the file: the disk was too slow, or an error had ended the recording.
     pub dropped: u64,
-    /// What ended the recording before the run.
+    /// The error that ended the recording before the run.
     pub error: Option<String>,
 }
 
@@ -133,7 +133,7 @@ impl Outcome {
 pub struct LoopReport {
     /// Computing time of a cycle without the exchange; `None` on a virtual clock, which stands still meanwhile.
     pub work_us: Option<Quantiles>,
-    /// From a cycle's deadline to its beginning.
+    /// Time from a cycle's deadline to its beginning.
     pub late_us: Quantiles,
     /// Time of each stage of a cycle; `None` on a virtual clock.
     pub stages_us: Option<Stages<Quantiles>>,

@@ -86,7 +86,7 @@ mod tests {
         config::parse(include_str!("../../../config/horse-dynamixel.toml"), "horse").unwrap().robot
     }
 
-    /// The company on the line of bus 0 of `robot`, which carries the servos of `built`.
+    /// Whose servos are on the line of bus 0 of `robot`, which carries those of `built`.
     fn company(robot: &Robot, built: &Robot, faults: &str) -> Company {
         let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
         let faults = FaultScript::from_toml(faults).unwrap();

@@ -40,7 +40,7 @@ impl From<TransactionError> for StartError {
 /// One difference between the robot and its file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Disagreement {
-    /// A servo did not answer.
+    /// A request to a servo failed.
     #[error(transparent)]
     Unheard(TransactionError),
     /// The servo's model is not that of the robot file.

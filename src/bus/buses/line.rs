@@ -128,8 +128,8 @@ impl Line {
         };
     }
 
-    /// Takes the bytes that have arrived. Returns how long to wait for more, or `None` when nothing more is
-    /// awaited.
+    /// Takes the bytes that have arrived. Returns the time until which to wait for more, or `None` when nothing
+    /// more is awaited.
     pub(super) fn poll(&mut self, ports: &mut impl Ports) -> Option<Time> {
         let State::Waiting { sent, deadline, mut turn_ends } = self.state else {
             // Unread bytes that no request awaits would end every wait for input at once.

@@ -50,11 +50,11 @@ pub struct BusStatistics<'a> {
     pub counters: Counters,
     /// Good packets from ids that were not asked.
     pub unknown_replies: u64,
-    /// How long exchanges took.
+    /// Durations of exchanges.
     pub times: ExchangeTimes,
-    /// How the next exchange will ask for replies.
+    /// Kind of read for the next exchange.
     pub group_read: GroupRead,
-    /// Whether its port was gone when last used.
+    /// True if its port was gone when last used.
     pub is_gone: bool,
 }
 
@@ -67,7 +67,7 @@ pub struct Buses<P> {
     places: Vec<Option<Place>>,
     /// How often a single servo is asked before the loop gives it up.
     tries: u32,
-    /// What was noticed at the start.
+    /// Remarks from the start.
     notes: Vec<String>,
 }
 
@@ -206,7 +206,7 @@ impl<P: Ports> Buses<P> {
         &mut self.ports
     }
 
-    /// Gives the ports back.
+    /// Returns the ports.
     pub fn into_ports(self) -> P {
         self.ports
     }

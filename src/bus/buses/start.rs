@@ -1,4 +1,5 @@
-//! Before the first cycle and after the last: are these the servos of the robot file, and are they limp?
+//! Before the first cycle and after the last: checks that the servos are those of the robot file, and makes them
+//! limp.
 //!
 //! Every servo is asked before any is written to, and all disagreements are reported at once. A servo that does
 //! not answer on its own bus is looked for on the other buses, so that two swapped adapters, or a

@@ -1,4 +1,4 @@
-//! One bus: what to send each cycle, and what came back.
+//! One bus: the bytes to send each cycle, and the replies.
 //!
 //! Takes goals and received bytes. Returns bytes to send, a [`Slot`] for each servo, and how long to wait.
 //! Does no I/O and has no clock; allocates nothing after construction; never panics.
@@ -44,7 +44,7 @@ pub struct Counters {
 /// a silent servo costs it, and a servo that first stores a setting permanently answers late.
 const TRANSACTION_PATIENCE: Duration = Duration::from_millis(20);
 
-/// The client's side of one bus.
+/// The client of one bus.
 #[derive(Debug)]
 pub(super) struct BusClient {
     bus: Bus,
@@ -63,7 +63,7 @@ pub(super) struct BusClient {
     watchdog_units: Option<u8>,
     /// The servo that the next cycle's request restarts.
     restart: Option<ServoId>,
-    /// What the next cycle's request asks instead of feedback.
+    /// The question that the next cycle's request asks instead of feedback.
     question: Option<Question>,
     /// Where servos are asked one by one: index of the servo whose turn it is.
     turn: usize,
@@ -390,7 +390,7 @@ impl BusClient {
         }
     }
 
-    /// How the next exchange will ask for replies.
+    /// Kind of read for the next exchange.
     pub(super) fn group_read(&self) -> GroupRead {
         self.read_mode.group_read()
     }

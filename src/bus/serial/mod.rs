@@ -48,7 +48,7 @@ pub struct SerialPorts {
 }
 
 impl SerialPorts {
-    /// Opens the line of every bus, in the robot's order of buses: raw, 8N1, at its rate, for this program alone.
+    /// Opens the line of every bus, in the robot's order of buses: raw, 8N1, at its rate, exclusive.
     ///
     /// # Errors
     /// Every device that cannot be used, and why. Then no line stays open.
@@ -59,7 +59,7 @@ impl SerialPorts {
     /// Like [`SerialPorts::open`], with the line of the inertial measurement unit.
     ///
     /// # Errors
-    /// As [`SerialPorts::open`].
+    /// The same as [`SerialPorts::open`].
     pub fn open_with_imu(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts, OpenError> {
         let devices: Vec<Device> = buses.iter().chain(imu).cloned().collect();
         let lines = device::open_all(&devices)?;
@@ -99,7 +99,7 @@ impl SerialPorts {
         }
     }
 
-    /// Gives the line of `bus` back, if it is still there.
+    /// Returns the line of `bus`, if it is still there.
     fn into_line(mut self, bus: usize) -> Option<TTYPort> {
         self.lines.get_mut(bus).and_then(Option::take)
     }
