@@ -1,8 +1,8 @@
 //! Detects a joint that does not turn although its goal does.
 //!
-//! The distance from the goal does not prove a stall: a walk brings the goal back past a jammed joint twice a
-//! stride. A still joint does not prove it either: a loaded joint stands a few degrees off a still goal. Nor do
-//! both together while the goal turns: a joint that was pushed ahead of its goal waits for it.
+//! The distance from the goal alone does not reveal a jam: a walk brings the goal back past a jammed joint twice a
+//! stride. A still joint does not prove one: a loaded joint stands a few degrees off a still goal. Nor does a joint
+//! that is still while its goal turns: a joint that was pushed ahead of its goal waits for it.
 
 use super::Fault;
 use crate::model::SafetySettings;
