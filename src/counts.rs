@@ -1,12 +1,12 @@
-//! Radians to servo counts and back: the only place that converts.
+//! Converts radians to servo counts and back; the only place that does.
 //!
-//! A [`Command`] from safety comes in, [`Goals`] for the buses go out; replies come in, joint states go out.
+//! A [`Command`] from safety becomes [`Goals`] for the buses; replies become joint states.
 
 use crate::model::{Robot, Servo};
 use crate::safety::{Command, JointCommand};
 use crate::signals::{Feedback, JointState, Question, ServoGoal};
 
-/// One goal a joint, in servo counts. Only [`goals`] makes them, and only from what safety let through:
+/// One goal per joint, in servo counts. Only [`goals`] makes them, and only from what safety let through:
 ///
 /// ```compile_fail,E0451
 /// use hippocamp::counts::Goals;
@@ -25,17 +25,17 @@ impl Goals {
         Goals { servos: vec![ServoGoal::Limp; robot.joints.len()], restart: None, question: None }
     }
 
-    /// One a joint, in the robot's order.
+    /// One goal per joint, in the robot's order.
     pub fn servos(&self) -> &[ServoGoal] {
         &self.servos
     }
 
-    /// The joint whose servo is to restart, if one is; it is limp.
+    /// The joint whose servo should restart, if any; it is limp.
     pub fn restart(&self) -> Option<usize> {
         self.restart
     }
 
-    /// What is asked in the place of feedback in this cycle, if anything is, and the joint on whose bus.
+    /// The question asked in this cycle instead of feedback, if any, and a joint on the bus to ask.
     pub fn question(&self) -> Option<(usize, Question)> {
         self.question
     }
@@ -74,7 +74,7 @@ fn torque_limit(servo: &Servo, share: f64) -> u16 {
     (share * full).round().clamp(0.0, full) as u16
 }
 
-/// The joint's state from its servo's reply of this moment.
+/// The joint's state from its servo's latest reply.
 pub fn measured(servo: &Servo, reply: &Feedback) -> JointState {
     let direction = if servo.reversed { -1.0 } else { 1.0 };
     JointState {

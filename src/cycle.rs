@@ -1,4 +1,4 @@
-//! The pipeline, once, top to bottom.
+//! One pass through the pipeline, top to bottom.
 
 use std::time::Duration;
 
@@ -17,8 +17,8 @@ use crate::standing::Sag;
 use crate::telemetry::{CycleRecord, Stage, Telemetry};
 use crate::units::Time;
 
-/// The stages either side of the buses and what they hand to each other, sized once from the robot: after
-/// the first, a cycle allocates nothing.
+/// The stages before and after the buses, and the data they hand to each other, sized once from the robot: after
+/// the first cycle, a cycle allocates nothing.
 #[derive(Debug)]
 pub struct Controller<'r> {
     robot: &'r Robot,
@@ -27,30 +27,30 @@ pub struct Controller<'r> {
     balance: Balance,
     limbs: Limbs,
     yielding: Yielding,
-    /// None where joints give way to nothing that is known.
+    /// `None` if sag correction is off, or no known load makes the joints sag.
     sag: Option<Sag>,
     safety: Safety,
     estimator: Estimator,
     legs: Legs,
-    // What the stages hand to each other.
+    // Data that the stages hand to each other.
     targets: Targets,
     joints: JointTargets,
     goals: Goals,
     imu: ImuReading,
     state: State,
-    // About the last cycle.
+    // State of the last cycle.
     order: Order,
     is_held: bool,
     interventions: u32,
 }
 
 impl<'r> Controller<'r> {
-    /// For a limp `robot`, to do as `plan` says for `move_for_s` when ordered to.
+    /// A controller for a limp `robot` that follows `plan` for `move_for_s` when ordered to.
     pub fn new(robot: &'r Robot, plan: impl Into<Plan>, method: Method, move_for_s: f64) -> Self {
         Controller::with_generator(robot, Generator::new(robot, plan, move_for_s), method)
     }
 
-    /// For a limp `robot`, moved by `generator`.
+    /// A controller for a limp `robot` that `generator` moves.
     pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method) -> Self {
         Controller {
             robot,
@@ -74,24 +74,24 @@ impl<'r> Controller<'r> {
         }
     }
 
-    /// From what is known to goals, as ordered: the first half of a cycle that began `gap_s` after the one
-    /// before. Motion goes on by one period whatever the clock says: after a late cycle the robot goes on
-    /// from where it is, instead of leaping to where it should have been.
+    /// First half of a cycle that began `gap_s` after the one before: from the estimate to goals, as ordered.
+    /// Motion advances by one period whatever the clock says: after a late cycle the robot continues
+    /// from its present pose, instead of leaping to where it should have been.
     pub fn decide(&mut self, gap_s: f64, order: Order) -> &Goals {
         self.decide_timed(gap_s, order, |_| {})
     }
 
-    /// The same; `ended` is called at the end of every stage.
+    /// Like [`Controller::decide`]; calls `ended` at the end of every stage.
     fn decide_timed(&mut self, gap_s: f64, order: Order, mut ended: impl FnMut(Stage)) -> &Goals {
         let dt_s = self.robot.period_s();
         let is_new_order = order != self.order;
         self.order = order;
         if order == Order::StopAtOnce || (order == Order::Stop && is_new_order) {
-            // An operator who wants to stop does not wait for a fault to pass. One that comes later may pass.
+            // An operator who wants to stop does not wait for a fault to pass. A fault that comes later may pass.
             self.safety.give_up_waiting(&mut self.state);
         }
         self.is_held = self.state.permission == Permission::Hold;
-        // What lets go of its joints may sink as it likes: that is no fall.
+        // A robot that releases its joints may sink as it likes: that is no fall.
         let doing = if self.generator.is_letting_go() { Activity::Done } else { self.generator.activity() };
         let charge = self.reflex.step(dt_s, order, doing, &self.state, &mut self.targets);
         if charge == Charge::GivenBack {
@@ -103,7 +103,7 @@ impl<'r> Controller<'r> {
         }
         ended(Stage::Generator);
         if self.is_held && charge != Charge::Reflex {
-            // A generator that is held leaves its targets as they are, feedback and all.
+            // A held generator leaves its targets unchanged, with the balance feedback already in them.
             self.limbs.hold(&self.targets, &mut self.joints);
         } else {
             self.balance.step(dt_s, self.generator.speed_m_s(), &self.state, &mut self.targets);
@@ -125,34 +125,35 @@ impl<'r> Controller<'r> {
         &self.goals
     }
 
-    /// From replies, one slot a joint, and the word of the inertial measurement unit to what is known: the second half.
+    /// Second half of a cycle: from replies, one slot per joint, and the reading of the inertial measurement unit
+    /// to the estimate.
     pub fn learn(&mut self, gap_s: f64, slots: &[Slot], imu: &ImuReading) {
         self.imu = *imu;
         self.estimator.update(self.robot, gap_s, slots, imu, &mut self.state);
         self.legs.update(gap_s, &self.targets.feet, &mut self.state);
     }
 
-    /// The same for a robot without buses: every joint is where it was told to be, and a limp one stays where it is.
+    /// The same for a robot without buses: every joint reaches its goal, and a limp joint stays put.
     pub fn learn_from_goals(&mut self) {
         estimate::at_goals(self.robot, &mut self.state);
     }
 
-    /// Who makes the targets.
+    /// The generator, which makes the targets.
     pub fn generator(&self) -> &Generator {
         &self.generator
     }
 
-    /// What the robot is doing.
+    /// The robot's present activity.
     pub fn activity(&self) -> Activity {
         self.reflex.activity().unwrap_or_else(|| self.generator.activity())
     }
 
-    /// Who watches for falls.
+    /// The reflex, which watches for falls.
     pub fn reflex(&self) -> &Reflex<'r> {
         &self.reflex
     }
 
-    /// The last cycle, in which the buses answered with `slots`.
+    /// Record of the last cycle, in which the buses answered with `slots`.
     pub fn record<'a>(&'a self, slots: &'a [Slot]) -> CycleRecord<'a> {
         CycleRecord {
             order: self.order,
@@ -172,18 +173,18 @@ impl<'r> Controller<'r> {
     }
 }
 
-/// When a cycle was and how long its parts took.
+/// When a cycle began and how long its parts took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CycleTimes {
-    /// Cycles before it in this run.
+    /// Number of cycles before it in this run.
     pub number: u64,
     /// When it began.
     pub began: Time,
-    /// Time since the cycle before began; of the first cycle, one period.
+    /// Time since the cycle before began; for the first cycle, one period.
     pub gap: Duration,
-    /// Computing, the exchange left aside.
+    /// Computing time, without the exchange.
     pub work: Duration,
-    /// The exchange, all buses at the same time.
+    /// Time of the exchange; all buses run at the same time.
     pub exchange: Duration,
 }
 
@@ -201,7 +202,7 @@ pub struct Cycle<'r, P> {
 }
 
 impl<'r, P: Ports> Cycle<'r, P> {
-    /// A limp `robot` on `buses`, to do as `plan` says for `move_for_s` when ordered to.
+    /// A limp `robot` on `buses` that follows `plan` for `move_for_s` when ordered to.
     pub fn new(
         robot: &'r Robot,
         plan: impl Into<Plan>,
@@ -212,7 +213,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         Cycle::with_generator(robot, Generator::new(robot, plan, move_for_s), method, buses)
     }
 
-    /// A limp `robot` on `buses`, moved by `generator`.
+    /// A limp `robot` on `buses` that `generator` moves.
     pub fn with_generator(robot: &'r Robot, generator: Generator, method: Method, buses: Buses<P>) -> Self {
         Cycle {
             robot,
@@ -226,7 +227,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         }
     }
 
-    /// One cycle, as ordered.
+    /// Runs one cycle, as ordered.
     pub fn step(&mut self, order: Order) {
         let began = self.buses.ports_mut().now();
         let (number, gap) = match self.times {
@@ -259,60 +260,60 @@ impl<'r, P: Ports> Cycle<'r, P> {
         self.times = Some(CycleTimes { number, began, gap, work, exchange: exchanged.since(decided) });
     }
 
-    /// A stage is over.
+    /// Notes that a stage has ended.
     fn end_stage(&mut self, stage: Stage) {
         let now = self.buses.ports_mut().now();
         self.telemetry.end_stage(stage, now);
     }
 
-    /// The cycle's last stage, whatever is done beside the pipeline, is over.
+    /// Notes the end of the cycle's last stage: everything done beside the pipeline.
     pub fn end_cycle(&mut self) {
         self.end_stage(Stage::Recording);
         let usage = self.buses.ports_mut().usage();
         self.telemetry.end_cycle(usage);
     }
 
-    /// The last cycle.
+    /// Record of the last cycle.
     pub fn record(&self) -> CycleRecord<'_> {
         CycleRecord { truth: self.truth, ..self.controller.record(&self.slots) }
     }
 
-    /// When the last cycle was; all zero before the first.
+    /// Times of the last cycle; all zero before the first.
     pub fn times(&self) -> CycleTimes {
         self.times.unwrap_or_default()
     }
 
-    /// Who makes the targets.
+    /// The generator, which makes the targets.
     pub fn generator(&self) -> &Generator {
         self.controller.generator()
     }
 
-    /// What the robot is doing.
+    /// The robot's present activity.
     pub fn activity(&self) -> Activity {
         self.controller.activity()
     }
 
-    /// Who watches for falls.
+    /// The reflex, which watches for falls.
     pub fn reflex(&self) -> &Reflex<'r> {
         self.controller.reflex()
     }
 
-    /// Who watches the load of arms.
+    /// The stage that watches the load of arms.
     pub fn yielding(&self) -> &Yielding {
         &self.controller.yielding
     }
 
-    /// What is known of the robot.
+    /// The estimated state of the robot.
     pub fn state(&self) -> &State {
         &self.controller.state
     }
 
-    /// The targets and goals of the last cycle, for those who look on.
+    /// The targets and goals of the last cycle, for observers.
     pub fn goals(&self) -> &Goals {
         &self.controller.goals
     }
 
-    /// What safety found.
+    /// The safety stage, with its findings.
     pub fn safety(&self) -> &Safety {
         &self.controller.safety
     }
@@ -322,7 +323,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         &self.telemetry
     }
 
-    /// The observers, to note how punctual the loop is.
+    /// The observers, to note the punctuality of the loop.
     pub fn telemetry_mut(&mut self) -> &mut Telemetry {
         &mut self.telemetry
     }
@@ -332,7 +333,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         &self.buses
     }
 
-    /// Gives the buses back.
+    /// Returns the buses.
     pub fn into_buses(self) -> Buses<P> {
         self.buses
     }

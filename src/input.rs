@@ -1,7 +1,7 @@
-//! Reads the files that people write: plain files of a size that a person writes, as text.
+//! Reads files that people write: plain text files of a size that a person writes.
 //!
-//! Whatever else a path names is refused before a byte is read: opening a serial device could stir what hangs on it, a
-//! pipe would be waited for, and `/dev/zero` has no end.
+//! Any other target of a path is refused before a byte is read: opening a serial device could disturb what is
+//! connected to it, a pipe would block, and `/dev/zero` has no end.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
@@ -16,19 +16,19 @@ pub(crate) const BYTES_MAX: u64 = 4 << 20;
 /// Why a file was not read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum InputError {
-    /// The system did not let it be read.
+    /// The system did not allow it.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// It is a folder, a device, a pipe.
+    /// It is a folder, a device or a pipe.
     #[error("it is not a plain file")]
     NotPlain,
-    /// It is larger than any such file.
+    /// It is larger than any such file should be.
     #[error("it is larger than {} MiB", BYTES_MAX >> 20)]
     TooLarge,
-    /// It is no text in UTF-8.
+    /// It is not UTF-8 text.
     #[error("it is no text in UTF-8 from line {line} on; save it in that encoding")]
     NotText {
-        /// The first line that is none, from 1.
+        /// The first line that is not, from 1.
         line: usize,
     },
 }
@@ -45,11 +45,11 @@ impl From<InputError> for io::Error {
 /// The text of the file at `path`.
 ///
 /// # Errors
-/// Why it was not read.
+/// Why the file was not read.
 pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
-    // First by its name: not even opened is what could wait or stir something.
+    // First check the path: a target that could block or be disturbed is not even opened.
     check(&std::fs::metadata(path)?)?;
-    // Then what was opened, which may be another by now: it is not waited for.
+    // Then check what was opened, which may have changed since: opening it must not block.
     let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     let file = OpenOptions::new().read(true).custom_flags(flags.bits().cast_signed()).open(path)?;
     check(&file.metadata()?)?;
@@ -66,7 +66,7 @@ fn check(found: &std::fs::Metadata) -> Result<(), InputError> {
 
 fn text_of(file: File) -> Result<String, InputError> {
     let mut bytes = Vec::new();
-    // It may grow while it is read, and files of the system tell no size.
+    // It may grow while it is read, and system files report no size.
     file.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > BYTES_MAX {
         return Err(InputError::TooLarge);
@@ -85,7 +85,7 @@ mod tests {
     fn what_is_no_plain_file_of_a_sane_size_is_refused_without_being_read() {
         let folder = tempfile::tempdir().unwrap();
         let huge = folder.path().join("huge");
-        // A hole of 1 GB, which takes no room.
+        // A hole of 1 GB, which occupies no space.
         File::create(&huge).unwrap().set_len(1 << 30).unwrap();
         let full = folder.path().join("full");
         std::fs::write(&full, vec![b'#'; usize::try_from(BYTES_MAX).unwrap()]).unwrap();

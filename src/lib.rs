@@ -1,23 +1,23 @@
 //! Controller for servo-driven horse-like quadrupeds and octopus-arm rigs.
 //!
-//! A robot file becomes a [`model::Robot`]; what it can do is worked out in [`capability`]; and
+//! A robot file becomes a [`model::Robot`]; [`capability`] works out what it can do; and
 //! [`run::run`] repeats one [`cycle`] at the robot's rate:
 //!
 //! ```text
 //! reflex    state                 -> who is in charge; in a fall, a pose
 //! motion    order, state          -> foot or tip targets, or a pose
 //! balance   targets, state        -> feet moved against a fall
-//! ik        targets               -> joint angles, and what is left over
-//! standing  targets, state        -> what loaded joints give way, made up for in their goals
+//! ik        targets               -> joint angles, and the residual
+//! standing  targets, state        -> joint angles corrected for the sag of loaded joints
 //! safety    joint angles, state   -> a command: move, hold, limp
 //! counts    command               -> goals in servo counts
-//! bus       goals                 -> one slot a servo: a reply, or what became of it
-//! imu       bytes                 -> how the trunk lay and turned, and how long ago
+//! bus       goals                 -> one slot per servo: a reply, or the reason why there is none
+//! imu       bytes                 -> the trunk's attitude and turn rates, and their age
 //! estimate  slots, reading        -> state
 //! telemetry all of the above      -> the report
 //! ```
 //!
-//! Inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
+//! Units inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
 
 pub mod balance;
 pub mod bus;

@@ -1,7 +1,7 @@
-//! Looking at a robot without touching it: what every servo reports, again and again.
+//! Monitors a robot without touching it: reads what every servo reports, again and again.
 //!
-//! Comes in: a robot and its ports. Goes out: a [`Row`] a joint. Only reads are sent, so that torque, goals and
-//! settings stay whatever they were; a servo that falls silent is told as lost, and is back as soon as it answers.
+//! Takes a robot and its ports. Returns a [`Row`] per joint. It sends only reads, so torque, goals and
+//! settings stay unchanged. A servo that falls silent is shown as lost, and is back as soon as it answers.
 
 use crate::bus::{Buses, Ports, Slot};
 use crate::counts;
@@ -9,48 +9,48 @@ use crate::model::{Joint, Robot, Servo};
 use crate::signals::{JointState, State};
 use crate::units::Time;
 
-/// A servo unheard for longer than this counts as lost, s: a reply or two may be damaged on any line.
+/// A servo unheard for longer than this counts as lost, s: any line may damage a reply or two.
 const LOST_AFTER_S: f64 = 0.5;
-/// Servos asked in one look for what is not in the block of every exchange: all of them would take longer than a look.
+/// Servos asked in one look for data beyond the usual feedback block: asking all would take longer than a look.
 const ASKED_MORE: usize = 4;
 
-/// What a servo was last told to do.
+/// The last command that a servo holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum LastGoal {
-    /// It was not asked yet, or did not answer.
+    /// The servo was not asked yet, or did not answer.
     #[default]
     Unknown,
-    /// Nothing: it has no torque.
+    /// No goal: it has no torque.
     Limp,
-    /// To go to this joint angle, rad.
+    /// A goal at this joint angle, rad.
     Angle(f64),
 }
 
-/// One joint, as its servo last reported it.
+/// One joint, as its servo last reported.
 #[derive(Debug, Clone)]
 pub struct Row<'m> {
     /// The joint.
     pub joint: &'m Joint,
     /// Its servo.
     pub servo: Servo,
-    /// As last heard.
+    /// Its state when last heard.
     pub state: JointState,
-    /// True where it was never heard, or not for half a second.
+    /// True if it was never heard, or not for half a second.
     pub is_lost: bool,
-    /// What it was last told.
+    /// The last command it holds.
     pub goal: LastGoal,
-    /// Its alarms in words; empty where there is none.
+    /// Its alarms in words; empty if there are none.
     pub alarms: String,
 }
 
-/// What was asked of a servo beside the block of every exchange.
+/// Data that a servo reported beyond the usual feedback block.
 #[derive(Debug, Clone, Copy, Default)]
 struct More {
     goal: LastGoal,
     alarm_bits: u8,
 }
 
-/// A robot that is looked at.
+/// A monitored robot.
 #[derive(Debug)]
 pub struct Monitor<'r, P> {
     robot: &'r Robot,
@@ -58,13 +58,13 @@ pub struct Monitor<'r, P> {
     slots: Vec<Slot>,
     state: State,
     more: Vec<More>,
-    /// The joint that is asked for more next.
+    /// The joint that is asked for additional data next.
     next: usize,
     looked: Option<Time>,
 }
 
 impl<'r, P: Ports> Monitor<'r, P> {
-    /// Of `robot` on `ports`. Sends nothing yet.
+    /// A monitor of `robot` on `ports`. Sends nothing yet.
     pub fn new(robot: &'r Robot, ports: P) -> Monitor<'r, P> {
         Monitor {
             robot,
@@ -77,13 +77,13 @@ impl<'r, P: Ports> Monitor<'r, P> {
         }
     }
 
-    /// Asks every servo once, and some of them for goal, torque and alarms too.
+    /// Asks every servo once, and some also for goal, torque and alarms.
     pub fn look(&mut self) {
         let now = self.buses.ports_mut().now();
         let gap_s = self.looked.map_or(0.0, |before| now.since(before).as_secs_f64());
         self.looked = Some(now);
         self.buses.look(&mut self.slots);
-        // A monitor shows what the servos say, plausible or not.
+        // A monitor shows all reports of the servos, plausible or not.
         let joints = self.state.joints.iter_mut().zip(&self.robot.joints);
         for ((known, joint), slot) in joints.zip(&self.slots) {
             match (slot, &joint.servo) {
@@ -98,7 +98,7 @@ impl<'r, P: Ports> Monitor<'r, P> {
         }
     }
 
-    /// None where the servo does not answer; one that was silent just now is not waited for again.
+    /// `None` if the servo does not answer; a servo that was just silent is not waited for again.
     fn ask_more(&mut self, joint: usize) -> Option<More> {
         let servo = self.robot.joints[joint].servo?;
         if !matches!(self.slots[joint], Slot::Fresh(_)) {

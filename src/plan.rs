@@ -1,17 +1,17 @@
-//! What a run is to do.
+//! The plan of a run.
 
 use crate::ik::Method;
 use crate::motion::Plan;
 
-/// What to run.
+/// The plan of a run.
 #[derive(Debug, Clone)]
 pub struct RunPlan {
-    /// What to do: of a horse gait, speed and posture; of arms the stroke; of a figure the pose.
+    /// The motion: gait, speed and posture of a horse; the stroke of arms; the pose of a figure.
     pub motion: Plan,
-    /// How targets are solved.
+    /// Method of inverse kinematics.
     pub method: Method,
-    /// How long to do that, from the first step to slowing down, s.
+    /// Time from the first step to slowing down, s.
     pub move_for_s: f64,
-    /// Who drives in the plan's place, for people: "the keyboard".
+    /// The driver that replaces the plan, for people: "the keyboard".
     pub driver: Option<String>,
 }

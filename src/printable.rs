@@ -1,15 +1,15 @@
-//! Text from elsewhere, made safe for a terminal.
+//! Makes text from other sources safe for a terminal.
 //!
-//! Names, file names and texts of servos can hold characters that a terminal obeys instead of showing them: an escape
-//! that clears the screen, a newline that begins a line which the program never wrote, a mark that turns the order of
-//! letters round. Each is shown as its code, `\u001b`, as TOML and JSON write it.
+//! Names, file names and texts of servos can hold characters that a terminal obeys instead of showing: an escape
+//! that clears the screen, a newline that begins a line which the program never wrote, a mark that reverses the
+//! order of letters. Each is shown as its code, `\u001b`, as TOML and JSON write it.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// True for a character that a terminal obeys or hides: control characters, and those of Unicode that only format, among
-/// them the ones that turn the order of letters round (general categories Cc and Cf, line and paragraph separator).
-/// Signs of Arabic and other scripts that are of category Cf and drawn stay as they are.
+/// True for a character that a terminal obeys or hides: control characters, and those of Unicode that only format,
+/// including those that reverse the order of letters (general categories Cc and Cf, line and paragraph separator).
+/// Visible signs of Arabic and other scripts in category Cf stay unchanged.
 pub(crate) fn is_unprintable(c: char) -> bool {
     c.is_control()
         || matches!(
@@ -27,7 +27,7 @@ pub(crate) fn is_unprintable(c: char) -> bool {
         )
 }
 
-/// `text` with the code of each unprintable character in its place; a newline, too, is one.
+/// `text` with each unprintable character replaced by its code; a newline counts as one.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_unprintable) {
         return Cow::Borrowed(text);

@@ -1,9 +1,9 @@
-//! A recording judged again: its invariants from what was recorded, and the controller run anew on the
-//! recorded replies, which must send the same goals.
+//! Judges a recording again: checks its invariants from the recorded data, and runs the controller again on the
+//! recorded replies, which must produce the same goals.
 //!
-//! Comes in: the cycles of a recording, one after the other, into a [`Judge`]. Goes out: a [`Replay`]. Invariants are
-//! checked in every recorded cycle. The controller is run up to the first cycle that is not there: what the servos said
-//! in it is not known, and everything the controller does later depends on it.
+//! Takes the cycles of a recording, one after the other, into a [`Judge`]. Returns a [`Replay`]. Invariants are
+//! checked in every recorded cycle. The controller runs up to the first missing cycle: the servos' replies in that
+//! cycle are unknown, and everything the controller does later depends on them.
 
 use std::ops::RangeInclusive;
 
@@ -16,58 +16,58 @@ use crate::motion::Plan;
 use crate::recording::{Ending, Recording, RunHeader, Sample, Task, gait_is_of};
 use crate::telemetry::{BodyReport, FeetReport, JointsReport, Telemetry};
 
-/// Furthest a planned standing foot may be from where it landed, m: rounding.
+/// Furthest a planned stance foot may be from its touch-down, m: rounding.
 const SLIP_MAX_M: f64 = 1e-9;
-/// Furthest a tip may be left from its target with the finish, m.
+/// Largest residual of a tip from its target in inverse kinematics with the finish, m.
 const RESIDUAL_MAX_M: f64 = 1e-6;
 
-/// What came of it.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
-    /// Cycles in the recording, all judged by what was recorded of them.
+    /// Cycles in the recording; all are checked from the recorded data.
     pub cycles: u64,
-    /// Numbers of the cycles that were run and are not in the recording, as far as it tells: the first so many gaps.
+    /// Numbers of the cycles that ran but are missing from the recording, as far as it shows: only the first gaps.
     pub gaps: Vec<RangeInclusive<u64>>,
-    /// How many gaps there are.
+    /// Number of gaps.
     pub gap_count: u64,
-    /// How many cycles are in them.
+    /// Number of cycles in the gaps.
     pub dropped: u64,
-    /// How many of the recorded cycles the controller ran again: those before the first gap.
+    /// Number of recorded cycles that the controller ran again: those before the first gap.
     pub cycles_run_again: u64,
-    /// True if the recording ends before the run did: what came then is not known.
+    /// True if the recording ends before the run did: the rest of the run is unknown.
     pub is_cut_short: bool,
     /// Joints, from the recorded goals and measurements.
     pub joints: JointsReport,
     /// Feet, from the recorded targets and measurements.
     pub feet: Option<FeetReport>,
-    /// The trunk, where what it truly did was recorded.
+    /// The trunk, if its true state was recorded.
     pub body: Option<BodyReport>,
-    /// What should have held and did not, in words.
+    /// Violated invariants, in words.
     pub violations: Vec<String>,
-    /// Where the controller run again first does something else.
+    /// First difference between the recorded controller and the one run again.
     pub difference: Option<Difference>,
 }
 
-/// Where a run and its replay part.
+/// The point where a run and its replay differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Number of the cycle.
     pub cycle: u64,
-    /// Its beginning, s of the run.
+    /// Start of the cycle, s of the run.
     pub time_s: f64,
-    /// The joint; none when it is the robot as a whole.
+    /// The joint; `None` if the difference concerns the whole robot.
     pub joint: Option<usize>,
-    /// What was recorded and what came now, in words.
+    /// The recorded and the new value, in words.
     pub what: String,
 }
 
 impl Replay {
-    /// True if everything that could be judged holds and nothing differs.
+    /// True if everything that could be checked holds and nothing differs.
     pub fn agrees(&self) -> bool {
         self.violations.is_empty() && self.difference.is_none()
     }
 
-    /// True if every cycle of the run was judged in every way.
+    /// True if every cycle of the run was checked in every way.
     pub fn is_complete(&self) -> bool {
         self.gap_count == 0 && !self.is_cut_short
     }
@@ -79,16 +79,16 @@ pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// Nor take its poses.
+    /// The robot cannot take its poses.
     #[error(transparent)]
     Pose(#[from] PoseError),
-    /// The recording's pose is none of the robot's.
+    /// The robot does not have the recording's pose.
     #[error("the recording's run.json: a pose of an unknown name, {0}")]
     UnknownPose(String),
-    /// The recording's gait is none of the robot's.
+    /// The robot does not have the recording's gait.
     #[error("the recording's run.json: a gait that its robot.toml does not have, {0}")]
     UnknownGait(String),
-    /// The recording's strokes are none.
+    /// The recording's strokes are invalid.
     #[error("the recording's run.json: {0}")]
     Strokes(&'static str),
     /// The recording says that a horse moved its arms, or that arms walked.
@@ -96,7 +96,7 @@ pub enum ReplayError {
     OtherKind,
 }
 
-/// Gaps that are kept one by one; a recording of many hours may have more.
+/// Most gaps that are kept one by one; a recording of many hours may have more.
 const GAPS_KEPT: usize = 100;
 
 /// Judges the cycles of one recording.
@@ -108,7 +108,7 @@ pub struct Judge<'r> {
     gaps: Vec<RangeInclusive<u64>>,
     gap_count: u64,
     dropped: u64,
-    /// Number of the cycle that is to come next.
+    /// Number of the next expected cycle.
     next: u64,
     cycles_run_again: u64,
     has_truth: bool,
@@ -116,10 +116,10 @@ pub struct Judge<'r> {
 }
 
 impl<'r> Judge<'r> {
-    /// For a recording of `robot` with this `header`.
+    /// A judge for a recording of `robot` with this `header`.
     ///
     /// # Errors
-    /// When the recorded run cannot be set up from them.
+    /// If the recorded run cannot be set up from them.
     pub fn new(robot: &'r Robot, header: &RunHeader) -> Result<Judge<'r>, ReplayError> {
         Ok(Judge {
             robot,
@@ -136,7 +136,7 @@ impl<'r> Judge<'r> {
         })
     }
 
-    /// Judges the next cycle; their numbers rise.
+    /// Judges the next cycle; cycle numbers rise.
     pub fn look(&mut self, sample: &Sample) {
         let number = sample.times.number;
         if number > self.next {
@@ -148,7 +148,7 @@ impl<'r> Judge<'r> {
         self.telemetry.observe(self.robot, &sample.record());
         if self.gap_count == 0 {
             self.cycles_run_again += 1;
-            // Behind the first difference everything may differ.
+            // After the first difference everything may differ.
             if self.difference.is_none() {
                 self.difference = run_again(self.robot, &mut self.controller, sample);
             }
@@ -163,7 +163,7 @@ impl<'r> Judge<'r> {
         }
     }
 
-    /// The verdict on a recording that ends so.
+    /// The verdict on a recording with this `ending`.
     pub fn end(mut self, ending: &Ending) -> Replay {
         if ending.cycles() > self.next {
             self.note_gap(self.next..=ending.cycles() - 1);
@@ -185,10 +185,10 @@ impl<'r> Judge<'r> {
     }
 }
 
-/// Judges a `recording` that is in memory.
+/// Judges a `recording` in memory.
 ///
 /// # Errors
-/// As [`Judge::new`].
+/// The same as [`Judge::new`].
 pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
     let mut judge = Judge::new(&recording.robot, &recording.header)?;
     recording.samples.iter().for_each(|sample| judge.look(sample));
@@ -216,7 +216,7 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
     }
 }
 
-/// One cycle of the controller on the recorded replies; what it does otherwise than the recorded one did.
+/// Runs one cycle of the controller on the recorded replies; returns the first difference from the recorded cycle.
 fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) -> Option<Difference> {
     let gap_s = sample.times.gap.as_secs_f64();
     controller.decide(gap_s, sample.order);

@@ -1,7 +1,7 @@
-//! A whole run: find the servos, repeat the cycle at its rate, end in the robot's safe stop, report.
+//! A whole run: finds the servos, repeats the cycle at its rate, ends in the robot's safe stop, and reports.
 //!
-//! The clock and the waiting are the ports'; orders come in and status goes out through the caller's
-//! [`Operator`], which must not block. Whatever ends the loop, a panic included, the servos end in the stop
+//! The ports provide the clock and the waiting; orders come in and status goes out through the caller's
+//! [`Operator`], which must not block. Whatever ends the loop, even a panic, the servos end in the stop
 //! action.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,25 +20,25 @@ use crate::units::Time;
 
 /// A cycle that begins more than this share of a period after its deadline counts as late.
 pub const LATE_SHARE: f64 = 0.1;
-/// Goals of the end are sent for this many cycles at least, in case one is lost.
+/// The final goals are sent for at least this many cycles, in case one is lost.
 const LAST_CYCLES: u32 = 5;
-/// How long a servo may stay unheard at the end before it counts as one that may still have torque, s.
+/// How long a servo may stay unheard at the end before the report says that it may still have torque, s.
 const LAST_PATIENCE_S: f64 = 1.0;
 
-/// Who gives the orders and looks on.
+/// The operator gives the orders and watches the run.
 pub trait Operator {
-    /// Hears, before the loop, what was noticed of the servos that is no reason not to start.
+    /// Receives, before the loop, a remark about the servos that does not prevent a start.
     fn hear(&mut self, _note: &str) {}
 
-    /// What is wanted now. Asked once a cycle, so it must not block nor allocate.
+    /// The present order. The loop calls this once a cycle, so it must not block or allocate.
     fn order(&mut self, status: &Status) -> Order;
 
-    /// How a run that it stopped has ended, and why, in words.
+    /// The outcome of a run that this operator stopped, and the reason, in words.
     fn why_stopped(&self) -> (Outcome, &'static str) {
         (Outcome::Completed, "stopped by the operator")
     }
 
-    /// The loop is over, and the servos have been told its last goals.
+    /// Called when the loop is over and the servos have its last goals.
     fn loop_ended(&mut self) {}
 }
 
@@ -50,10 +50,10 @@ impl<F: FnMut(&Status) -> Order> Operator for F {
 
 /// Runs `robot` on `ports` until the plan is done or `order` or safety stops it.
 ///
-/// `order` is asked, and given the status, once a cycle; it must not block.
+/// The loop calls `order` once a cycle with the status; it must not block.
 ///
 /// # Errors
-/// [`StartError`] when a servo of the robot file does not answer or is another one; no torque was on then.
+/// [`StartError`] when a servo of the robot file does not answer or is another one; then no torque was on.
 pub fn run<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
@@ -63,12 +63,12 @@ pub fn run<P: Ports>(
     run_recorded(robot, plan, ports, None, order)
 }
 
-/// The same by an `operator`, every cycle handed to the `recorder`, which is finished once the robot has stopped. A
-/// recording that breaks off stops the robot as an operator would: a run that was to be recorded has lost its
-/// purpose. One whose disk is only slow misses cycles, and the robot goes on.
+/// Like [`run`], driven by an `operator`; every cycle goes to the `recorder`, which is finished once the robot has
+/// stopped. If the recording breaks off, the robot stops as an operator would stop it: a run that was to be
+/// recorded has lost its purpose. If the disk is only slow, the recording misses cycles and the robot continues.
 ///
 /// # Errors
-/// As [`run`].
+/// The same as [`run`].
 pub fn run_recorded<P: Ports>(
     robot: &Robot,
     plan: RunPlan,
@@ -92,7 +92,7 @@ pub fn run_recorded<P: Ports>(
     let End { outcome, mut reason, is_heard } =
         perform(robot, &mut cycle, start, done, &mut recorder, &mut operator);
     let duration = cycle.buses_mut().ports_mut().now().since(start);
-    // Nobody talks to the servos from here on; a robot that holds its pose must go on doing so.
+    // Nothing talks to the servos from here on; a robot that holds its pose must keep holding it.
     cycle.buses_mut().disarm_watchdogs();
     let (cycles, late_cycles, safety_interventions) = cycle.telemetry().totals();
     let recording = recorder.map(|recorder| {
@@ -145,27 +145,27 @@ pub fn run_recorded<P: Ports>(
     Ok(report.judged(robot.joints.len(), cycle.telemetry().flight_share()))
 }
 
-/// Why a run without its recording ends; what it broke off for is known when it is finished.
+/// Why a run without its recording ends; the cause of the break is known once the recording is finished.
 const RECORDING_LOST: &str = "stopped because the recording broke off";
 
-/// Who wanted a stop before the plan was done.
+/// What caused a stop before the plan was done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stopper {
     Nobody,
     Operator,
-    /// The recording, by breaking off.
+    /// The recording broke off.
     Recording,
 }
 
-/// How the cycle ended.
+/// End of the loop.
 pub(crate) struct End {
     pub(crate) outcome: Outcome,
     pub(crate) reason: String,
-    /// Every servo has heard the end.
+    /// True if every servo has heard the end.
     pub(crate) is_heard: bool,
 }
 
-/// The buses of `robot` with all its servos found, limp, and watching over the loop to come.
+/// The buses of `robot` with all its servos found, limp, and their watchdogs ready for the loop to come.
 pub(crate) fn find_servos<P: Ports>(
     robot: &Robot,
     ports: P,
@@ -178,8 +178,8 @@ pub(crate) fn find_servos<P: Ports>(
     Ok(buses)
 }
 
-/// Repeats the cycle until it is done or stopped, and survives its panics. How it ended, and why; `done` says it
-/// for the end that was planned. The operator hears of the end when all servos have been told it.
+/// Repeats the cycle until it is done or stopped, and survives its panics. Returns the outcome and the reason;
+/// `done` is that of the planned end. The operator hears of the end when all servos have received it.
 pub(crate) fn perform<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
@@ -199,7 +199,7 @@ pub(crate) fn perform<P: Ports>(
             verdict(robot, cycle, planned)
         }
         Err(_) => {
-            // The motion cannot be trusted to end by itself any more, and one joint alone always ends limp.
+            // The motion can no longer be trusted to end by itself, and a single jogged joint always ends limp.
             let is_jog = matches!(cycle.generator(), Generator::Jog(_));
             let is_to_hold = !is_jog && robot.stop_action == StopAction::Hold;
             let is_heard = is_to_hold || cycle.buses_mut().limp();
@@ -216,7 +216,7 @@ pub(crate) fn perform<P: Ports>(
     end
 }
 
-/// Repeats the cycle on absolute deadlines until the stop action is complete; who wanted that.
+/// Repeats the cycle on absolute deadlines until the stop action is complete; returns what caused the stop.
 fn repeat<P: Ports>(
     robot: &Robot,
     cycle: &mut Cycle<'_, P>,
@@ -245,7 +245,7 @@ fn repeat<P: Ports>(
             }
         } else if is_recording_lost {
             wanted = Order::Stop;
-            // The end that was planned has nothing to do with it.
+            // The lost recording did not cause an end that was planned.
             if stopper == Stopper::Nobody && cycle.activity() != Activity::Done {
                 stopper = Stopper::Recording;
             }
@@ -258,13 +258,13 @@ fn repeat<P: Ports>(
         if cycle.activity() == Activity::Done {
             last_cycles += 1;
             let since_s = f64::from(last_cycles) * robot.period_s();
-            // Every servo has answered an exchange that told it the last goals.
+            // Every servo has answered an exchange that sent it the last goals.
             let is_heard = cycle.state().joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
                 return stopper;
             }
         }
-        // Deadlines that have passed already are skipped, not made up for.
+        // Deadlines that have already passed are skipped; the loop does not catch up on them.
         let now = cycle.buses_mut().ports_mut().now();
         deadline = deadline + period;
         while now.since(deadline) > period {
@@ -295,7 +295,7 @@ fn status<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, start: Time, is_rec
     }
 }
 
-/// How a loop ended that would have ended as `planned`, had safety and the servos had nothing to say.
+/// The end of a loop: `planned`, unless safety or the servos say otherwise.
 fn verdict<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, planned: (Outcome, &str)) -> End {
     let lost = may_have_torque(robot, cycle);
     let is_heard = lost.is_empty();
@@ -324,7 +324,7 @@ fn verdict<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>, planned: (Outcome,
     End { outcome, reason, is_heard }
 }
 
-/// Goals that safety must never let through, in words; none if there were none.
+/// Goals that safety must never let through, in words; `None` if there were no such goals.
 fn violations(joints: JointsReport) -> Option<String> {
     let JointsReport { range_violations, rate_violations, .. } = joints;
     let is_any = range_violations + rate_violations > 0;
@@ -336,7 +336,7 @@ fn violations(joints: JointsReport) -> Option<String> {
     })
 }
 
-/// The servos that did not hear the end, in words; empty if all did, or if torque was to stay on.
+/// The servos that did not hear the end, in words; empty if all did, or if torque was meant to stay on.
 fn may_have_torque<P: Ports>(robot: &Robot, cycle: &Cycle<'_, P>) -> String {
     if cycle.goals().servos().iter().any(|goal| *goal != ServoGoal::Limp) {
         return String::new();

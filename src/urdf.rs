@@ -1,9 +1,9 @@
-//! The robot as URDF, for others' tools.
+//! The robot as URDF, for other programs.
 //!
-//! Names are the robot file's: a joint has its joint's name and moves the link `NAME.link`; the trunk is the
-//! link `body`; each chain ends in the massless link `CHAIN.tip`. Frames, signs and zero angles are ours.
-//! Inertias are estimates from masses and sizes: the links are slender rods, the trunk a box between the roots
-//! of the limbs.
+//! Names are those of the robot file: a joint keeps its name and moves the link `NAME.link`; the trunk is the
+//! link `body`; each chain ends in the massless link `CHAIN.tip`. Frames, signs and zero angles are those of this
+//! program. Inertias are estimates from masses and sizes: the links are slender rods, the trunk a box between the
+//! roots of the limbs.
 
 use std::fmt::Write;
 
@@ -14,11 +14,11 @@ use crate::model::{Chain, Joint, Robot};
 /// Name of the trunk's link.
 pub const BODY: &str = "body";
 
-/// What has no URDF.
+/// Why a robot has no URDF.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UrdfError {
     /// An arm bent by cords: its joints are winches, each of which bends all joints of a section and of those
-    /// before it. A tree of hinges that turn by themselves is another robot.
+    /// before it. A tree of independent hinges would be another robot.
     #[error("{chain} is bent by cords: its joints are winches, and URDF has hinges only")]
     Cords {
         /// Name of the arm.
@@ -26,10 +26,10 @@ pub enum UrdfError {
     },
 }
 
-/// The URDF text of `robot`. A joint without a servo has effort and velocity limits of 0: they are not known.
+/// The URDF text of `robot`. A joint without a servo has effort and velocity limits of 0, since they are unknown.
 ///
 /// # Errors
-/// [`UrdfError`] where it is no tree of hinges.
+/// [`UrdfError`] if the robot is not a tree of hinges.
 pub fn of_robot(robot: &Robot) -> Result<String, UrdfError> {
     if let Some(chain) = robot.chains.iter().find(|chain| chain.tendons.is_some()) {
         return Err(UrdfError::Cords { chain: chain.name.clone() });
@@ -56,7 +56,7 @@ fn limb(text: &mut String, robot: &Robot, chain: &Chain) {
     for joint in robot.joints_of(chain) {
         let child = format!("{}.link", joint.name);
         link(text, &child, joint.mass_kg, joint.center_m, rod_inertia(joint.mass_kg, joint.link_m));
-        // Fixed axes roll, pitch, yaw are moving axes yaw, pitch, roll.
+        // Roll, pitch, yaw about fixed axes equal yaw, pitch, roll about moving axes.
         let (yaw, pitch, roll) = rotation.to_euler(EulerRot::ZYX);
         hinge(text, joint, &parent, &child, origin_m, DVec3::new(roll, pitch, yaw));
         (origin_m, rotation) = (joint.link_m, glam::DQuat::IDENTITY);
@@ -91,7 +91,7 @@ fn connection(text: &mut String, parent: &str, child: &str, origin_m: DVec3, rpy
     let _ = writeln!(text, "    <origin xyz=\"{}\" rpy=\"{}\"/>", numbers(origin_m), numbers(rpy));
 }
 
-/// A link with its centre of mass (link frame, m) and its inertia about that (kg m^2), and a stroke to see.
+/// A link with its centre of mass (link frame, m) and its inertia about that point (kg m^2).
 fn link(text: &mut String, name: &str, mass_kg: f64, center_m: DVec3, inertia: DMat3) {
     let _ = writeln!(text, "  <link name=\"{}\">", escaped(name));
     let _ = writeln!(text, "    <inertial>");
@@ -110,13 +110,13 @@ fn link(text: &mut String, name: &str, mass_kg: f64, center_m: DVec3, inertia: D
     text.push_str("    </inertial>\n  </link>\n");
 }
 
-/// Of a slender rod along `rod_m` about its middle: m/12 (l^2 1 - l l^T).
+/// Inertia of a slender rod along `rod_m` about its middle: m/12 (l^2 1 - l l^T).
 fn rod_inertia(mass_kg: f64, rod_m: DVec3) -> DMat3 {
     let along = DMat3::from_cols(rod_m * rod_m.x, rod_m * rod_m.y, rod_m * rod_m.z);
     (DMat3::from_diagonal(DVec3::splat(rod_m.length_squared())) - along) * (mass_kg / 12.0)
 }
 
-/// Of a solid box with edges `size_m` about its middle.
+/// Inertia of a solid box with edges `size_m` about its middle.
 fn box_inertia(mass_kg: f64, size_m: DVec3) -> DMat3 {
     let squares = size_m * size_m;
     let sums = DVec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y);
@@ -143,7 +143,7 @@ mod tests {
         let inertia = rod_inertia(1.2, DVec3::new(0.0, 0.0, -2.0));
         assert!((inertia.x_axis.x - 0.4).abs() < 1e-12 && (inertia.y_axis.y - 0.4).abs() < 1e-12);
         assert!(inertia.z_axis.z.abs() < 1e-12);
-        // On a slant it is coupled: products of inertia are negative where both coordinates grow together.
+        // A slanted rod is coupled: products of inertia are negative where both coordinates grow together.
         assert!(rod_inertia(1.2, DVec3::new(1.0, 0.0, 1.0)).x_axis.z < 0.0);
     }
 

@@ -1,4 +1,4 @@
-//! The two protocols behind one face, so that the client is written once.
+//! A common interface of the two protocols, so that the client is written once.
 
 use super::packet::Event;
 use super::{dynamixel, feetech};
@@ -6,7 +6,7 @@ use crate::model::servo_model::Register;
 use crate::model::{Protocol, Registers};
 use crate::units::ServoId;
 
-/// Encoders and decoder of a bus' protocol.
+/// Encoders and decoder of a bus's protocol.
 #[derive(Debug)]
 pub(super) enum Codec {
     Feetech(feetech::Decoder),
@@ -14,13 +14,13 @@ pub(super) enum Codec {
 }
 
 impl Codec {
-    /// For a bus with `servos` servos of these registers.
+    /// A codec for a bus with `servos` servos of these registers.
     pub(super) fn new(protocol: Protocol, registers: &Registers, servos: usize) -> Codec {
         // Single reads have up to 4 bytes.
         Codec::with_room(protocol, usize::from(registers.feedback_bytes).max(4), servos)
     }
 
-    /// For status packets of up to `parameters_max` data bytes, and fast replies of `servos` servos.
+    /// A codec for status packets of up to `parameters_max` data bytes, and fast replies of `servos` servos.
     pub(super) fn with_room(protocol: Protocol, parameters_max: usize, servos: usize) -> Codec {
         match protocol {
             Protocol::Feetech => Codec::Feetech(feetech::Decoder::new(parameters_max)),
@@ -35,7 +35,7 @@ impl Codec {
         }
     }
 
-    /// Appends a restart, which leaves the servo as at power-on.
+    /// Appends a restart, which returns the servo to its state at power-on.
     pub(super) fn restart(&self, out: &mut Vec<u8>, id: ServoId) {
         match self {
             Codec::Feetech(_) => feetech::request(out, id.0, feetech::RESTART, &[]),
@@ -93,7 +93,7 @@ impl Codec {
         }
     }
 
-    /// Asks the fast way and prepares for the reply. Feetech has none and is asked the plain way.
+    /// Appends a fast sync read and prepares for the reply. Feetech has no fast read and gets a plain one.
     pub(super) fn fast_sync_read(&mut self, out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
         match self {
             Codec::Feetech(_) => self.sync_read(out, address, bytes, ids),
@@ -133,7 +133,7 @@ impl Codec {
     }
 }
 
-/// Feetech addresses and counts have one byte; its tables hold no others.
+/// Feetech addresses and counts have one byte; its tables hold no larger values.
 fn low_byte(word: u16) -> u8 {
     let [low, _] = word.to_le_bytes();
     low
@@ -143,16 +143,16 @@ fn low_byte(word: u16) -> u8 {
 pub(super) fn ping_bytes(protocol: Protocol) -> u16 {
     match protocol {
         Protocol::Feetech => 0,
-        // Model number and firmware version.
+        // A Dynamixel answers with model number and firmware version.
         Protocol::Dynamixel => 3,
     }
 }
 
 /// Data bytes in the reply to [`Codec::read`].
 ///
-/// A Feetech read request has two parameters, address and count, and the reply's alarms stand where its
-/// instruction stands. So the reply to a read of two bytes can equal its request to the bit, and could not
-/// be told from an adapter's echo of a request nobody answered. Asked for a third byte it is longer.
+/// A Feetech read request has two parameters, address and count, and the reply has its alarms in the place of the
+/// request's instruction. So the reply to a read of two bytes can equal its request bit for bit, and could not
+/// be told from an adapter's echo of an unanswered request. Asked for a third byte, the reply is longer.
 pub(super) fn read_bytes(protocol: Protocol, register: Register) -> u16 {
     match (protocol, register.bytes) {
         (Protocol::Feetech, 2) => 3,
@@ -160,18 +160,18 @@ pub(super) fn read_bytes(protocol: Protocol, register: Register) -> u16 {
     }
 }
 
-/// Whether a status packet might as well be the echo of a Feetech ping: 1 in the place of the instruction
+/// True if a status packet could be the echo of a Feetech ping: 1 in the place of the instruction
 /// and no data.
 ///
-/// A servo with the voltage alarm, and no other, answers a ping with the very bytes of the request. Taking
-/// them for an answer would invent servos on an adapter that echoes; so they never count, and who gets no
-/// answer to a ping must read a register instead, whose reply cannot be confused ([`read_bytes`]).
+/// A servo with only the voltage alarm answers a ping with the very bytes of the request. If they counted as an
+/// answer, an adapter that echoes would seem to have servos; so they never count, and a caller that gets no answer
+/// to a ping must read a register instead, whose reply cannot be confused ([`read_bytes`]).
 pub(super) fn may_be_echoed_ping(protocol: Protocol, error: u8, parameters: &[u8]) -> bool {
     protocol == Protocol::Feetech && error == feetech::PING && parameters.is_empty()
 }
 
-/// Splits a status' error byte into alarm bits and, other than 0, the number of a refusal. Feetech knows
-/// alarms only: they come with a valid answer.
+/// Splits a status packet's error byte into alarm bits and the number of a refusal, 0 for none. Feetech has only
+/// alarms: they come with a valid answer.
 pub(super) fn alarms_and_refusal(protocol: Protocol, error: u8) -> (u8, u8) {
     match protocol {
         Protocol::Feetech => (error, 0),

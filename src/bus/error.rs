@@ -1,4 +1,4 @@
-//! What can go wrong when one servo is asked something at start or stop.
+//! Errors when one servo is asked something at start or stop.
 
 use std::fmt;
 
@@ -6,14 +6,14 @@ use super::port::PortError;
 use crate::model::servo_model::Register;
 use crate::units::ServoId;
 
-/// What was asked of a servo.
+/// A request to a servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Request {
-    /// Whether it is there.
+    /// Asks whether the servo is there.
     Ping,
-    /// The value of a register.
+    /// Reads the value of a register.
     Read(Register),
-    /// To take a value into a register.
+    /// Writes a value to a register.
     Write(Register, i64),
 }
 
@@ -31,16 +31,16 @@ impl fmt::Display for Request {
     }
 }
 
-/// Which servo, in the user's words.
+/// Identifies a servo in the user's words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ServoPlace {
     /// Name of its bus.
     pub bus: String,
-    /// Bits per second the bus runs at.
+    /// Line rate of the bus, bits per second.
     pub baud: u32,
-    /// Its address there.
+    /// Its id on that bus.
     pub id: ServoId,
-    /// Name of the joint it turns.
+    /// Name of the joint that it turns.
     pub joint: String,
 }
 
@@ -56,52 +56,52 @@ pub enum TransactionError {
     /// The line is not there.
     #[error("{place}: {request} could not be sent: {source}")]
     Port {
-        /// Who was asked.
+        /// The servo that was asked.
         place: ServoPlace,
-        /// What.
+        /// The request.
         request: Request,
-        /// Why not.
+        /// The cause.
         source: PortError,
     },
-    /// Nothing came back.
+    /// No answer came.
     #[error(
         "{place} did not answer {request} in {tries} tries: check its power and cable, that its id is {id}, \
          and that it is set to {baud} baud",
         id = place.id, baud = place.baud
     )]
     NoAnswer {
-        /// Who was asked.
+        /// The servo that was asked.
         place: ServoPlace,
-        /// What.
+        /// The request.
         request: Request,
-        /// How often.
+        /// Number of tries.
         tries: u32,
     },
-    /// Replies came back, but never an undamaged one.
+    /// Replies came, but all were damaged.
     #[error(
         "{place} sent only damaged replies to {request}, in {tries} tries: they do not pass their check or have the \
          wrong length; check that no other servo has id {id}, and the bus for loose plugs and long cables",
         id = place.id
     )]
     Corrupt {
-        /// Who was asked.
+        /// The servo that was asked.
         place: ServoPlace,
-        /// What.
+        /// The request.
         request: Request,
-        /// How often.
+        /// Number of tries.
         tries: u32,
     },
-    /// The servo understood and would not.
+    /// The servo understood the request and refused it.
     #[error("{place} refused {request} with error {error}: {}", refusal(*error))]
     Refused {
-        /// Who was asked.
+        /// The servo that was asked.
         place: ServoPlace,
-        /// What.
+        /// The request.
         request: Request,
         /// Error number of Dynamixel Protocol 2.0.
         error: u8,
     },
-    /// The robot has no such servo.
+    /// The joint has no servo.
     #[error("joint {joint} has no servo: only a robot whose joints name their servos can be asked")]
     NoServo {
         /// Index into [`crate::model::Robot::joints`].
@@ -109,7 +109,7 @@ pub enum TransactionError {
     },
 }
 
-/// What an error number means and what to do (ROBOTIS e-manual, `dxl/protocol2`, status packet).
+/// Meaning and cure of an error number (ROBOTIS e-manual, `dxl/protocol2`, status packet).
 pub(crate) fn refusal(error: u8) -> &'static str {
     match error {
         1 => "it could not do it now; restart it and try again",

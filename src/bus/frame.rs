@@ -1,4 +1,4 @@
-//! Packets for what is done outside the loop: any instruction to one servo, and whatever comes back.
+//! Packets for work outside the loop: any instruction to one servo, and whatever comes back.
 
 use super::codec::Codec;
 use super::packet::Event;
@@ -20,7 +20,7 @@ pub(crate) fn request(
     }
 }
 
-/// Bytes a request and its answer take on the line, with so many bytes of parameters and data.
+/// Bytes that a request and its answer take on the line, with these numbers of bytes of parameters and data.
 pub(crate) fn exchange_bytes(protocol: Protocol, parameters: usize, data: usize) -> usize {
     parameters
         + data
@@ -30,7 +30,7 @@ pub(crate) fn exchange_bytes(protocol: Protocol, parameters: usize, data: usize)
         }
 }
 
-/// Bytes a status packet with so many bytes of data takes, stuffing left out.
+/// Bytes of a status packet with this many bytes of data, without stuffing.
 pub(crate) fn status_bytes(protocol: Protocol, data: usize) -> usize {
     data + match protocol {
         Protocol::Feetech => feetech::FRAME_BYTES,
@@ -38,33 +38,33 @@ pub(crate) fn status_bytes(protocol: Protocol, data: usize) -> usize {
     }
 }
 
-/// What was heard.
+/// A packet that was heard.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Heard {
-    /// A whole status packet.
+    /// A complete status packet.
     Status {
-        /// Who sent it.
+        /// The servo that sent it.
         id: ServoId,
         /// Alarm bits on Feetech; on Dynamixel the error number and, in bit 7, the alert.
         error: u8,
         /// The data.
         data: Vec<u8>,
     },
-    /// The shape of one, with a wrong checksum: damaged on the way, or two servos at once.
+    /// A packet-shaped run of bytes with a wrong checksum: damaged on the way, or sent by two servos at once.
     Damaged(ServoId),
 }
 
-/// Finds status packets in what arrives.
+/// Finds status packets in received bytes.
 #[derive(Debug)]
 pub(crate) struct Listener(Codec);
 
 impl Listener {
-    /// For packets of up to `data_max` bytes of data.
+    /// A listener for packets of up to `data_max` bytes of data.
     pub(crate) fn new(protocol: Protocol, data_max: usize) -> Listener {
         Listener(Codec::with_room(protocol, data_max, 1))
     }
 
-    /// With a decoder that expects more than that.
+    /// A listener over a decoder that expects more than that.
     pub(super) fn over(codec: Codec) -> Listener {
         Listener(codec)
     }
@@ -81,7 +81,7 @@ impl Listener {
         }
     }
 
-    /// No more will come: what hides behind the beginning of a packet that never ended.
+    /// No more bytes will come: searches the bytes after the start of a packet that never ended.
     pub(crate) fn end(&mut self, mut take: impl FnMut(Heard)) {
         self.0.end_of_input();
         self.drain(&mut take);
@@ -104,7 +104,7 @@ impl Listener {
 mod tests {
     use super::*;
 
-    /// Vectors of the makers' manuals: ping of servo 1, read of position, and their answers.
+    /// Test vectors from the makers' manuals: ping of servo 1, read of position, and the answers.
     #[test]
     fn requests_and_answers_are_those_of_the_manuals() {
         let asked = |protocol, instruction, parameters: &[u8]| {
@@ -120,7 +120,7 @@ mod tests {
         let mut heard = Vec::new();
         let reply = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x55, 0x00, 0x06, 0x04, 0x26, 0x65, 0x5D];
         let mut listener = Listener::new(Protocol::Dynamixel, 3);
-        // In two pieces, behind noise.
+        // The reply comes in two pieces, after noise.
         listener.hear(&[0x00, 0xFF], |packet| heard.push(packet));
         listener.hear(&reply, |packet| heard.push(packet));
         assert_eq!(heard, [Heard::Status { id: ServoId(1), error: 0, data: vec![0x06, 0x04, 0x26] }]);

@@ -1,4 +1,4 @@
-//! Servo buses: goals out, replies in, one slot a servo.
+//! Servo buses: send goals, receive replies, one slot per servo.
 //!
 //! `feetech` and `dynamixel` turn requests into bytes and bytes into packets; `client` runs one bus
 //! on them, without I/O; [`Buses`] runs all of them at the same time over the [`port`]s.

@@ -1,13 +1,13 @@
-//! What both protocols share on the receiving side: a window of bytes, and the packets found in it.
+//! Shared receiving side of both protocols: a window of bytes, and the packets found in it.
 //!
-//! Comes in: bytes, in pieces of any size. Goes out: one [`Event`] after another. Never grows past the
-//! capacity given at construction, never panics, whatever the bytes are.
+//! Takes bytes in pieces of any size. Returns one [`Event`] after another. Never grows past the
+//! capacity given at construction, and never panics, whatever the bytes are.
 
 use std::ops::Range;
 
 use crate::units::ServoId;
 
-/// A status packet whose checksum holds. Borrowed from the decoder until it is next used.
+/// A status packet with a good checksum. Borrowed from the decoder until it is next used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Status<'a> {
     /// The servo that sent it.
@@ -18,17 +18,17 @@ pub(super) struct Status<'a> {
     pub parameters: &'a [u8],
 }
 
-/// What a decoder found.
+/// A packet that a decoder found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Event<'a> {
-    /// A whole, good status packet (or one servo's block of a fast sync read).
+    /// A complete, good status packet (or one servo's block of a fast sync read).
     Status(Status<'a>),
-    /// Something of the shape of a status packet of this servo, with a wrong checksum. It may also have
+    /// Bytes in the shape of a status packet of this servo, with a wrong checksum. They may also have
     /// been noise that looked like a header, so a good packet of the same servo may still follow.
     Corrupt(ServoId),
 }
 
-/// Received bytes that no packet has claimed yet: a buffer that is refilled behind and read in front.
+/// Received bytes that no packet has claimed yet: a buffer that is filled at its end and read at its front.
 #[derive(Debug)]
 pub(super) struct Window {
     bytes: Vec<u8>,
@@ -38,7 +38,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// A window for packets of up to `capacity` bytes. All its memory is taken here.
+    /// A window for packets of up to `capacity` bytes. All its memory is allocated here.
     pub(super) fn new(capacity: usize) -> Window {
         Window { bytes: Vec::with_capacity(capacity), start: 0, capacity, is_ended: false }
     }
@@ -50,8 +50,8 @@ impl Window {
         self.is_ended = false;
     }
 
-    /// Takes as many of `input` as fit and returns how many. It is more than none whenever all packets
-    /// were read out before: what is left then is less than one packet.
+    /// Takes as many bytes of `input` as fit and returns their number. It is at least one whenever all packets
+    /// were read out before: the remaining bytes are then less than one packet.
     pub(super) fn push(&mut self, input: &[u8]) -> usize {
         self.bytes.drain(..self.start.min(self.bytes.len()));
         self.start = 0;
@@ -61,7 +61,7 @@ impl Window {
         taken.len()
     }
 
-    /// No more bytes will come: whatever is incomplete from now on is noise.
+    /// Notes that no more bytes will come: everything incomplete from now on is noise.
     pub(super) fn end(&mut self) {
         self.is_ended = true;
     }
@@ -80,7 +80,7 @@ impl Window {
         self.start = self.start.saturating_add(count).min(self.bytes.len());
     }
 
-    /// Bytes that were just skipped: `range` is counted from where the unread bytes began before the
+    /// Bytes that were just skipped: `range` counts from where the unread bytes began before the
     /// last `skipped` bytes were skipped.
     pub(super) fn skipped(&mut self, skipped: usize, range: Range<usize>) -> &mut [u8] {
         let front = self.start.saturating_sub(skipped);

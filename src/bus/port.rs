@@ -1,4 +1,4 @@
-//! The ports: the one object that owns every serial line, the clock and the only wait.
+//! The ports: the single object that owns every serial line, the clock and the only wait.
 //!
 //! On hardware one implementation polls all descriptors at once; in simulation another advances an
 //! event queue. All buses share it, so all are exchanged at the same time without a thread per bus.
@@ -29,12 +29,12 @@ pub trait Ports {
     /// The present time. Monotonic.
     fn now(&mut self) -> Time;
 
-    /// What the loop's thread, which calls this, has had of the machine; nothing where time is virtual.
+    /// Resources used by the loop's thread, which calls this; zero if time is virtual.
     fn usage(&mut self) -> Usage {
         Usage::default()
     }
 
-    /// Throws away whatever bytes have arrived on `bus` and were not yet received.
+    /// Discards all bytes that have arrived on `bus` and were not yet received.
     ///
     /// # Errors
     /// [`PortError::Gone`] when the line is not there.
@@ -62,30 +62,29 @@ pub trait Ports {
         Ok(0)
     }
 
-    /// Waits until bytes that were not yet received are there on any bus, or until `deadline`. A line that is
-    /// gone has no input.
+    /// Waits until unreceived bytes are there on any bus, or until `deadline`. A line that is gone has no input.
     fn wait_for_input(&mut self, deadline: Time);
 
     /// Waits until `deadline`, whatever arrives.
     fn wait_until(&mut self, deadline: Time);
 
-    /// What the robot truly does, which only a simulated body tells; none of hardware, and where simulated joints turn
-    /// freely.
+    /// The true state of the trunk, which only a simulated body reports; `None` on hardware, and if simulated
+    /// joints turn freely.
     fn true_body(&self) -> Option<TrueBody> {
         None
     }
 
-    /// What the line of `bus` is called where it comes from, such as `/dev/ttyUSB0`, for messages to people;
-    /// none where it has no such name.
+    /// The name of the line of `bus`, such as `/dev/ttyUSB0`, for messages to people; `None` if it has no such
+    /// name.
     fn device(&self, _bus: usize) -> Option<&str> {
         None
     }
 
-    /// From now on the servos of `robot` are known to be on their buses: a line that was gone and is back is used
-    /// again only if they are still there. Nothing to do where lines do not change hands.
+    /// From now on the servos of `robot` are known to be on their buses: a line that comes back is used
+    /// again only if they are still there. Does nothing if lines cannot change servos.
     fn expect_servos(&mut self, _robot: &Robot) {}
 
-    /// The lines that came back with other servos and were not used again: a sentence each, for people. To be asked
+    /// The lines that came back with other servos and were not used again: a sentence each, for people. Call it
     /// when the loop is over.
     fn strangers(&self) -> Vec<String> {
         Vec::new()

@@ -1,8 +1,8 @@
-//! Numbers to register bits and back, as a [`Register`] says.
+//! Converts numbers to register bits and back, according to a [`Register`].
 
 use crate::model::servo_model::{Encoding, Register};
 
-/// The bits that mean `value`, in the lowest `register.bytes` bytes. A value the register cannot hold
+/// The bits that encode `value`, in the lowest `register.bytes` bytes. A value that the register cannot hold
 /// becomes the nearest one it can.
 pub(crate) fn encode(register: Register, value: i64) -> u64 {
     let bits = bits(register);
@@ -20,12 +20,12 @@ pub(crate) fn encode(register: Register, value: i64) -> u64 {
     }
 }
 
-/// The same bits with the high byte first, if that is the servos' order.
+/// The same bits with the high byte first, if the servos use that order.
 pub(super) fn ordered(raw: u64, register: Register, is_big_endian: bool) -> u64 {
     if is_big_endian { raw.swap_bytes() >> (64 - bits(register)) } else { raw }
 }
 
-/// [`decode`] of bytes that come high byte first, if that is the servos' order.
+/// [`decode`] of bytes with the high byte first, if the servos use that order.
 pub(super) fn decode_ordered(register: Register, bytes: &[u8], is_big_endian: bool) -> Option<i64> {
     if !is_big_endian {
         return decode(register, bytes);
@@ -38,7 +38,7 @@ pub(super) fn decode_ordered(register: Register, bytes: &[u8], is_big_endian: bo
     decode(register, used)
 }
 
-/// The number in the first `register.bytes` of `bytes`; `None` when there are not as many.
+/// The number in the first `register.bytes` of `bytes`; `None` if there are too few bytes.
 pub(crate) fn decode(register: Register, bytes: &[u8]) -> Option<i64> {
     let bits = bits(register);
     let raw = bytes
@@ -52,7 +52,7 @@ pub(crate) fn decode(register: Register, bytes: &[u8]) -> Option<i64> {
         Encoding::TwosComplement => raw,
         Encoding::SignMagnitude(sign_bit) => {
             let sign = 1i64 << u32::from(sign_bit).min(bits - 1);
-            // Bits above the sign mean nothing.
+            // Bits above the sign bit have no meaning.
             let magnitude = raw & (sign - 1);
             if raw & sign == 0 { magnitude } else { -magnitude }
         }

@@ -1,4 +1,4 @@
-//! What a client makes of bytes off a line, without a port or a clock.
+//! Decodes bytes from a line as a client does, without a port or a clock.
 
 use super::codec::Codec;
 use super::frame::{Heard, Listener};
@@ -8,13 +8,13 @@ use crate::units::ServoId;
 /// A status packet: id, error byte, and data without stuffing or checksum.
 pub type Reply = (u8, u8, Vec<u8>);
 
-/// The good status packets in `bytes`, of up to `data_max` data bytes each; no more bytes will come.
+/// The good status packets in `bytes`, of up to `data_max` data bytes each; no more bytes follow.
 pub fn replies_in(protocol: Protocol, data_max: usize, bytes: &[u8]) -> Vec<Reply> {
     read_out(Listener::new(protocol, data_max), bytes)
 }
 
-/// The same where `servos` were asked for `data_bytes` each by a fast sync read (Dynamixel): every good block of the
-/// reply to it counts as a status packet.
+/// The same for a fast sync read (Dynamixel) that asked `servos` for `data_bytes` each: every good block of the
+/// reply counts as a status packet.
 pub fn replies_to_fast_read_in(servos: &[ServoId], data_bytes: u16, bytes: &[u8]) -> Vec<Reply> {
     let mut codec = Codec::with_room(Protocol::Dynamixel, data_bytes.into(), servos.len());
     codec.fast_sync_read(&mut Vec::new(), 0, data_bytes, servos);

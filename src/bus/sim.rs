@@ -1,4 +1,4 @@
-//! Ports on simulated buses: on a virtual clock as fast as it goes, or paced by the real one.
+//! Ports on simulated buses: on a virtual clock as fast as possible, or paced by the real clock.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::units::Time;
 /// Ports of a simulated world.
 pub struct SimPorts {
     world: World,
-    /// When the run began on the real clock; none on a virtual one.
+    /// When the run began on the real clock; `None` on a virtual one.
     real_start: Option<Instant>,
     meter: Meter,
 }
@@ -25,7 +25,7 @@ impl std::fmt::Debug for SimPorts {
 }
 
 impl SimPorts {
-    /// Ports of `world` on its own clock: waiting takes no time, and neither does computing.
+    /// Ports of `world` on its own clock: neither waiting nor computing takes time.
     pub fn on_virtual_clock(world: World) -> SimPorts {
         SimPorts { world, real_start: None, meter: Meter::default() }
     }
@@ -41,23 +41,23 @@ impl SimPorts {
         if is_virtual { SimPorts::on_virtual_clock(world) } else { SimPorts::on_real_clock(world) }
     }
 
-    /// The simulated world, to look at.
+    /// The simulated world, to inspect.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The same, to have a hand in it.
+    /// The simulated world, to change.
     pub fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
 
-    /// Brings the world up to the present.
+    /// Advances the world to the present.
     fn catch_up(&mut self) {
         let now = self.now();
         self.world.advance_to(now.0);
     }
 
-    /// Waits until the real clock is where the world is.
+    /// Waits until the real clock reaches the world's time.
     #[allow(clippy::disallowed_methods, reason = "these ports own the only wait")]
     fn sleep_to_world(&self) {
         if let Some(start) = self.real_start {
@@ -124,7 +124,7 @@ impl Ports for SimPorts {
     fn wait_until(&mut self, deadline: Time) {
         let target = self.now().max(deadline);
         self.world.advance_to(target.0);
-        // A script may make this host oversleep.
+        // A fault script may make this host oversleep.
         let stall_ns = self.world.host_stall_ns();
         self.world.advance_to(target.0.saturating_add(stall_ns));
         self.sleep_to_world();

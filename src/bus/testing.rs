@@ -1,4 +1,4 @@
-//! Replies as servos make them, built for tests from the manuals and not from the code under test.
+//! Replies as servos send them, built for tests from the manuals and not from the code under test.
 
 /// A Feetech status packet.
 pub(super) fn feetech_status(id: u8, alarms: u8, data: &[u8]) -> Vec<u8> {

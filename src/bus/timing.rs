@@ -1,6 +1,6 @@
-//! How many bytes one exchange is, and how long it takes on the wire.
+//! The number of bytes in one exchange, and its time on the wire.
 //!
-//! Comes in: a bus, its registers, how many servos. Goes out: bytes and times. Pure functions, so that
+//! Takes a bus, its registers and the number of servos. Returns bytes and times. Pure functions, so that
 //! `check` can print what the loop will do.
 
 use std::time::Duration;
@@ -9,30 +9,30 @@ use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
 use crate::model::{Bus, Protocol, Registers};
 
-/// How the replies of all servos are asked for.
+/// The kind of read that asks all servos for replies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroupRead {
-    /// Sync read: each servo answers with a packet of its own, after its own return delay.
+    /// Sync read: each servo answers with a separate packet, after its own return delay.
     Plain,
     /// Fast sync read (Dynamixel): all servos answer with one packet, after one return delay.
     Fast,
 }
 
-/// What one exchange costs when every servo moves and every reply comes.
+/// Cost of one exchange when every servo moves and every reply comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CycleCost {
     /// Bytes sent.
     pub bytes_out: usize,
     /// Bytes received, without an echo.
     pub bytes_in: usize,
-    /// From sending to the last byte of the last reply: wire, return delays and adapter.
+    /// Time from sending to the last byte of the last reply: wire, return delays and adapter.
     pub time: Duration,
 }
 
 /// Cost of one exchange with `servos` servos on `bus`. The highest loop rate is one over its time.
 ///
-/// `servos` x (1 + width) bytes and a frame for each of the three sync writes; a frame and `servos` bytes
-/// for the read. Stuffing is left out: goals and limits in their ranges have none.
+/// Each of the three sync writes takes `servos` x (1 + width) bytes and a frame; the read takes a frame and
+/// `servos` bytes. Stuffing is left out: goals and limits in their ranges need none.
 pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRead) -> CycleCost {
     if servos == 0 {
         return CycleCost::default();
@@ -54,7 +54,7 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
     CycleCost { bytes_out, bytes_in, time }
 }
 
-/// Time the goals of one exchange with `servos` servos take on the wire, before the replies are asked for.
+/// Time that the goals of one exchange with `servos` servos take on the wire, before the read.
 pub fn write_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration {
     wire_time(write_bytes(bus.protocol, registers, servos), bus.baud)
 }
@@ -67,7 +67,7 @@ fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usiz
 pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
     let items = servos * (1 + usize::from(register.bytes));
     match protocol {
-        // Two parameters lead: address and width, of one byte each, or of two.
+        // Two parameters come first: address and width, of one byte each, or of two.
         Protocol::Feetech => {
             feetech::sync_write_packets(servos, register.bytes) * (feetech::FRAME_BYTES + 2) + items
         }
@@ -75,13 +75,13 @@ pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Regi
     }
 }
 
-/// What the adapter adds to an exchange: once if all servos are asked at once, or else for each.
+/// Latency that the adapter adds to an exchange: once if all servos are asked at once, else for each.
 pub fn adapter_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration {
     let rounds = if registers.has_sync_read { 1 } else { servos };
     Duration::from_micros(u64::from(bus.adapter_latency_us)) * u32::try_from(rounds).unwrap_or(u32::MAX)
 }
 
-/// From sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
+/// Time from sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
 pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: usize) -> Duration {
     let bytes = request_bytes + feetech::FRAME_BYTES + usize::from(registers.feedback_bytes);
     wire_time(bytes, bus.baud)
@@ -90,14 +90,14 @@ pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: 
 
 fn read_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
     match protocol {
-        // Address and count.
+        // The two extra bytes are address and count.
         Protocol::Feetech if !registers.has_sync_read => (feetech::FRAME_BYTES + 2) * servos,
         Protocol::Feetech => feetech::FRAME_BYTES + 2 + servos,
         Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + servos,
     }
 }
 
-/// Time `bytes` take on a line of `baud` bits per second: 8 bits, a start bit and a stop bit each.
+/// Time that `bytes` take on a line of `baud` bits per second: each byte has 8 bits, a start bit and a stop bit.
 pub fn wire_time(bytes: usize, baud: u32) -> Duration {
     let bits = u64::try_from(bytes).unwrap_or(u64::MAX).saturating_mul(10);
     Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(baud.max(1)))
@@ -107,8 +107,8 @@ pub fn wire_time(bytes: usize, baud: u32) -> Duration {
 ///
 /// A quarter more covers what grows with the exchange: UART clocks off by some percent at both ends,
 /// servos that take longer than their return delay, an adapter slower than its latency says. 200 us
-/// cover what does not: the system handing over bytes late. More would let one silent servo, which makes
-/// every exchange last until this deadline, cost the loop its rate.
+/// cover the fixed part: the system hands over bytes late. A longer deadline would let one silent servo slow
+/// the loop, because a silent servo makes every exchange last until the deadline.
 pub(super) fn reply_deadline(expected: Duration) -> Duration {
     expected + expected / 4 + Duration::from_micros(200)
 }
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(fast.time, Duration::from_nanos((100 + 108) * 2500 + 250_000 + 1_000_000));
     }
 
-    /// Asked one by one: a read of 8 bytes, a reply of 6 + 8 and the adapter for each.
+    /// Servos asked one by one: for each, a read of 8 bytes, a reply of 6 + 8 bytes, and the adapter.
     #[test]
     fn four_scs_servos() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_SCS, 4, GroupRead::Plain);

@@ -1,4 +1,4 @@
-//! What the legs know of the trunk: which feet stand, and how fast the trunk goes over them.
+//! Estimates from the legs which feet stand, and how fast the trunk moves over them.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -7,20 +7,21 @@ use crate::signals::{FootTarget, JointState, State};
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.806_65;
-/// Load from which a foot that is planned to stand does stand, as a share of what it carries where all feet stand; and to
-/// where it still does.
+/// Load from which a foot in planned stance does stand, and load down to which it still stands; both as a share of
+/// its load when all feet stand.
 const STANDS_SHARE: f64 = 0.25;
 const STILL_STANDS_SHARE: f64 = 0.1;
-/// Damping of the way from joint torques to foot force, m^2 of lever: legs of hinges side by side feel no sideways force.
+/// Damping of the map from joint torques to foot force, m^2 of lever: legs of parallel hinges feel no sideways
+/// force.
 const DAMPING_M2: f64 = 1e-5;
-/// Time constant of the trunk's velocity, s: joint speeds are read in whole steps.
+/// Time constant of the trunk's velocity, s: joint speeds come in whole steps.
 const SMOOTHING_S: f64 = 0.1;
 
 /// The legs of one robot.
 #[derive(Debug, Clone)]
 pub struct Legs {
     posture: Posture,
-    /// Each chain's foot, and the radius of its sole, m.
+    /// Sole radius of each chain's foot, m.
     soles_m: Vec<Option<f64>>,
     servos: Vec<Option<Servo>>,
     angles_rad: Vec<f64>,
@@ -29,7 +30,7 @@ pub struct Legs {
 }
 
 impl Legs {
-    /// Of `robot`.
+    /// The legs of `robot`.
     pub fn new(robot: &Robot) -> Legs {
         let radius_m = |foot: Foot| match foot {
             Foot::Round { radius_m, .. } => radius_m,
@@ -46,8 +47,8 @@ impl Legs {
         }
     }
 
-    /// Updates contacts and velocity in `state` from its joints and how the trunk lies and turns, `dt_s` after the last
-    /// time. `feet` are where each leg's foot is planned to be; none while nothing stands.
+    /// Updates contacts and velocity in `state` from its joints and the trunk's attitude and turn rate, `dt_s`
+    /// after the last update. `feet` holds the planned position of each leg's foot; empty while nothing stands.
     pub fn update(&mut self, dt_s: f64, feet: &[FootTarget], state: &mut State) {
         if feet.is_empty() || !state.is_known() {
             state.body.is_in_contact.fill(false);
@@ -71,7 +72,7 @@ impl Legs {
                 self.force_n(foot.chain, at_m, &state.joints).dot(up) / (self.weight_n / self.feet_count());
             let stood = body.is_in_contact[foot.chain];
             let least = if stood { STILL_STANDS_SHARE } else { STANDS_SHARE };
-            // What it takes to swing a leg is read as load too: in the air the plan is believed.
+            // The load of swinging a leg is measured too, so in the air the plan decides.
             let stands = !foot.is_swing && share >= least;
             body.is_in_contact[foot.chain] = stands;
             if stands {
@@ -89,7 +90,8 @@ impl Legs {
         self.soles_m.iter().flatten().map(|_| 1.0).sum()
     }
 
-    /// Force of the ground on a foot, body frame, N, that would explain what the motors of its leg hold beyond the leg.
+    /// Force of the ground on a foot, body frame, N, that would explain the motor torques beyond the leg's own
+    /// weight.
     fn force_n(&self, chain: usize, at_m: DVec3, joints: &[JointState]) -> DVec3 {
         let (mut torque, mut square) = (DVec3::ZERO, DMat3::from_diagonal(DVec3::splat(DAMPING_M2)));
         for index in self.posture.joints_of(chain) {
@@ -103,7 +105,7 @@ impl Legs {
         square.inverse() * torque
     }
 
-    /// Velocity of the foot against the trunk, m/s.
+    /// Velocity of the foot relative to the trunk, m/s.
     fn velocity_m_s(&self, chain: usize, at_m: DVec3, joints: &[JointState]) -> DVec3 {
         let of_joint = |index: usize| self.posture.lever(index, at_m) * joints[index].speed_rad_s;
         self.posture.joints_of(chain).map(of_joint).sum()
@@ -119,14 +121,14 @@ mod tests {
     use super::*;
     use crate::config;
 
-    /// Force of the ground on each foot, and velocity of the trunk: what joints that hold and turn accordingly tell.
+    /// Force of the ground on each foot and velocity of the trunk, from joints that hold and turn accordingly.
     #[test]
     fn joints_tell_which_feet_stand_and_how_fast_the_trunk_goes() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
         let (mut legs, mut state) = (Legs::new(&robot), State::new(&robot));
         let (force_n, velocity) = (DVec3::Z * 7.0, DVec3::new(0.1, 0.0, -0.02));
-        // The left hind foot is planned to stand, but nothing presses on it; the right fore swings.
+        // The left hind foot is in planned stance, but nothing presses on it; the right fore foot swings.
         let pressed = [0.0, 1.0, 1.0, 0.3];
         for (index, joint) in robot.joints.iter().enumerate() {
             state.joints[index] =

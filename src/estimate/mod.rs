@@ -1,4 +1,4 @@
-//! From replies to what is known of the robot. A lost reply leaves the last one standing, and ageing.
+//! From replies to the state of the robot. After a lost reply the last one stands, and ages.
 
 mod legs;
 mod plausible;
@@ -13,20 +13,21 @@ use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State, Told};
 pub use legs::Legs;
 use plausible::Filter;
 
-/// Turns the replies of one robot into what is known of it.
+/// Turns the replies of one robot into its state.
 #[derive(Debug, Clone)]
 pub struct Estimator {
     filters: Vec<Filter>,
 }
 
 impl Estimator {
-    /// For `robot`, of which nothing was heard yet.
+    /// An estimator for `robot`, from which no reply has come yet.
     pub fn new(robot: &Robot) -> Estimator {
         Estimator { filters: robot.joints.iter().map(|joint| Filter::new(joint, &robot.safety)).collect() }
     }
 
-    /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot a joint, and with
-    /// what the inertial measurement unit last said. A reply that cannot be a measurement counts as damaged.
+    /// Updates `state` with the replies of a cycle that began `gap_s` after the one before, one slot per joint, and
+    /// with the last reading of the inertial measurement unit. A reply that cannot be a measurement counts as
+    /// damaged.
     pub fn update(&mut self, robot: &Robot, gap_s: f64, slots: &[Slot], imu: &ImuReading, state: &mut State) {
         update_body(robot, imu, &mut state.body);
         let joints = state.joints.iter_mut().zip(&robot.joints).zip(&mut self.filters);
@@ -41,7 +42,7 @@ impl Estimator {
                         (known.is_implausible, known.is_damaged) = (true, true);
                         continue;
                     }
-                    // Where replies do not say why there is an alarm, the last answer stands until the alarm is over.
+                    // If replies do not give the cause of an alarm, the last answer stands until the alarm is over.
                     let told = if measured.alarms == 0 { 0 } else { known.alarm_causes };
                     let alarm_causes =
                         if servo.model.registers.tells_alarms { measured.alarms } else { told };
@@ -64,18 +65,18 @@ fn update_body(robot: &Robot, imu: &ImuReading, body: &mut BodyEstimate) {
         (body.roll_rad, body.pitch_rad, body.rate_rad_s) = (0.0, 0.0, DVec3::ZERO);
         return;
     }
-    // It has turned on since that was measured.
+    // The trunk has turned further since the measurement.
     let then = DQuat::from_euler(EulerRot::ZYX, imu.yaw_rad, imu.pitch_rad, imu.roll_rad);
     let now = then * DQuat::from_scaled_axis(imu.rate_rad_s * imu.age_s);
     let (yaw_rad, pitch_rad, roll_rad) = now.to_euler(EulerRot::ZYX);
     (body.pitch_rad, body.roll_rad, body.rate_rad_s) = (pitch_rad, roll_rad, imu.rate_rad_s);
     let start_rad = *body.yaw_start_rad.get_or_insert(yaw_rad);
-    // Whole turns count on.
+    // Yaw counts whole turns.
     body.yaw_rad += (yaw_rad - start_rad - body.yaw_rad + PI).rem_euclid(TAU) - PI;
 }
 
-/// Updates `state` where there are no buses: every joint is at its goal, and one of which nothing is known yet in
-/// the middle of its range; the trunk lies level and still.
+/// Updates `state` of a robot without buses: every joint is at its goal, or, if nothing is known of it yet, in
+/// the middle of its range; the trunk is level and still.
 pub fn at_goals(robot: &Robot, state: &mut State) {
     for ((known, joint), goal_rad) in state.joints.iter_mut().zip(&robot.joints).zip(&state.goal_rad) {
         let position_rad = if known.is_known { *goal_rad } else { joint.middle_rad() };
@@ -111,7 +112,7 @@ mod tests {
         estimator.update(&robot, 0.01, &[], &imu, &mut state);
         assert!((state.body.roll_rad - 0.12).abs() < 1e-12 && state.body.yaw_rad.abs() < 1e-12);
         (imu.roll_rad, imu.rate_rad_s.x) = (0.0, 0.0);
-        // Twice round to the left, in steps the unit tells from -pi to pi.
+        // Twice round to the left, in steps that the unit reports from -pi to pi.
         for step in 1..=20 {
             let yaw = 3.0 + f64::from(step) * 0.2 * PI;
             imu.yaw_rad = (yaw + PI).rem_euclid(TAU) - PI;

@@ -1,9 +1,9 @@
-//! Replies that passed their checksum and are no measurement all the same.
+//! Rejects replies that passed their checksum but are not measurements.
 //!
 //! A Feetech checksum has eight bits, so one damaged reply in 256 passes it. A filter for each servo compares every
-//! reply with the one before: a reply is taken if a servo can have got there since, and dropped if not. A reply that
-//! was dropped counts again once the next one agrees with it: two damaged replies do not agree, two true ones do. After a
-//! silence nothing is left to compare with, so two replies must agree, too.
+//! reply with the one before: it accepts the reply if a servo can have got there since, and drops it if not. A
+//! dropped reply counts again if the next one agrees with it: two damaged replies do not agree, two true ones do.
+//! After a silence there is nothing to compare with, so two replies must agree then too.
 
 use crate::model::{Joint, SafetySettings};
 use crate::signals::JointState;
@@ -12,23 +12,24 @@ use crate::signals::JointState;
 const SPEED_SHARE: f64 = 1.5;
 /// ... give or take this much, rad: play, noise, and a limp leg that drops.
 const SLACK_RAD: f64 = 0.1;
-/// The speed register shows no more than this multiple of the no-load speed: a limp leg may be flung.
+/// The speed register never exceeds this multiple of the no-load speed: a limp leg may be flung.
 const REPORTED_SPEED_SHARE: f64 = 6.0;
-/// The load register shows no more than this multiple of the stall torque: makers state it at one voltage.
+/// The load register never exceeds this multiple of the stall torque: makers state it at one voltage.
 const LOAD_SHARE_MAX: f64 = 2.5;
-/// The supply does not change by more between two replies, V, ...
+/// The supply changes by no more than this between two replies, V, ...
 const VOLTAGE_STEP_V: f64 = 3.0;
 /// ... nor the temperature, degrees Celsius.
 const TEMPERATURE_STEP_C: f64 = 8.0;
 
-/// What is remembered of one servo's replies.
+/// Past replies of one servo.
 #[derive(Debug, Clone)]
 pub(super) struct Filter {
-    /// Positions that the servo can report at all, rad: its counts and one turn beyond, to either side.
+    /// Positions that the servo can report at all, rad: its counts and one turn beyond on either side.
     position_rad: (f64, f64),
     speed_max_rad_s: f64,
     reported_speed_max_rad_s: f64,
-    /// A silence longer than this leaves nothing to compare with, s. Time in which the loop itself stood still is none.
+    /// After a silence longer than this there is nothing to compare with, s. Time in which the loop stood still
+    /// does not count.
     silence_s: f64,
     accepted: Option<Past>,
     dropped: Option<Past>,
@@ -39,7 +40,7 @@ pub(super) struct Filter {
 struct Past {
     reading: JointState,
     age_s: f64,
-    /// How long the servo had been unheard at the exchange before this one, s.
+    /// How long the servo had been unheard at the exchange before this reply, s.
     unheard_s: f64,
 }
 
@@ -58,7 +59,7 @@ impl Filter {
         }
     }
 
-    /// Time passes, s.
+    /// Ages the past replies by `gap_s`, s.
     pub(super) fn age(&mut self, gap_s: f64) {
         for past in [&mut self.accepted, &mut self.dropped].into_iter().flatten() {
             past.unheard_s = past.age_s;
@@ -66,7 +67,7 @@ impl Filter {
         }
     }
 
-    /// Whether `reading`, of this moment, is a measurement.
+    /// True if `reading`, taken now, is a measurement.
     pub(super) fn accepts(&mut self, reading: &JointState) -> bool {
         let past = Past { reading: *reading, age_s: 0.0, unheard_s: 0.0 };
         if !self.is_possible(reading) {
@@ -83,7 +84,7 @@ impl Filter {
         is_accepted
     }
 
-    /// Whether any servo of this model can report this.
+    /// True if any servo of this model can report this.
     fn is_possible(&self, reading: &JointState) -> bool {
         let (low, high) = self.position_rad;
         (low..=high).contains(&reading.position_rad)
@@ -91,7 +92,7 @@ impl Filter {
             && reading.load_share.abs() <= LOAD_SHARE_MAX
     }
 
-    /// Whether a servo that reported `before` can report `now`.
+    /// True if a servo that reported `before` can report `now`.
     fn follows(&self, before: &Past, now: &JointState) -> bool {
         let Past { reading, age_s, unheard_s } = before;
         let turn_rad = self.speed_max_rad_s * age_s + SLACK_RAD;
@@ -126,7 +127,7 @@ mod tests {
         }
     }
 
-    /// What becomes of replies that come one a cycle.
+    /// Whether the filter accepts replies that come one per cycle.
     fn accepted(filter: &mut Filter, readings: &[JointState]) -> Vec<bool> {
         let each = readings.iter().map(|reading| {
             filter.age(DT_S);
@@ -164,7 +165,7 @@ mod tests {
         );
         (0..100).for_each(|_| filter.age(DT_S));
         assert_eq!(accepted(&mut filter, &[at(0.22), at(0.22)]), [false, true]);
-        // A loop that stood still has not asked: the servo was not silent.
+        // A loop that stood still did not ask: the servo was not silent.
         filter.age(1.0);
         assert!(filter.accepts(&at(0.22)));
     }
@@ -175,7 +176,7 @@ mod tests {
         accepted(&mut filter, &[at(0.0), at(0.0)]);
         let hot = JointState { temperature_c: 72.0, voltage_v: 8.0, ..at(1.2) };
         assert_eq!(accepted(&mut filter, &[hot, hot]), [false, true]);
-        // Beyond a turn outside its counts no servo can be, however often it is said.
+        // No servo can be more than a turn outside its counts, however often it reports that.
         assert_eq!(accepted(&mut filter, &[at(53.5), at(53.5), at(53.5)]), [false; 3]);
     }
 

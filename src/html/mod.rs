@@ -1,8 +1,8 @@
-//! A recording as one page that plays it: no network, nothing to install.
+//! A recording as a single page that plays it: no network, nothing to install.
 //!
-//! Comes in: the cycles of a recording, one after the other, into a [`Page`]. Goes out: the text of an HTML page, the data
-//! inside it thinned to about 50 frames a second, or fewer for a long run. The page draws the robot by its own forward
-//! kinematics from the measured joint angles.
+//! Takes the cycles of a recording, one after the other, into a [`Page`]. Returns the text of an HTML page, whose
+//! data are thinned to about 50 frames a second, or fewer for a long run. The page draws the robot from the
+//! measured joint angles with its own forward kinematics.
 
 use serde::Serialize;
 
@@ -11,18 +11,18 @@ use crate::model::{Chain, Robot};
 use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::Telemetry;
 
-/// Frames a second, about, at most.
+/// Approximate maximum of frames a second.
 const FRAME_HZ: f64 = 50.0;
-/// Joint angles on a page, at most: of a horse those of 20 minutes. In a longer run frames are further apart.
+/// Most joint angles on a page: 20 minutes of a horse. In a longer run the frames are further apart.
 const ANGLES_MAX: usize = 1_000_000;
-/// Frames of a page, at least and at most, whatever the robot.
+/// Fewest and most frames of a page, whatever the robot.
 const FRAMES: (usize, usize) = (100, 65_536);
 
-/// The page, with a mark where the data go.
+/// The page, with a mark in place of the data.
 const TEMPLATE: &str = include_str!("page.html");
 const MARK: &str = "\"DATA\"";
 
-/// What the page is given. Lengths in mm, angles in degrees, times in s.
+/// Data for the page. Lengths in mm, angles in degrees, times in s.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     robot: &'a str,
@@ -32,19 +32,19 @@ struct Data<'a> {
     trunk_low: [f64; 3],
     trunk_high: [f64; 3],
     activities: &'a [String],
-    /// One a frame, as are all arrays below.
+    /// One entry per frame, as in all arrays below.
     time: Vec<f64>,
     activity: Vec<usize>,
     trunk: Vec<[f64; 3]>,
     /// Unit quaternion, x y z w.
     turn: Vec<[f64; 4]>,
-    /// Of each joint, in the order of the chains.
+    /// Angles of each joint, in the order of the chains.
     measured: Vec<Vec<f64>>,
     goal: Vec<Vec<Option<f64>>>,
-    /// What the inertial measurement unit said of the trunk, where that was acted on: roll and pitch. None on a robot that
-    /// has none.
+    /// Roll and pitch of the trunk from the inertial measurement unit, in frames where the robot acted on them.
+    /// `None` on a robot without a unit.
     attitude: Option<[Vec<Option<f64>>; 2]>,
-    /// Of each chain: `s` standing, `a` in the air, `-` neither; one letter a frame.
+    /// Contact of each chain, one letter a frame: `s` standing, `a` in the air, `-` neither.
     contact: Vec<String>,
 }
 
@@ -65,19 +65,19 @@ struct Hinge<'a> {
     range: [f64; 2],
 }
 
-/// The page that plays a `recording` that is in memory.
+/// The page that plays a `recording` in memory.
 pub fn page(recording: &Recording) -> String {
     let mut page = Page::new(&recording.robot);
     recording.samples.iter().for_each(|sample| page.look(sample));
     page.end(&recording.header, &recording.ending)
 }
 
-/// A page that is being made.
+/// A page under construction.
 pub struct Page<'r> {
     robot: &'r Robot,
     telemetry: Telemetry,
     has_truth: bool,
-    /// Cycles so far, and how many lie between two frames.
+    /// Cycles so far, and the number of cycles from one frame to the next.
     cycles: u64,
     every: u64,
     frames_max: usize,
@@ -91,15 +91,15 @@ struct Frame {
     activity: usize,
     trunk: [f64; 3],
     turn: [f64; 4],
-    /// Of each joint: measured angle, and goal.
+    /// Measured angle and goal of each joint.
     joints: Vec<(f64, Option<f64>)>,
     attitude: Option<[f64; 2]>,
-    /// Of each chain.
+    /// Contact of each chain.
     contact: Vec<char>,
 }
 
 impl<'r> Page<'r> {
-    /// Of a run of `robot`.
+    /// An empty page for a run of `robot`.
     pub fn new(robot: &'r Robot) -> Page<'r> {
         #[allow(
             clippy::cast_possible_truncation,
@@ -119,7 +119,7 @@ impl<'r> Page<'r> {
         }
     }
 
-    /// Takes over the next cycle.
+    /// Adds the next cycle.
     pub fn look(&mut self, sample: &Sample) {
         self.has_truth |= sample.truth.is_some();
         self.telemetry.observe(self.robot, &sample.record());
@@ -133,7 +133,7 @@ impl<'r> Page<'r> {
         self.cycles += 1;
     }
 
-    /// Keeps every other frame.
+    /// Keeps every second frame.
     fn thin_out(&mut self) {
         let mut is_kept = false;
         self.frames.retain(|_| {
@@ -143,11 +143,11 @@ impl<'r> Page<'r> {
         self.every *= 2;
     }
 
-    /// The whole page of a run with this `header`, which ended so.
+    /// The complete page of a run with this `header` and this `ending`.
     pub fn end(self, header: &RunHeader, ending: &Ending) -> String {
-        // A number that is none becomes null; nothing else can fail.
+        // A number that is not finite becomes null; nothing else can fail.
         let json = serde_json::to_string(&self.data(header, ending)).unwrap_or_else(|_| "null".to_owned());
-        // Inside a script element only '<' could end it.
+        // Only '<' could end a script element.
         TEMPLATE.replacen(MARK, &json.replace('<', "\\u003c"), 1)
     }
 
@@ -182,7 +182,7 @@ impl<'r> Page<'r> {
         }
     }
 
-    /// How the run ended, and what the trunk did where that is known.
+    /// How the run ended, and the motion of the trunk if it is known.
     fn ended(&self, ending: &Ending) -> String {
         let ended = match ending {
             Ending::Outcome(outcome) => {
@@ -251,7 +251,7 @@ fn degrees(rad: f64) -> f64 {
     rounded(rad.to_degrees(), 100.0)
 }
 
-/// To this many parts of one: digits that cannot be seen only make the page large.
+/// Rounds to 1/`parts`: digits that cannot be seen only make the page large.
 fn rounded(value: f64, parts: f64) -> f64 {
     (value * parts).round() / parts
 }
@@ -275,7 +275,7 @@ mod tests {
             sample.times.began = Time(0) + period * u32::try_from(cycle).unwrap();
             page.look(&sample);
         }
-        // Twice every other frame was taken out, as the eleventh and the twentieth were to come.
+        // Every second frame was removed twice, before the eleventh and before the twentieth.
         let times: Vec<f64> = page.frames.iter().map(|frame| frame.time).collect();
         let apart_s = 4.0 * robot.period_s() * f64::from(u32::try_from(first).unwrap());
         let expected: Vec<f64> = (0..6).map(|frame| rounded(f64::from(frame) * apart_s, 1e3)).collect();

@@ -1,8 +1,8 @@
-//! When the last measurement arrived, although the line is looked at only once a cycle.
+//! Estimates when the last measurement arrived, although the loop looks at the line only once a cycle.
 //!
-//! Each look bounds it: it came after the look before, and the bytes that are already there behind it tell how much of
-//! the next has come. Between the bounds, measurements come a period apart. As looks and measurements drift past each
-//! other the bounds close in; this is the way of a passive clock synchronisation (E. Olson, "A Passive Solution to the
+//! Each look bounds the arrival: it came after the look before, and the number of bytes after it tells how much of
+//! the next one has come. Measurements come a period apart. As looks and measurements drift past each other, the
+//! bounds tighten. This is passive clock synchronisation (E. Olson, "A Passive Solution to the
 //! Sensor Synchronization Problem", IROS 2010) with both bounds hard.
 
 use std::time::Duration;
@@ -17,11 +17,11 @@ const BITS_PER_BYTE: f64 = 10.0;
 pub(super) struct ArrivalClock {
     period: Duration,
     byte: Duration,
-    /// When the last measurement is thought to have arrived whole; none before the first.
+    /// Estimated time at which the last measurement had fully arrived; `None` before the first.
     arrived: Option<Time>,
-    /// When the last that said something new did.
+    /// The same for the last measurement with new values.
     renewed: Option<Time>,
-    /// The look before.
+    /// Time of the previous look.
     looked: Option<Time>,
 }
 
@@ -39,8 +39,8 @@ impl ArrivalClock {
         }
     }
 
-    /// At `now`, `fresh` measurements were found and `behind` bytes after the last; `is_new` if that said something that
-    /// had not been said before.
+    /// Notes that at `now` the loop found `fresh` measurements and `behind` bytes after the last one; `is_new` is
+    /// true if the last had new values.
     pub(super) fn note(&mut self, now: Time, fresh: u32, behind: u32, is_new: bool) {
         if let Some((earliest, latest)) = (fresh > 0).then(|| self.bounds(now, behind)) {
             let middle = earliest + latest.since(earliest) / 2;
@@ -54,19 +54,19 @@ impl ArrivalClock {
         self.looked = Some(now);
     }
 
-    /// Between which times the last measurement came. Behind it the line rests until the next begins, one byte after
-    /// the other.
+    /// Earliest and latest arrival of the last measurement. After it the line rests until the next begins, whose
+    /// bytes follow without gaps.
     fn bounds(&self, now: Time, behind: u32) -> (Time, Time) {
         let rest = self.period.saturating_sub(self.byte.saturating_mul(IMU_SAMPLE_BYTES));
         let earliest = now - (rest + self.byte.saturating_mul(behind));
         let latest =
             behind.checked_sub(1).map_or(now, |but_one| now - (rest + self.byte.saturating_mul(but_one)));
         let looked = self.looked.unwrap_or_default();
-        // A unit that sends more, or at another rate, is known to the cycle only.
+        // For a unit that sends more, or at another rate, the arrival is known only to within a cycle.
         if latest <= looked { (looked, now) } else { (earliest.max(looked), latest) }
     }
 
-    /// Time since the last measurement that said something new had arrived, s; since the run began where there was none.
+    /// Age of the last measurement with new values, s; if there was none, time since the run began.
     pub(super) fn age_s(&self, now: Time) -> f64 {
         now.since(self.renewed.unwrap_or_default()).as_secs_f64()
     }
@@ -76,8 +76,8 @@ impl ArrivalClock {
 mod tests {
     use super::*;
 
-    /// Looks every `look_us` at measurements that arrive whole every 5003 us (a quartz that is 0.06 % slow), from 1234 us
-    /// on: the largest error of the time of arrival in the last second of ten, us.
+    /// Looks every `look_us` at measurements that complete every 5003 us (a quartz that is 0.06 % slow), from 1234
+    /// us on. Returns the largest error of the arrival time in the last of ten seconds, us.
     fn worst_error_us(look_us: u64) -> u64 {
         let mut clock = ArrivalClock {
             period: Duration::from_micros(5000),
@@ -92,7 +92,7 @@ mod tests {
             while next_us <= now_us {
                 (fresh, truth_us, next_us) = (fresh + 1, next_us, next_us + 5003);
             }
-            // Bytes of the next begin to come 33 bytes before it is whole.
+            // Bytes of the next measurement begin to arrive 33 bytes before it is complete.
             let begun_us = (now_us + 33 * 87).saturating_sub(next_us);
             let behind = u32::try_from(begun_us / 87).unwrap();
             clock.note(Time(now_us * 1000), fresh, behind, true);
@@ -105,12 +105,12 @@ mod tests {
 
     #[test]
     fn the_time_of_arrival_is_known_better_than_a_cycle() {
-        // Looks that drift past the measurements, as two quartzes always do.
+        // The looks drift past the measurements, as two quartzes always do.
         for look_us in [2000, 5000, 10_000, 20_000] {
             let worst = worst_error_us(look_us);
             assert!(worst <= 1200, "looking every {look_us} us: {worst} us");
         }
-        // Looks that beat with them close in.
+        // Looks at a beat with the measurements tighten the bounds.
         assert!(worst_error_us(7000) < 200, "{}", worst_error_us(7000));
     }
 

@@ -1,7 +1,8 @@
-//! WitMotion's standard protocol: bytes to frames and commands to bytes.
+//! WitMotion's standard protocol: decodes bytes to frames and encodes commands to bytes.
 //!
-//! A frame has 11 bytes: 0x55, what it holds, four 16-bit numbers low byte first, and the low byte of the sum of all
-//! before it (WT901 datasheet v20-0702, 5.1). A command has five: FF AA, register, value low byte first (5.2).
+//! A frame has 11 bytes: 0x55, its kind, four 16-bit numbers low byte first, and the low byte of the sum of all
+//! bytes before it (WT901 datasheet v20-0702, 5.1). A command has five: FF AA, register, value low byte first
+//! (5.2).
 
 use glam::DVec3;
 
@@ -9,7 +10,7 @@ use glam::DVec3;
 const FRAME_BYTES: usize = 11;
 /// First byte of a frame.
 const HEAD: u8 = 0x55;
-/// What frames may hold: time is 0x50, registers 0x5F.
+/// Kinds of frame: time is 0x50, registers 0x5F.
 const KINDS: std::ops::RangeInclusive<u8> = 0x50..=0x5F;
 /// Full scale of accelerations, m/s^2: 16 g (5.1.2).
 const ACCELERATION_FULL_M_S2: f64 = 16.0 * 9.806_65;
@@ -20,23 +21,23 @@ const ANGLE_FULL_RAD: f64 = std::f64::consts::PI;
 /// Full scale of every number.
 const FULL: f64 = 32768.0;
 
-/// What a frame says, as it stands there.
+/// Contents of a frame, as raw numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frame {
-    /// Acceleration less gravity along the unit's axes; level and at rest z is one g.
+    /// Acceleration minus gravity along the unit's axes; level and at rest z is one g.
     Acceleration([i16; 3]),
     /// Turn rate about the unit's axes.
     Rate([i16; 3]),
-    /// Roll, pitch and yaw: the unit turned by yaw about z, then by pitch about the new y, then by roll about the new x
-    /// (5.1.4).
+    /// Roll, pitch and yaw: the unit turned by yaw about z, then by pitch about the new y, then by roll about the
+    /// new x (5.1.4).
     Angle([i16; 3]),
     /// Four registers, in answer to [`read_command`].
     Registers([i16; 4]),
-    /// Something else; its kind.
+    /// Another kind of frame; its number.
     Other(u8),
 }
 
-/// Finds frames in whatever arrives.
+/// Finds frames in received bytes.
 #[derive(Debug, Clone, Default)]
 pub struct Decoder {
     bytes: [u8; FRAME_BYTES],
@@ -44,8 +45,8 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte; the frame that ends with it. Of bytes that are no frame only the first is given up, so that one
-    /// that begins among them is found.
+    /// Takes one byte; returns the frame that ends with it. If the bytes are not a frame, the decoder drops only
+    /// the first, so that it finds a frame that begins among them.
     pub fn push(&mut self, byte: u8) -> Option<Frame> {
         if let Some(place) = self.bytes.get_mut(self.count) {
             *place = byte;
@@ -80,7 +81,7 @@ impl Decoder {
     }
 }
 
-/// One measurement: what the three frames of one output hold.
+/// One measurement: the contents of the three frames of one output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RawSample {
     acceleration: [i16; 3],
@@ -89,7 +90,8 @@ pub struct RawSample {
 }
 
 impl RawSample {
-    /// What a unit tells that measures this: acceleration less gravity (m/s^2), turn rate (rad/s) and angles (rad).
+    /// The output of a unit that measures this: acceleration minus gravity (m/s^2), turn rate (rad/s) and angles
+    /// (rad).
     #[cfg(test)]
     pub(super) fn of(specific_force_m_s2: DVec3, rate_rad_s: DVec3, angles_rad: DVec3) -> RawSample {
         #[allow(clippy::cast_possible_truncation, reason = "full scale fits")]
@@ -101,17 +103,17 @@ impl RawSample {
         }
     }
 
-    /// Acceleration less gravity along the unit's axes, m/s^2.
+    /// Acceleration minus gravity along the unit's axes, m/s^2.
     pub fn specific_force_m_s2(&self) -> DVec3 {
         scaled(self.acceleration, ACCELERATION_FULL_M_S2)
     }
 
-    /// Turn rate about the unit's axes, rad/s, as the unit tells it.
+    /// Turn rate about the unit's axes, rad/s, as the unit sends it.
     pub fn rate_rad_s(&self) -> DVec3 {
         scaled(self.rate, RATE_FULL_RAD_S)
     }
 
-    /// Roll, pitch and yaw of the unit, rad, as the unit tells them.
+    /// Roll, pitch and yaw of the unit, rad, as the unit sends them.
     pub fn angles_rad(&self) -> DVec3 {
         scaled(self.angle, ANGLE_FULL_RAD)
     }
@@ -121,8 +123,8 @@ fn scaled(numbers: [i16; 3], full: f64) -> DVec3 {
     DVec3::from_array(numbers.map(f64::from)) * (full / FULL)
 }
 
-/// Puts the frames of one output together. A unit sends them in the order of their kinds, so that an angle ends a
-/// measurement; one of which a frame was lost is none.
+/// Joins the frames of one output. A unit sends them in the order of their kinds, so an angle ends a
+/// measurement; a measurement that lost a frame is dropped.
 #[derive(Debug, Clone, Default)]
 pub struct Sampler {
     decoder: Decoder,
@@ -131,7 +133,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Takes one byte; the measurement that ends with it.
+    /// Takes one byte; returns the measurement that ends with it.
     pub fn push(&mut self, byte: u8) -> Option<RawSample> {
         match self.decoder.push(byte)? {
             Frame::Acceleration(acceleration) => {
@@ -160,23 +162,23 @@ pub fn frames_in(bytes: &[u8]) -> Vec<Frame> {
 /// A register of the unit (5.2.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Register {
-    /// Written 0 it keeps what is set when the power goes.
+    /// Writing 0 stores the settings permanently.
     Save = 0x00,
-    /// Which frames are sent: bit 1 acceleration, 2 turn rate, 3 angle.
+    /// Which frames the unit sends: bit 1 acceleration, 2 turn rate, 3 angle.
     Content = 0x02,
-    /// How often: see [`rate_code`].
+    /// Output rate: see [`rate_code`].
     Rate = 0x03,
     /// Line rate: see [`baud_code`].
     Baud = 0x04,
-    /// Which registers to tell.
+    /// Which registers to report.
     Read = 0x27,
-    /// Written [`KEY`] the unit takes commands for 10 s ("WIT Standard Communication Protocol").
+    /// Writing [`KEY`] lets the unit take commands for 10 s ("WIT Standard Communication Protocol").
     Key = 0x69,
 }
 
-/// What opens [`Register::Key`].
+/// The value that unlocks the unit through [`Register::Key`].
 pub const KEY: u16 = 0xB588;
-/// Value of [`Register::Content`] for what a robot needs and no more.
+/// Value of [`Register::Content`] for exactly what a robot needs.
 pub const CONTENT: u16 = 0x0E;
 
 /// The command that sets a register.
@@ -185,18 +187,18 @@ pub fn command(register: Register, value: u16) -> [u8; 5] {
     [0xFF, 0xAA, register as u8, low, high]
 }
 
-/// The command that has a register and the three behind it told in a [`Frame::Registers`].
+/// The command that requests a register and the next three in a [`Frame::Registers`].
 pub fn read_command(register: Register) -> [u8; 5] {
     command(Register::Read, u16::from(register as u8))
 }
 
-/// Value of [`Register::Rate`] for a rate (5.2.9); none where there is no such rate.
+/// Value of [`Register::Rate`] for a rate (5.2.9); `None` if the unit has no such rate.
 pub fn rate_code(rate_hz: u32) -> Option<u16> {
     let codes = [(1, 3), (2, 4), (5, 5), (10, 6), (20, 7), (50, 8), (100, 9), (125, 10), (200, 11)];
     codes.iter().find(|(hz, _)| *hz == rate_hz).map(|(_, code)| *code)
 }
 
-/// Value of [`Register::Baud`] for a line rate (5.2.10); none where there is no such rate.
+/// Value of [`Register::Baud`] for a line rate (5.2.10); `None` if the unit has no such rate.
 pub fn baud_code(baud: u32) -> Option<u16> {
     let place = crate::model::IMU_BAUDS.iter().position(|known| *known == baud)?;
     u16::try_from(place + 1).ok()
@@ -206,7 +208,7 @@ pub fn baud_code(baud: u32) -> Option<u16> {
 mod tests {
     use super::*;
 
-    /// 55, kind, numbers, sum: written from the manual.
+    /// A frame of 55, kind, numbers and sum, written from the manual.
     fn frame(kind: u8, numbers: [i16; 4]) -> Vec<u8> {
         let mut bytes = vec![0x55, kind];
         numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));

@@ -11,21 +11,21 @@ pub struct ImuLineError(pub String);
 pub trait ImuLine {
     /// Time on a monotonic clock.
     fn now(&mut self) -> Duration;
-    /// Talks and listens at `baud` from now on, bit/s.
+    /// Sends and receives at `baud` from now on, bit/s.
     ///
     /// # Errors
-    /// [`ImuLineError`] when the line cannot.
+    /// [`ImuLineError`] when the line cannot do that.
     fn set_baud(&mut self, baud: u32) -> Result<(), ImuLineError>;
-    /// Sends.
+    /// Sends `bytes`.
     ///
     /// # Errors
     /// [`ImuLineError`] when the line is gone.
     fn send(&mut self, bytes: &[u8]) -> Result<(), ImuLineError>;
-    /// Copies what has arrived and returns how many bytes; never waits.
+    /// Copies the bytes that have arrived and returns their number; never waits.
     ///
     /// # Errors
     /// [`ImuLineError`] when the line is gone.
     fn receive(&mut self, into: &mut [u8]) -> Result<usize, ImuLineError>;
-    /// Waits.
+    /// Waits for `time`.
     fn wait(&mut self, time: Duration);
 }

@@ -1,8 +1,8 @@
-//! The inertial measurement unit: bytes of its line to an [`ImuReading`].
+//! The inertial measurement unit: turns the bytes of its line into an [`ImuReading`].
 //!
-//! Comes in: whatever has arrived, once a cycle. Goes out: what the trunk's attitude and rates were when last measured,
-//! in the body frame, and how long ago that was. It never waits, and a line that is silent, noisy or gone only lets the
-//! reading grow old. What a robot makes of it is [`crate::estimate`]'s.
+//! Takes the bytes that have arrived, once a cycle. Returns the trunk's attitude and rates at the last measurement,
+//! in the body frame, and the measurement's age. It never waits; a silent, noisy or missing line only lets the
+//! reading grow old. [`crate::estimate`] decides what the robot makes of it.
 
 mod clock;
 mod codec;
@@ -26,30 +26,31 @@ pub use serial::SerialImu;
 
 /// Bytes taken from the line at once.
 const PIECE_BYTES: usize = 256;
-/// Pieces taken in a cycle at most, so that a line that never falls silent cannot keep the loop: more than the system
-/// keeps of a line.
+/// Most pieces taken in a cycle, so that a line that never falls silent cannot hold up the loop: more than the
+/// system keeps of a line.
 const PIECES_MAX: usize = 20;
-/// Bytes the system keeps of a line. What came later is lost, so that the last of a full buffer is of nobody knows when.
+/// Bytes that the system keeps of a line. It drops later ones, so the last bytes in a full buffer have an unknown
+/// age.
 const KEPT_BYTES: usize = 4095;
 
-/// What reads one unit.
+/// Reads one unit.
 #[derive(Debug)]
 pub struct Imu {
-    /// None where the robot has no unit.
+    /// `None` if the robot has no unit.
     settings: Option<ImuSettings>,
     sampler: Sampler,
     clock: ArrivalClock,
-    /// None where the robot has no unit.
+    /// `None` if the robot has no unit.
     filter: Option<Filter>,
     last: Option<RawSample>,
-    /// Bytes since then.
+    /// Bytes since the last measurement.
     behind: u32,
     reading: ImuReading,
     is_gone: bool,
 }
 
 impl Imu {
-    /// The unit of `robot`, if it has one; not heard yet.
+    /// The unit of `robot`, if it has one; no reading yet.
     pub fn new(robot: &Robot) -> Imu {
         Imu {
             settings: robot.imu.clone(),
@@ -63,7 +64,7 @@ impl Imu {
         }
     }
 
-    /// Takes what has arrived from `ports`. Never waits, and allocates nothing.
+    /// Takes the bytes that have arrived from `ports`. Never waits, and allocates nothing.
     pub fn read(&mut self, ports: &mut impl Ports) {
         let Some(settings) = &self.settings else { return };
         let looked = ports.now();
@@ -83,7 +84,7 @@ impl Imu {
                 self.behind = self.behind.saturating_add(1);
                 if let Some(sample) = self.sampler.push(*byte) {
                     (fresh, self.behind) = (fresh + 1, 0);
-                    // A unit that lives rattles in its last digit: nine equal numbers are the old ones once more.
+                    // A working unit's last digit always changes: nine equal numbers are a repeat of the old ones.
                     if self.last != Some(sample) {
                         self.last = Some(sample);
                         if self.filter.as_mut().is_some_and(|filter| filter.accepts(looked, &sample)) {
@@ -100,7 +101,7 @@ impl Imu {
         }
         let now = ports.now();
         if total >= KEPT_BYTES {
-            // Of a buffer that ran over, the last is old.
+            // After a buffer overflow the last measurement is old.
             latest = None;
         }
         self.clock.note(now, fresh, self.behind, latest.is_some());
@@ -111,21 +112,21 @@ impl Imu {
         self.reading.age_s = self.clock.age_s(now) + settings.wire_s() + settings.delay_s;
     }
 
-    /// What it last said, as old as it was when last looked at.
+    /// The last reading, with its age at the last look.
     pub fn reading(&self) -> &ImuReading {
         &self.reading
     }
 
-    /// Whether its line was gone when last looked at.
+    /// True if its line was gone at the last look.
     pub fn is_gone(&self) -> bool {
         self.is_gone
     }
 }
 
-/// What `sample` says of the trunk; its age left at 0.
+/// The trunk's motion according to `sample`; its age stays 0.
 pub fn in_body(sample: &RawSample, settings: &ImuSettings) -> ImuReading {
     let DVec3 { x: roll, y: pitch, z: yaw } = sample.angles_rad();
-    // From the body's axes to the unit's to the world's.
+    // Rotates from the body's axes to the unit's to the world's.
     let attitude = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll) * settings.rotation.inverse();
     let (yaw_rad, pitch_rad, roll_rad) = attitude.to_euler(EulerRot::ZYX);
     ImuReading {

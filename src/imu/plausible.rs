@@ -1,17 +1,17 @@
-//! Measurements that passed their checksums and are none all the same: an eight-bit sum lets one damaged frame in 256
+//! Rejects measurements that passed their checksums but are false: an eight-bit sum lets one damaged frame in 256
 //! pass.
 //!
-//! As with servos, a measurement is taken if the trunk can have moved so since the one before, or if two in a row say
-//! the same. Limits are wide: a fall on the ground is a true measurement.
+//! As with servos, a measurement is accepted if the trunk can have moved so since the one before, or if two in a
+//! row agree. Limits are wide: a fall to the ground is a true measurement.
 
 use glam::{DQuat, DVec3, EulerRot};
 
 use super::RawSample;
 use crate::units::Time;
 
-/// The attitude changes by no more than the turn rates say, and this, rad: the unit's own filter lags.
+/// The attitude changes by no more than the turn rates explain, plus this, rad: the unit's own filter lags.
 const ANGLE_SLACK_RAD: f64 = 0.2;
-/// The turn rate does not change by more from one measurement to the next, rad/s, ...
+/// The turn rate changes by no more than this from one measurement to the next, rad/s, ...
 const RATE_STEP_RAD_S: f64 = 15.0;
 /// ... nor the acceleration, m/s^2.
 const ACCELERATION_STEP_M_S2: f64 = 150.0;
@@ -20,7 +20,7 @@ const ACCELERATION_STEP_M_S2: f64 = 150.0;
 pub(super) struct Filter {
     /// Time from one measurement to the next, s.
     period_s: f64,
-    /// Older ones are no longer compared with, s.
+    /// Measurements older than this are no longer compared with, s.
     stale_s: f64,
     accepted: Option<(Time, RawSample)>,
     dropped: Option<(Time, RawSample)>,
@@ -31,7 +31,7 @@ impl Filter {
         Filter { period_s, stale_s, accepted: None, dropped: None }
     }
 
-    /// Whether `sample`, found at `now`, is a measurement.
+    /// True if `sample`, found at `now`, is a measurement.
     pub(super) fn accepts(&mut self, now: Time, sample: &RawSample) -> bool {
         let follows = |past: &Option<(Time, RawSample)>| {
             past.as_ref()
@@ -46,12 +46,12 @@ impl Filter {
         is_accepted
     }
 
-    /// Whether the unit can measure `now` so long after `before`.
+    /// True if the unit can measure `now` at `gap_s` after `before`.
     fn follows(&self, gap_s: f64, before: &RawSample, now: &RawSample) -> bool {
         let rates = [before.rate_rad_s(), now.rate_rad_s()];
         let fastest_rad_s = rates.map(DVec3::length).into_iter().fold(0.0, f64::max);
         let turned_rad = attitude(before).angle_between(attitude(now));
-        // A look may find several measurements, or the last of some that were lost.
+        // A look may find several measurements, or only the last of some that were lost.
         gap_s <= self.stale_s
             && turned_rad <= fastest_rad_s * (gap_s + self.period_s) + ANGLE_SLACK_RAD
             && rates[0].distance(rates[1]) <= RATE_STEP_RAD_S
@@ -68,7 +68,7 @@ fn attitude(sample: &RawSample) -> DQuat {
 mod tests {
     use super::*;
 
-    /// A trunk on the level whose roll, rate of roll and acceleration ahead are these: degrees, degrees/s and g.
+    /// A measurement of a level trunk with this roll, roll rate and forward acceleration: degrees, degrees/s and g.
     fn sample(roll_deg: f64, rate_deg_s: f64, ahead_g: f64) -> RawSample {
         RawSample::of(
             DVec3::new(ahead_g, 0.0, 1.0) * 9.806_65,
@@ -100,7 +100,7 @@ mod tests {
     fn a_fall_is_followed() {
         let fall: Vec<RawSample> = (0..100).map(|step| sample(f64::from(step) * 0.9, 180.0, 0.0)).collect();
         assert_eq!(accepted(&fall).iter().filter(|is_accepted| !**is_accepted).count(), 1, "the first alone");
-        // The ground stops it: 6 g, and no turn any more.
+        // The ground stops it: 6 g, and no further turn.
         assert_eq!(
             accepted(&[sample(80.0, 400.0, 0.0), sample(82.0, 400.0, 0.0), sample(83.0, 0.0, 6.0)]),
             [false, true, true]

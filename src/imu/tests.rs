@@ -4,7 +4,7 @@ use super::*;
 use crate::config;
 use crate::units::Time;
 
-/// Bytes that are there at once, each with the time at which it arrives.
+/// A line with these bytes, each with the time at which it arrives.
 #[derive(Default)]
 struct Line {
     now: Time,
@@ -62,12 +62,12 @@ fn sample(acceleration: [i16; 3], rate: [i16; 3], angle: [i16; 3]) -> Vec<u8> {
     [frame(0x51, acceleration), frame(0x52, rate), frame(0x53, angle)].concat()
 }
 
-/// A measurement and the next, which says the same but for the last digit of an acceleration.
+/// A measurement and the next, which differs only in the last digit of an acceleration.
 fn twice([x, y, z]: [i16; 3], rate: [i16; 3], angle: [i16; 3]) -> Vec<u8> {
     [sample([x, y, z + 1], rate, angle), sample([x, y, z], rate, angle)].concat()
 }
 
-/// What the unit in `robot` says after these bytes.
+/// The reading of the unit in `robot` after these bytes.
 fn heard(robot: &Robot, bytes: &[u8]) -> ImuReading {
     let mut line = Line { bytes: bytes.iter().map(|byte| (Time(0), *byte)).collect(), ..Line::default() };
     let mut imu = Imu::new(robot);
@@ -75,13 +75,14 @@ fn heard(robot: &Robot, bytes: &[u8]) -> ImuReading {
     *imu.reading()
 }
 
-/// 10 degrees, and 100 degrees/s.
+/// Raw values of 10 degrees and of 100 degrees/s.
 const TEN_DEG: i16 = 1820;
 const HUNDRED_DEG_S: i16 = 1638;
 
 #[test]
 fn a_unit_that_lies_as_its_case_shows_is_turned_to_the_body() {
-    // Y forward, X to the right. The nose is lowered about the body's y, which is the unit's -x: its roll is negative.
+    // Y points forward, X to the right. The nose turns down about the body's y, which is the unit's -x: its roll is
+    // negative.
     let lying = robot("rpy_deg = [0, 0, -90]");
     let reading = heard(&lying, &twice([356, 0, 2017], [-HUNDRED_DEG_S, 0, 0], [-TEN_DEG, 0, 0]));
     assert!(reading.is_known);
@@ -89,14 +90,14 @@ fn a_unit_that_lies_as_its_case_shows_is_turned_to_the_body() {
     assert!(reading.roll_rad.abs() < 1e-9, "{reading:?}");
     let rate_deg_s = reading.rate_rad_s.map(f64::to_degrees);
     assert!((rate_deg_s - DVec3::new(0.0, 100.0, 0.0)).length() < 0.1, "{rate_deg_s}");
-    // The unit's x is the body's right, its y forward.
+    // The unit's x points to the body's right, its y forward.
     let force = reading.specific_force_m_s2;
     assert!((force - DVec3::new(0.0, -1.705, 9.659)).length() < 0.01, "{force}");
 }
 
 #[test]
 fn a_unit_on_its_head_says_the_same_of_the_body() {
-    // Turned by half a turn about x: its y is the body's right, its z down. The right side is lowered by 10 degrees.
+    // Half a turn about x: the unit's y points to the body's right, its z down. The right side is 10 degrees lower.
     let hanging = robot("rpy_deg = [180, 0, 0]");
     let angle = 32767 - TEN_DEG;
     let reading = heard(&hanging, &twice([0, 0, -2048], [HUNDRED_DEG_S, 0, 0], [-angle, 0, 0]));
@@ -116,7 +117,8 @@ fn a_measurement_is_as_old_as_its_way_and_its_delay() {
     assert!(!imu.reading().is_known);
     let mut last_s = 0.0;
     for cycle in 1..=100_u64 {
-        // Whole 1 ms after each 5 ms; looked at each 10 ms, when the first half of the next is there already.
+        // Complete 1 ms after each 5 ms; the loop looks each 10 ms, when the first half of the next is already
+        // there.
         for half in [6, 11] {
             let whole_ns = (cycle * 10 - 10 + half) * 1_000_000;
             let bytes = sample([i16::try_from(cycle).unwrap(), half.try_into().unwrap(), 0], [0; 3], [0; 3]);
@@ -128,7 +130,7 @@ fn a_measurement_is_as_old_as_its_way_and_its_delay() {
         imu.read(&mut line);
         last_s = imu.reading().age_s;
     }
-    // Truly 4 ms since it was whole; known to the byte.
+    // The true time since it was complete is 4 ms; it is known to within a byte.
     assert!((last_s - (0.004 + wire_s + 0.004)).abs() <= 100e-6, "{last_s}");
     line.is_gone = true;
     line.now = Time(1_500_000_000);

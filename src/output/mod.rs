@@ -1,11 +1,11 @@
-//! Every file that a command writes goes through here, so that none takes the place of a file that is needed.
+//! Every file that a command writes goes through here, so that no output replaces a file that is needed.
 //!
-//! Comes in: the files a command reads, and the places it is to write to. Goes out: a [`Place`] for each, or why not,
-//! before the command has done anything; then files that are whole, or not there at all.
+//! Takes the files that a command reads, and the paths it should write to. Returns a [`Place`] for each, or an
+//! error, before the command has done anything; later the files are either complete or not there at all.
 //!
-//! A place is refused if the command reads the file there, if another output of the command goes there, if a recording
-//! finds FILE.part there already, and if no file can be there. Files are compared by device and inode number, so that links
-//! and other spellings of a name are found. Any other file is replaced.
+//! A path is refused if the command reads the file there, if another output of the command goes there, if a
+//! recording finds FILE.part there already, or if no file can be made there. Files are compared by device and inode
+//! number, so links and other spellings of a name are found. Any other file is replaced.
 
 mod part;
 mod place;
@@ -26,7 +26,7 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// Of a command that reads `inputs`. One that is not there is left to whoever reads it.
+    /// The outputs of a command that reads `inputs`. A missing input is left to the code that reads it.
     pub(crate) fn of_reading<P: AsRef<Path>>(inputs: impl IntoIterator<Item = P>) -> Outputs {
         let known = |path: P| {
             let found = fs::metadata(path.as_ref()).ok()?;
@@ -35,10 +35,10 @@ impl Outputs {
         Outputs { inputs: inputs.into_iter().filter_map(known).collect(), claimed: Vec::new() }
     }
 
-    /// The place for the file at `path`, which `option` asks for. Writes nothing.
+    /// The place for the file at `path`, which `option` names. Writes nothing.
     ///
     /// # Errors
-    /// Why no such file is written there.
+    /// The reason why the path is refused.
     pub(crate) fn claim(
         &mut self,
         option: &str,

@@ -1,7 +1,7 @@
-//! Files while they are written: beside their place, under a name that no other file has, and only then in it.
+//! Files while they are written: beside their place, under a unique name, and moved into place only at the end.
 //!
-//! A new file is made with `O_EXCL`, which follows no link and takes no file over. It has the rights and the owner of the
-//! file it will replace before anything is written to it.
+//! A new file is made with `O_EXCL`, which follows no link and replaces no file. It gets the rights and the owner
+//! of the file that it will replace before anything is written to it.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
@@ -13,12 +13,12 @@ use tempfile::{Builder, TempPath};
 
 use super::place::folder_of;
 
-/// Rights of a file that replaces none, less what the user's mask takes away.
+/// Rights of a file that replaces none, before the user's mask is applied.
 const NEW_MODE: u32 = 0o666;
-/// The bits of a mode that say who may read, write and run a file; only these are kept.
+/// Mode bits that say who may read, write and run a file; only these are kept.
 const RIGHTS: u32 = 0o777;
 
-/// Where a recording that is to be at `file` is until it is whole.
+/// Path of a recording for `file` until it is complete.
 pub(crate) fn named_part(file: &Path) -> PathBuf {
     let mut part = file.as_os_str().to_owned();
     part.push(".part");
@@ -29,14 +29,14 @@ pub(crate) fn named_part(file: &Path) -> PathBuf {
 pub(super) fn begin_named(file: &Path) -> io::Result<(File, TempPath)> {
     let part = named_part(file);
     let name: OsString = part.file_name().unwrap_or_default().to_owned();
-    // Without random letters: it has this name, or is not made.
+    // Without random letters: the file gets exactly this name, or is not made.
     begin(file, Builder::new().prefix(&name).suffix("").rand_bytes(0))
 }
 
-/// Replaces the file at `file`, or makes it, once `keep` has kept the one that is there; returns what that returns.
+/// Replaces the file at `file`, or makes it, once `keep` has kept the existing one; returns what `keep` returns.
 ///
 /// # Errors
-/// Why not; the file is as it was then.
+/// The cause; the file is then unchanged.
 pub(crate) fn replace<K>(
     file: &Path,
     text: &[u8],
@@ -48,10 +48,10 @@ pub(crate) fn replace<K>(
     Ok(kept)
 }
 
-/// Makes the file at `file`, where nothing is.
+/// Makes the file at `file`, which must not exist.
 ///
 /// # Errors
-/// When there is something, or it cannot be written.
+/// If something exists there, or it cannot be written.
 pub(crate) fn write_new(file: &Path, text: &[u8]) -> io::Result<()> {
     let part = written(file, text)?;
     part.persist_noclobber(file).map_err(|error| match error.error.kind() {
@@ -64,21 +64,21 @@ pub(crate) fn write_new(file: &Path, text: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Copies the file at `from` to `to`, where nothing is: its bytes, rights and owner.
+/// Copies the file at `from` to `to`, which must not exist: its bytes, rights and owner.
 ///
 /// # Errors
-/// As [`write_new`].
+/// The same as [`write_new`].
 pub(crate) fn copy_new(from: &Path, to: &Path) -> io::Result<()> {
-    // Beside `from` it gets the rights of that one.
+    // Made beside `from`, the copy gets that file's rights.
     written(from, &fs::read(from)?)?.persist_noclobber(to).map_err(|error| error.error)?;
     sync_folder(to);
     Ok(())
 }
 
-/// Adds `text` to what is at `path`: a device or a pipe takes it as it comes.
+/// Adds `text` to the target at `path`: a device or a pipe takes it as it comes.
 ///
 /// # Errors
-/// What the system says.
+/// The system's error.
 pub(super) fn append(path: &Path, text: &[u8]) -> io::Result<()> {
     open_stream(path)?.write_all(text)
 }
@@ -88,7 +88,7 @@ pub(super) fn open_stream(path: &Path) -> io::Result<File> {
     OpenOptions::new().append(true).open(path)
 }
 
-/// Gives the whole file at `part` the name `file`, so that it outlasts a cut of power.
+/// Renames the complete file at `part` to `file`, so that it survives a power cut.
 pub(super) fn put(part: TempPath, file: &Path) -> io::Result<()> {
     File::open(&part)?.sync_all()?;
     part.persist(file).map_err(|error| error.error)?;
@@ -103,10 +103,10 @@ fn written(file: &Path, text: &[u8]) -> io::Result<TempPath> {
     Ok(part)
 }
 
-/// Makes a file beside `file`, with the rights of that one, if there is one.
+/// Makes a file beside `file`, with that file's rights if it exists.
 fn begin(file: &Path, name: &mut Builder<'_, '_>) -> io::Result<(File, TempPath)> {
     let replaced = fs::symlink_metadata(file).ok().filter(Metadata::is_file);
-    // Nobody but its owner reads it before its rights are those of the one it replaces.
+    // Only its owner can read it until it has the rights of the file it replaces.
     let mode = if replaced.is_some() { 0o600 } else { NEW_MODE };
     let part = name.permissions(Permissions::from_mode(mode)).tempfile_in(folder_of(file))?;
     if let Some(replaced) = &replaced {
@@ -115,7 +115,7 @@ fn begin(file: &Path, name: &mut Builder<'_, '_>) -> io::Result<(File, TempPath)
     Ok(part.into_parts())
 }
 
-/// Gives `part` the rights of the file it will replace, and its owner and group as far as this user may.
+/// Gives `part` the rights of the file it will replace, and its owner and group as far as this user is allowed to.
 fn take_over(part: &File, replaced: &Metadata) -> io::Result<()> {
     let mut mode = replaced.mode() & RIGHTS;
     let own = part.metadata()?;
@@ -123,7 +123,7 @@ fn take_over(part: &File, replaced: &Metadata) -> io::Result<()> {
         let _ = fchown(part, Some(replaced.uid()), Some(replaced.gid()))
             .or_else(|_| fchown(part, None, Some(replaced.gid())));
         if part.metadata()?.gid() != replaced.gid() {
-            // The group is another one: it gets the rights that all others had.
+            // The group differs: it gets the rights that all others had.
             mode = mode & !0o070 | (mode & 0o007) << 3;
         }
     }
@@ -132,7 +132,7 @@ fn take_over(part: &File, replaced: &Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// Brings the new name onto the disk too. Where a system cannot do that, it does it by itself.
+/// Writes the new name to the disk too. A system that cannot do that does it by itself.
 fn sync_folder(file: &Path) {
     let _ = File::open(folder_of(file)).and_then(|folder| folder.sync_all());
 }

@@ -1,4 +1,4 @@
-//! Where an output goes, and what is there before.
+//! The target of an output, and what is already there.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
@@ -20,20 +20,20 @@ pub(crate) struct OutputError {
     pub(super) why: String,
 }
 
-/// How an output comes to be.
+/// How an output is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Writing {
-    /// At once and whole; takes the place of a file that is no robot, unit, fault or script file.
+    /// Completely and at once; it replaces any file but a robot, unit, fault or script file.
     Whole,
-    /// Bit by bit in FILE.part, which becomes FILE once it is whole.
+    /// Piece by piece in FILE.part, which becomes FILE once it is complete.
     Recording,
-    /// The command's own unit file, which is read, changed and written.
+    /// In place of the command's own unit file, which is read, changed and written.
     UnitFile,
-    /// Where nothing is yet.
+    /// Only to a path where nothing exists yet.
     New,
 }
 
-/// Which file, whatever it is called; or, of one that is not there, which name in which folder.
+/// Identity of a file, whatever its name; for one that does not exist, its folder and name.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Id {
     File(u64, u64),
@@ -52,17 +52,17 @@ impl Id {
     }
 }
 
-/// Where one output goes.
+/// The target of one output.
 #[derive(Debug)]
 pub(crate) struct Place {
     named: PathBuf,
-    /// The file that is written or replaced, links followed; none for a device, a pipe, or where standard output goes,
-    /// which are written to as they are.
+    /// The file that is written or replaced, links followed; `None` for a device, a pipe, or the target of standard
+    /// output, which are written to as they are.
     file: Option<PathBuf>,
 }
 
 impl Place {
-    /// The place that is called `path`, and which files are written there.
+    /// The target at `path`, and the files that are written there.
     pub(super) fn find(path: &Path, writing: Writing) -> Result<(Place, Vec<Id>), String> {
         let Some(found) = look(path)? else {
             let mut ids = vec![Id::of_name(path).map_err(|error| error.to_string())?];
@@ -76,7 +76,7 @@ impl Place {
         if is_stream(&found, &id) {
             return Ok((Place { named: path.to_owned(), file: None }, vec![id]));
         }
-        // A link goes on pointing to the file it points to.
+        // A link still points to the same file afterwards.
         let real = fs::canonicalize(path).map_err(|error| error.to_string())?;
         let is_toml = |path: &Path| path.extension().is_some_and(|extension| extension == "toml");
         if writing != Writing::UnitFile && (is_toml(path) || is_toml(&real)) {
@@ -91,20 +91,20 @@ impl Place {
         Ok((Place { named: path.to_owned(), file: Some(real) }, ids))
     }
 
-    /// As the user named it.
+    /// The path as the user gave it.
     pub(crate) fn path(&self) -> &Path {
         &self.named
     }
 
-    /// True of a device, a pipe, or where standard output goes.
+    /// True for a device, a pipe, and the target of standard output.
     pub(crate) fn is_stream(&self) -> bool {
         self.file.is_none()
     }
 
-    /// Puts `text` there: all of it, or nothing.
+    /// Writes `text` there, completely or not at all.
     ///
     /// # Errors
-    /// Why not; what was there before is there still.
+    /// The cause; the old content is then still there.
     pub(crate) fn write(&self, text: &[u8]) -> io::Result<()> {
         match &self.file {
             Some(file) => part::replace(file, text, |_| Ok(())),
@@ -112,15 +112,15 @@ impl Place {
         }
     }
 
-    /// Begins a recording there, as FILE.part; or writes to what is there, if that is no file.
+    /// Begins a recording as FILE.part, or writes to the existing target if that is not a file.
     ///
     /// # Errors
-    /// Why not: among others, that there is a FILE.part.
+    /// The cause, for example that FILE.part exists.
     pub(crate) fn begin_recording(&self) -> io::Result<(File, Option<TempPath>)> {
         match &self.file {
             Some(file) => {
                 let (opened, mut part) = part::begin_named(file)?;
-                // A recording that is cut short can be read as far as it goes.
+                // A recording that is cut short can be read up to the cut.
                 part.disable_cleanup(true);
                 Ok((opened, Some(part)))
             }
@@ -128,10 +128,10 @@ impl Place {
         }
     }
 
-    /// Puts the whole recording at `part`, which was begun here, in its place.
+    /// Moves the complete recording at `part`, which was begun here, to its place.
     ///
     /// # Errors
-    /// Why not; it is at `part` still.
+    /// The cause; the recording is still at `part`.
     pub(crate) fn end_recording(&self, part: TempPath) -> io::Result<()> {
         match &self.file {
             Some(file) => part::put(part, file),
@@ -139,10 +139,10 @@ impl Place {
         }
     }
 
-    /// A file without a name, for what is needed only until the output is made.
+    /// A file without a name, needed only until the output is complete.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The cause.
     pub(crate) fn nameless(&self) -> io::Result<File> {
         match &self.file {
             Some(file) => tempfile::tempfile_in(folder_of(file)),
@@ -151,7 +151,7 @@ impl Place {
     }
 }
 
-/// Where a recording is until it is whole, and what stands in its way there.
+/// The part file of a recording, `None` for other outputs; an error if something already exists there.
 fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
     if writing != Writing::Recording {
         return Ok(None);
@@ -167,7 +167,7 @@ fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
     Id::of_name(&part).map(Some).map_err(|error| error.to_string())
 }
 
-/// The file at `path`, links followed; none where a file could be made.
+/// The file at `path`, links followed; `None` if a file could be made there.
 fn look(path: &Path) -> Result<Option<Metadata>, String> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err("is a folder; expected a file".to_owned()),
@@ -200,7 +200,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// True of a device, a pipe, and the file that standard output or error already goes to.
+/// True for a device, a pipe, and the file that standard output or error already goes to.
 #[allow(clippy::disallowed_methods, reason = "looks where the streams go, and writes nothing")]
 fn is_stream(found: &Metadata, id: &Id) -> bool {
     let is_own = |stream: BorrowedFd<'_>| {

@@ -1,6 +1,6 @@
 //! Linux: monotonic clock, the two waits, low latency on serial lines, real-time scheduling.
 //!
-//! System calls that no safe wrapper has are made here and nowhere else. No function allocates, except
+//! Only this file makes system calls that have no safe wrapper. No function allocates, except
 //! [`request_real_time`].
 #![allow(unsafe_code, reason = "ppoll on a kept list, serial flags and the scheduler have no safe wrapper")]
 
@@ -41,14 +41,14 @@ pub(crate) fn descriptor(port: &TTYPort) -> BorrowedFd<'_> {
     unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) }
 }
 
-/// What poll(2) found out about a line.
+/// What poll(2) reported about a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Readiness {
-    /// Nothing.
+    /// Nothing to report.
     Quiet,
-    /// There are bytes to read, or a read will say why not.
+    /// There are bytes to read, or a read will report why not.
     Input,
-    /// It was hung up and nothing is left to read.
+    /// It was hung up and there is nothing left to read.
     HungUp,
 }
 
@@ -59,13 +59,13 @@ pub(crate) struct PollList {
 }
 
 impl PollList {
-    /// For `count` lines, none of them there yet.
+    /// A list for `count` lines, none of them there yet.
     pub(crate) fn new(count: usize) -> PollList {
-        // The kernel passes over negative descriptors.
+        // The kernel skips negative descriptors.
         PollList { entries: vec![libc::pollfd { fd: -1, events: libc::POLLIN, revents: 0 }; count] }
     }
 
-    /// From now on looks at `port` in this place, or at nothing.
+    /// Polls `port` in this place from now on, or nothing.
     pub(crate) fn set(&mut self, place: usize, port: Option<&TTYPort>) {
         if let Some(entry) = self.entries.get_mut(place) {
             entry.fd = port.map_or(-1, AsRawFd::as_raw_fd);
@@ -73,7 +73,7 @@ impl PollList {
         }
     }
 
-    /// Waits until any line has something to say, at most until `deadline` on the clock of [`monotonic`].
+    /// Waits until any line has data or an error, at most until `deadline` on the clock of [`monotonic`].
     pub(crate) fn wait_until(&mut self, deadline: Duration) {
         loop {
             let left = deadline.saturating_sub(monotonic());
@@ -82,7 +82,7 @@ impl PollList {
                 tv_nsec: libc::c_long::from(left.subsec_nanos().cast_signed()),
             };
             let count = libc::nfds_t::try_from(self.entries.len()).unwrap_or(0);
-            // SAFETY: `entries` holds `count` initialised pollfd and nobody else uses it during the call;
+            // SAFETY: `entries` holds `count` initialised pollfd and nothing else uses it during the call;
             // `timeout` outlives the call; a null signal mask leaves the thread's own in place.
             let found = unsafe { libc::ppoll(self.entries.as_mut_ptr(), count, &timeout, std::ptr::null()) };
             let is_interrupted = found < 0 && io::Error::last_os_error().kind() == io::ErrorKind::Interrupted;
@@ -92,7 +92,7 @@ impl PollList {
         }
     }
 
-    /// What the last wait found out about the line in this place.
+    /// What the last wait reported about the line in this place.
     pub(crate) fn readiness(&self, place: usize) -> Readiness {
         match self.entries.get(place).map_or(0, |entry| entry.revents) {
             0 => Readiness::Quiet,
@@ -102,10 +102,11 @@ impl PollList {
     }
 }
 
-/// Asks the driver to hand over bytes as they come (`ASYNC_LOW_LATENCY`); FTDI's then uses a latency of 1 ms.
+/// Asks the driver to hand over bytes as they come (`ASYNC_LOW_LATENCY`); FTDI's driver then uses a latency of 1
+/// ms.
 ///
 /// # Errors
-/// Where the driver has no such flag; pseudo-terminals and CDC-ACM adapters need none.
+/// If the driver has no such flag; pseudo-terminals and CDC-ACM adapters need none.
 pub(crate) fn set_low_latency(port: &TTYPort) -> io::Result<()> {
     /// `struct serial_struct` of linux/serial.h is 60 to 72 bytes; `flags` is its fifth int.
     const INTS: usize = 32;
@@ -128,18 +129,18 @@ pub(crate) fn set_low_latency(port: &TTYPort) -> io::Result<()> {
 /// Priority of the loop among real-time threads, 1 to 99: above the kernel's interrupt threads (50), which the
 /// loop lets run whenever it waits.
 const PRIORITY: libc::c_int = 79;
-/// Priority of the guard, above the loop's: a loop that computes without end would keep it from the only processor of a
-/// small machine. It is what has to be permitted.
+/// Priority of the guard, above the loop's: a loop that computes forever would keep it from the only processor of a
+/// small machine. The system must permit this priority.
 const GUARD_PRIORITY: libc::c_int = 80;
 /// Stack the loop may use without a page fault, bytes.
 const STACK_BYTES: usize = 256 * 1024;
 
-/// Asks for what keeps the calling thread punctual: fixed priority (`SCHED_FIFO`), memory that stays in RAM,
-/// timers without slack and, if given, one `processor` to stay on. Threads made later do not inherit the priority,
-/// but do inherit the processor.
+/// Requests what keeps the calling thread punctual: fixed priority (`SCHED_FIFO`), memory locked in RAM,
+/// timers without slack and, if given, one `processor` to stay on. Threads made later inherit the processor but not
+/// the priority.
 ///
-/// Call it on the loop's thread, when all its memory is taken. Returns a line of text for each request:
-/// what was permitted, and for what was not, how to permit it. Nothing is demanded.
+/// Call it on the loop's thread, when all its memory is allocated. Returns a line of text for each request:
+/// what was permitted, and how to permit what was not. None of the requests is required.
 pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     let mut said = Vec::new();
     said.push(match set_fixed_priority() {
@@ -150,7 +151,7 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
         ),
     });
     touch_stack();
-    // Only what is there now: with a limit, locking the future too would make later allocations fail.
+    // Lock only present memory: with a limit, locking future memory too would make later allocations fail.
     said.push(match mlockall(MlockAllFlags::CURRENT) {
         Ok(()) => "memory locked in RAM".to_owned(),
         Err(error) => format!(
@@ -163,7 +164,7 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     }
     if let Some(processor) = processor {
         said.push(match keep_to(processor) {
-            // Nothing here keeps other programs off it.
+            // Nothing here keeps other programs off that processor.
             Ok(()) => format!(
                 "kept to processor {processor}, which other programs may use too; 'isolcpus={processor}' on the \
                  kernel's command line keeps them off it"
@@ -176,15 +177,16 @@ pub fn request_real_time(processor: Option<usize>) -> Vec<String> {
     said
 }
 
-/// Asks for what keeps the guard punctual: a priority above the loop's, and memory that stays in RAM. Nothing is demanded.
+/// Requests what keeps the guard punctual: a priority above the loop's, and memory locked in RAM. Neither is
+/// required.
 pub fn request_guard_priority() {
     let _ = set_priority(libc::SCHED_FIFO, GUARD_PRIORITY);
     touch_stack();
     let _ = mlockall(MlockAllFlags::CURRENT);
 }
 
-/// Makes the calling thread an ordinary one again: what is done after the loop has no claim on the processor. Does
-/// nothing to a thread that never was more.
+/// Makes the calling thread an ordinary one again: work after the loop has no claim on the processor. Does
+/// nothing to a thread that never was real-time.
 pub fn end_real_time() {
     let _ = set_priority(libc::SCHED_OTHER, 0);
 }
@@ -197,7 +199,7 @@ fn set_priority(policy: libc::c_int, priority: libc::c_int) -> io::Result<()> {
     // SAFETY: all-zero is a valid sched_param; on some C libraries it has more fields than the one set here.
     let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
     parameters.sched_priority = priority;
-    // Not even the way back is permitted without the flag, once it was set (sched(7)).
+    // Once the flag is set, the kernel refuses even the way back without it (sched(7)).
     let policy = policy | libc::SCHED_RESET_ON_FORK;
     // SAFETY: 0 is the calling thread; `parameters` outlives the call.
     match unsafe { libc::sched_setscheduler(0, policy, &parameters) } {
@@ -215,7 +217,7 @@ fn keep_to(processor: usize) -> io::Result<()> {
     Ok(rustix::thread::sched_setaffinity(None, &processors)?)
 }
 
-/// Makes the kernel give the stack its pages now.
+/// Makes the kernel allocate the stack's pages now.
 #[inline(never)]
 fn touch_stack() {
     let mut pages = [0_u8; STACK_BYTES];
@@ -267,7 +269,7 @@ mod tests {
 
     #[test]
     fn real_time_is_asked_for_and_the_answer_said() {
-        // In a thread of its own, which takes its priority with it.
+        // A separate thread, so that its priority ends with it.
         let asked = std::thread::spawn(|| {
             let said = request_real_time(Some(usize::MAX));
             // SAFETY: 0 is the calling thread.

@@ -1,6 +1,6 @@
-//! What the operating system must do for the loop: its clock, its waits, and its real-time promises.
+//! What the loop needs of the operating system: its clock, its waits, and real-time scheduling.
 //!
-//! Everything that only one system has stands in the file of that system; there is one so far.
+//! Code for only one system is in that system's file; there is one so far.
 
 #[cfg(target_os = "linux")]
 mod linux;

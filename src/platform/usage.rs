@@ -1,25 +1,25 @@
-//! Linux: what a thread has had of the machine, and what it waited for.
+//! Linux: a thread's use of processor and memory, and its waiting times.
 #![allow(unsafe_code, reason = "getrusage has no safe wrapper")]
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::time::Duration;
 
-/// What a thread has had of the machine since it began.
+/// Resources that a thread has used since it began.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Usage {
     /// Time on a processor.
     pub processor: Duration,
-    /// Time it could have run and another thread had the processor; none where the system does not count it.
+    /// Time in which the thread was ready but another had the processor; `None` if the system does not count it.
     pub waited: Option<Duration>,
-    /// Pages of memory it had to wait for.
+    /// Page faults that the thread waited for.
     pub page_faults: u64,
-    /// Of these such as came from a disk.
+    /// Page faults among these that came from a disk.
     pub disk_faults: u64,
 }
 
 impl Usage {
-    /// What came after `before`.
+    /// The usage after `before`.
     #[must_use]
     pub fn since(&self, before: &Usage) -> Usage {
         let waited = self.waited.zip(before.waited).map(|(now, then)| now.saturating_sub(then));
@@ -32,10 +32,10 @@ impl Usage {
     }
 }
 
-/// Measures the usage of one thread, the one that first asks it.
+/// Measures the usage of one thread: the one that first calls it.
 #[derive(Debug, Default)]
 pub struct Meter {
-    /// Times of the thread by the scheduler (/proc/thread-self/schedstat); none where it counts none.
+    /// Scheduler times of the thread (/proc/thread-self/schedstat); `None` if the system keeps none.
     times: Option<File>,
     is_open: bool,
 }
@@ -68,7 +68,7 @@ impl Meter {
     }
 }
 
-/// Time on a processor and time waited for one, as a schedstat file has them.
+/// Time on a processor and time waited for one, from a schedstat file.
 fn scheduler_times(file: &File) -> Option<(Duration, Duration)> {
     let mut text = [0; 96];
     let count = file.read_at(&mut text, 0).ok()?;
@@ -89,14 +89,14 @@ mod tests {
     fn a_thread_that_computes_has_had_the_processor_and_pages() {
         let mut meter = Meter::default();
         let before = meter.usage();
-        // More than the allocator ever keeps for later, so that each page is new.
+        // More than the allocator ever keeps for reuse, so that each page is new.
         let mut pages = vec![0_u8; 40 << 20];
         while meter.usage().since(&before).processor < Duration::from_millis(2) {
             pages.fill(std::hint::black_box(1));
         }
         let since = meter.usage().since(&before);
         assert!(since.page_faults > 0 && since.disk_faults == 0, "{since:?}");
-        // What another thread does is not this one's.
+        // Another thread's usage does not count.
         let elsewhere = std::thread::spawn(|| Meter::default().usage()).join().unwrap();
         assert!(elsewhere.processor < since.processor, "{elsewhere:?} {since:?}");
     }

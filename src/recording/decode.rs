@@ -1,4 +1,4 @@
-//! From the messages of one cycle to its sample.
+//! Turns the messages of one cycle into its sample.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,10 +17,10 @@ use crate::units::Time;
 /// One cycle's messages by topic.
 pub(super) type Messages = BTreeMap<&'static str, Vec<u8>>;
 
-/// Topics that are there to be looked at only.
+/// Topics that are only for display.
 pub(super) const UNREAD: [&str; 2] = [topics::TRANSFORMS.name, topics::SCENE.name];
 
-/// The sample of a cycle's messages; none if one is missing.
+/// The sample of a cycle's messages; `None` if a message is missing.
 pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, String> {
     fn read<M: DeserializeOwned>(cycle: &Messages, topic: topics::Topic) -> Result<Option<M>, String> {
         let Some(data) = cycle.get(topic.name) else { return Ok(None) };
@@ -36,7 +36,7 @@ pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, 
     let feet: Option<messages::Feet<'_>> = read(cycle, topics::FEET)?;
     let trunk: Option<messages::PoseInFrame<'_>> = read(cycle, topics::TRUNK)?;
     let buses: Option<messages::Buses<'_>> = read(cycle, topics::BUSES)?;
-    // Not in a recording of a robot that has none.
+    // A recording of a robot without these parts does not have the topics.
     let imu: Option<messages::Imu> = read(cycle, topics::IMU)?;
     let truth: Option<messages::TrueBody> = read(cycle, topics::TRUE_BODY)?;
     let (Some(times), Some(motion), Some(states), Some(goals)) = (times, motion, states, goals) else {

@@ -1,4 +1,4 @@
-//! What a run was asked to do: enough, with the robot file, to run its controller again.
+//! The task of a run: with the robot file, enough to run its controller again.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,48 +18,48 @@ pub struct RunHeader {
     pub robot_file: String,
     /// Time of day at the run's time zero, nanoseconds since 1970; 0 on a virtual clock.
     pub started_unix_ns: u64,
-    /// Who drove, for people: "the keyboard"; none for a run by its own plan.
+    /// The driver, for people: "the keyboard"; `None` for a run by its own plan.
     #[serde(default)]
     pub driver: Option<String>,
-    /// What it was to do while the operator said no more than to go.
+    /// Task of the run while the operator only orders it to go.
     #[serde(flatten)]
     pub task: Task,
-    /// How long to do that, s.
+    /// How long the task lasts, s.
     pub walk_for_s: f64,
-    /// How targets are solved.
+    /// Method of inverse kinematics.
     pub ik: Method,
-    /// False where the robot file's body was left out (`--no-physics`), and what is worked out from it with it.
+    /// False if `--no-physics` left out the robot file's body and everything computed from it.
     #[serde(default = "yes")]
     pub has_body: bool,
-    /// Each joint's servo as it is mounted; none for a joint without.
+    /// Each joint's servo as mounted; `None` for a joint without a servo.
     pub servos: Vec<Option<ServoHeader>>,
 }
 
-/// Recordings that do not say so are of robots with all their file has.
+/// Recordings without this field are of robots with everything that their file has.
 fn yes() -> bool {
     true
 }
 
-/// What is known of a mounted servo beyond the robot file.
+/// Data of a mounted servo beyond the robot file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ServoHeader {
     /// Count at joint angle zero.
     pub zero_count: f64,
-    /// True where a positive joint turn is a falling count.
+    /// True if a positive joint turn lowers the count.
     pub reversed: bool,
 }
 
-/// More sweeps of inverse kinematics than any run has; each takes its time.
+/// More sweeps of inverse kinematics than any run has; each sweep takes time.
 const SWEEPS_MAX: u32 = 100;
 
 impl RunHeader {
     /// Version of the recordings this program writes and reads.
     pub const VERSION: u32 = 2;
 
-    /// Whether this program can run a controller by it.
+    /// Checks whether this program can run a controller from it.
     ///
     /// # Errors
-    /// Why not.
+    /// Why it cannot.
     pub(super) fn check(&self) -> Result<(), String> {
         if self.version != RunHeader::VERSION {
             let (found, known) = (self.version, RunHeader::VERSION);
@@ -73,7 +73,7 @@ impl RunHeader {
         }
     }
 
-    /// For a run of `robot` as `plan` says.
+    /// The header of a run of `robot` by `plan`.
     pub fn new(robot: &Robot, plan: &RunPlan, robot_file: &str, started_unix_ns: u64) -> RunHeader {
         let servo = |joint: &crate::model::Joint| {
             joint.servo.map(|servo| ServoHeader { zero_count: servo.zero_count, reversed: servo.reversed })
@@ -92,7 +92,7 @@ impl RunHeader {
         }
     }
 
-    /// What the run was, for people: "walk at 0.062 m/s", "driven by the keyboard".
+    /// The run in words, for people: "walk at 0.062 m/s", "driven by the keyboard".
     pub fn words(&self) -> String {
         match &self.driver {
             Some(driver) => format!("driven by {driver}"),
@@ -100,7 +100,7 @@ impl RunHeader {
         }
     }
 
-    /// Makes `robot`, fresh from its file, the one that ran.
+    /// Changes `robot`, fresh from its file, into the robot that ran.
     pub fn apply_to(&self, robot: &mut Robot) {
         if !self.has_body {
             (robot.physics, robot.bears_weight) = (None, false);

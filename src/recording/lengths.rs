@@ -2,7 +2,7 @@
 
 use mcap::records::op;
 
-/// The rest of a record.
+/// The unread rest of a record.
 struct Rest<'b>(&'b [u8]);
 
 impl<'b> Rest<'b> {
@@ -20,13 +20,13 @@ impl<'b> Rest<'b> {
         self.take(8)?.try_into().ok().map(u64::from_le_bytes)
     }
 
-    /// A text, or a table of entries, after its length.
+    /// A text or a table of entries, preceded by its length.
     fn counted(&mut self) -> Option<&'b [u8]> {
         let count = self.u32()?;
         self.take(count)
     }
 
-    /// A table from texts to texts.
+    /// A table that maps texts to texts.
     fn table(&mut self) -> Option<()> {
         let mut entries = Rest(self.counted()?);
         while !entries.0.is_empty() {
@@ -37,7 +37,7 @@ impl<'b> Rest<'b> {
     }
 }
 
-/// True if the lengths inside the `body` of a record fit into it; of a kind that is not read here, false.
+/// True if the lengths inside the `body` of a record fit into it; false for kinds that are not read here.
 pub(super) fn are_right(opcode: u8, body: &[u8]) -> bool {
     let mut rest = Rest(body);
     let rest = &mut rest;
@@ -54,7 +54,7 @@ pub(super) fn are_right(opcode: u8, body: &[u8]) -> bool {
 }
 
 fn attachment(rest: &mut Rest<'_>) -> Option<()> {
-    // Two times, name, kind; then the bytes, and their sum.
+    // Two times, name, kind; then the bytes and their checksum.
     rest.take(8 + 8)?;
     rest.counted()?;
     rest.counted()?;
@@ -64,20 +64,20 @@ fn attachment(rest: &mut Rest<'_>) -> Option<()> {
     rest.0.is_empty().then_some(())
 }
 
-/// How many bytes the records in the chunk whose record has this `body` are once they are unpacked; none where its
-/// lengths are wrong.
+/// Unpacked size of the records in the chunk whose record has this `body`; `None` if its lengths are
+/// wrong.
 pub(super) fn chunk_bytes(body: &[u8]) -> Option<u64> {
     let mut rest = Rest(body);
-    // From when to when.
+    // Start and end time.
     rest.take(8 + 8)?;
     let unpacked = rest.u64()?;
-    // Their sum, how they are packed.
+    // Checksum and compression.
     rest.take(4)?;
     let packing = rest.counted()?;
     let packed = rest.u64()?;
-    // A record could go on into what is behind them.
+    // Otherwise a record could run into the bytes after it.
     let is_all = usize::try_from(packed).is_ok_and(|packed| packed == rest.0.len());
-    // Bytes that are not packed are as many as they are.
+    // Unpacked bytes must keep their size.
     let is_same = !packing.is_empty() || packed == unpacked;
     (is_all && is_same).then_some(unpacked)
 }
@@ -105,7 +105,7 @@ mod tests {
                 let mut more = [0; 5];
                 more[place] = too_much;
                 let [topic, kind, table, key, value] = more;
-                // A topic that is a byte shorter than it should be moves everything behind it.
+                // A topic one byte too short shifts everything after it.
                 assert!(!are_right(op::CHANNEL, &channel(topic, kind, table, key, value)), "{more:?}");
             }
         }

@@ -1,6 +1,6 @@
-//! The messages of a recording, field by field as their schemas have them.
+//! The messages of a recording, field by field as in their schemas.
 //!
-//! Lengths in m, angles in rad, times in the unit of the name. A field that is not known is left out.
+//! Lengths in m, angles in rad, times in the unit that the name gives. An unknown field is left out.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ use crate::motion::Activity;
 use crate::signals::{self, Aim, Feedback, Permission, Told};
 use crate::units::Time;
 
-/// Seconds and nanoseconds, as Foxglove has them.
+/// Seconds and nanoseconds, as Foxglove defines them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Stamp {
     /// Whole seconds.
@@ -73,10 +73,10 @@ impl From<DQuat> for Quaternion {
     }
 }
 
-/// Place and rotation.
+/// Position and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Place.
+    /// Position.
     pub position: Vector3,
     /// Rotation.
     pub orientation: Quaternion,
@@ -94,56 +94,56 @@ impl Pose {
     }
 }
 
-/// Head of a ROS message.
+/// Header of a ROS message.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header<'a> {
-    /// When.
+    /// Time of the message.
     pub stamp: Stamp,
-    /// In which frame.
+    /// Frame of the message.
     pub frame_id: Cow<'a, str>,
 }
 
-/// `sensor_msgs/JointState`: arrays of one length.
+/// `sensor_msgs/JointState`: all arrays have the same length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JointState<'a> {
-    /// When.
+    /// Time and frame.
     pub header: Header<'a>,
-    /// Joints.
+    /// Names of the joints.
     pub name: Vec<Cow<'a, str>>,
     /// Angles, rad.
     pub position: Vec<f64>,
-    /// Speeds, rad/s; empty for goals.
+    /// Velocities, rad/s; empty for goals.
     pub velocity: Vec<f64>,
-    /// Torques, N m: the load as the servo estimates it, or the limit of a goal.
+    /// Torques, N m: the load as the servo estimates it, or the torque limit of a goal.
     pub effort: Vec<f64>,
 }
 
 /// `hippocamp.Servos`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Servos<'a> {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// Joints that have a servo.
+    /// The servo of each joint that has one.
     pub servos: Vec<Servo<'a>>,
 }
 
-/// One servo in one exchange, in its own units.
+/// One servo in one exchange, in the servo's own units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Servo<'a> {
-    /// Name of the joint it turns.
+    /// Name of the joint that the servo turns.
     pub joint: Cow<'a, str>,
-    /// What it was told; left out when it was told to be limp, or nothing.
+    /// The goal sent to it; left out if it was sent none or was made limp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalRegisters>,
-    /// True if nothing was said to it, so that it keeps what it was told last.
+    /// True if nothing was sent to it, so that it keeps its last goal.
     #[serde(default, skip_serializing_if = "is_false")]
     pub is_kept: bool,
-    /// How its reply came.
+    /// Whether and how its reply arrived.
     pub result: SlotResult,
     /// The reply, if it was good, in the servo's own counts and units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reply: Option<Feedback>,
-    /// What it answered, if it was asked something in the place of that.
+    /// The answer, if it was asked a question instead of feedback.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub told: Option<Told>,
 }
@@ -162,26 +162,26 @@ pub struct GoalRegisters {
     pub torque_limit: u16,
 }
 
-/// How a reply came.
+/// Whether and how a reply arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SlotResult {
-    /// In time and whole.
+    /// In time and complete.
     Fresh,
-    /// In time and whole, and dropped, since no servo can have measured what it said.
+    /// In time and complete, but dropped, since no servo can have measured these values.
     Implausible,
-    /// In time and whole, and no feedback: an answer.
+    /// In time and complete: an answer to a question, not feedback.
     Told,
-    /// Not at all.
+    /// No reply.
     Missing,
-    /// Damaged.
+    /// A damaged reply.
     Corrupt,
 }
 
 /// `hippocamp.Feet`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Feet<'a> {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
     /// The tip of each chain.
     pub feet: Vec<Foot<'a>>,
@@ -192,22 +192,22 @@ pub struct Feet<'a> {
 pub struct Foot<'a> {
     /// Name of the chain.
     pub chain: Cow<'a, str>,
-    /// Where inverse kinematics was to bring it; left out when joint angles were asked for, or nothing.
+    /// Target of inverse kinematics; left out if the generator asked for joint angles, or for nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_in_body: Option<Vector3>,
-    /// The same in the world; left out while nothing walks.
+    /// The same target in the world; left out while nothing walks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_in_world: Option<Vector3>,
-    /// Where it is by the measured joints; left out until all of the chain's have been heard.
+    /// Position from the measured joints; left out until all joints of the chain have been heard.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_in_body: Option<Vector3>,
-    /// The same in the world, as if the trunk were where it is planned to be; left out while nothing walks.
+    /// The same in the world, with the trunk at its planned place; left out while nothing walks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_in_world: Option<Vector3>,
-    /// What inverse kinematics left, m; left out where it is infinite.
+    /// Residual of inverse kinematics, m; left out if it is infinite.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_m: Option<f64>,
-    /// The walker's plan for it; left out while nothing walks.
+    /// The walker's plan for the foot; left out while nothing walks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<FootPlan>,
 }
@@ -215,13 +215,13 @@ pub struct Foot<'a> {
 /// A foot's plan: see [`crate::signals::FootTarget`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FootPlan {
-    /// Planned place.
+    /// Planned position in the world.
     pub in_world: Vector3,
-    /// Ahead of the neutral foot point.
+    /// Distance ahead of the neutral foot point.
     pub excursion_m: f64,
-    /// Way of its leg's plane since the walk began.
+    /// Distance that the plane of its leg has covered since the walk began.
     pub plane_way_m: f64,
-    /// True in the air.
+    /// True in swing.
     pub is_swing: bool,
     /// Largest acceleration of the swing.
     pub swing_acceleration_m_s2: f64,
@@ -230,13 +230,13 @@ pub struct FootPlan {
 /// `hippocamp.Imu`: see [`crate::signals::ImuReading`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Imu {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// True once the unit has been heard.
+    /// True once the unit has sent a measurement.
     pub is_known: bool,
-    /// True where what it said was recent enough to act on.
+    /// True if its measurement was recent enough to act on.
     pub is_acted_on: bool,
-    /// Time since it was measured, s.
+    /// Age of the measurement, s.
     pub age_s: f64,
     /// Attitude of the trunk.
     pub roll_rad: f64,
@@ -246,9 +246,9 @@ pub struct Imu {
     pub yaw_rad: f64,
     /// Turn rate of the trunk.
     pub rate_rad_s: Vector3,
-    /// Acceleration less gravity.
+    /// Acceleration minus gravity.
     pub specific_force_m_s2: Vector3,
-    /// Measurements dropped so far.
+    /// Measurements dropped as implausible so far.
     #[serde(default)]
     pub implausible: u64,
 }
@@ -256,20 +256,20 @@ pub struct Imu {
 /// `foxglove.PoseInFrame`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PoseInFrame<'a> {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// In which frame.
+    /// Frame of the pose.
     pub frame_id: Cow<'a, str>,
-    /// Where.
+    /// The pose.
     pub pose: Pose,
 }
 
 /// `hippocamp.TrueBody`: see [`signals::TrueBody`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrueBody {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// Place and turn of the body frame in the world.
+    /// Position and orientation of the body frame in the world.
     pub pose: Pose,
     /// Velocity of its origin, m/s.
     pub velocity: Vector3,
@@ -277,12 +277,12 @@ pub struct TrueBody {
     pub height_m: f64,
     /// Force of the ground on the trunk, N.
     pub trunk_contact_n: f64,
-    /// The trunk lies on the ground or is turned over.
+    /// True if the trunk lies on the ground or is turned over.
     pub is_fallen: bool,
 }
 
 impl TrueBody {
-    /// Of `body` at `timestamp`.
+    /// The message for `body` at `timestamp`.
     pub fn new(body: &signals::TrueBody, timestamp: Stamp) -> TrueBody {
         TrueBody {
             timestamp,
@@ -311,45 +311,45 @@ impl From<TrueBody> for signals::TrueBody {
 /// `hippocamp.Motion`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// What the operator wanted.
+    /// The operator's order.
     #[serde(flatten)]
     pub order: OrderFields,
-    /// What the robot was doing.
+    /// The robot's activity.
     pub activity: Activity,
-    /// What the generator asked for.
+    /// The generator's aim.
     pub aim: Aim,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
     /// What safety permits from now on.
     pub permission: Permission,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
-    /// Joints that were told something else than was asked.
+    /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// The joint that was taken out of service in this cycle, if one was.
+    /// The joint that was taken out of service in this cycle, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outage: Option<Outage>,
 }
 
-/// A joint that the robot goes on without: see [`crate::signals::Outage`].
+/// A joint that the robot continues without: see [`crate::signals::Outage`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outage {
     /// Name of the joint.
     pub joint: String,
-    /// It did not follow its goal.
+    /// True if the joint did not follow its goal.
     pub is_jam: bool,
-    /// Why its servo raises an alarm, a bit a reason; 0 where it did not say.
+    /// Causes of the servo's alarm, one bit each; 0 if the servo did not report them.
     pub alarms: u8,
 }
 
 /// `hippocamp.Buses`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Buses<'a> {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// Each bus.
+    /// All buses.
     pub buses: Vec<Bus<'a>>,
 }
 
@@ -358,50 +358,50 @@ pub struct Buses<'a> {
 pub struct Bus<'a> {
     /// Name.
     pub name: Cow<'a, str>,
-    /// Time of the exchange.
+    /// Duration of the exchange.
     pub exchange_ns: u64,
     /// Replies missing since the start.
     pub missing: u64,
-    /// Replies damaged since the start.
+    /// Corrupt replies since the start.
     pub corrupt: u64,
-    /// Whether its port was gone.
+    /// True if its port was gone.
     pub is_gone: bool,
 }
 
 /// `hippocamp.Loop`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Loop {
-    /// When.
+    /// Time of the message.
     pub timestamp: Stamp,
-    /// Cycles before it.
+    /// Number of cycles before this one.
     pub cycle: u64,
     /// When the cycle began, on the run's clock.
     pub began_ns: u64,
-    /// Time since the cycle before began, dropped ones included.
+    /// Time since the previous cycle began, dropped cycles included.
     pub gap_ns: u64,
-    /// How late it began.
+    /// How late the cycle began.
     pub late_ns: u64,
-    /// Computing.
+    /// Time spent computing.
     pub work_ns: u64,
-    /// The exchange on all buses.
+    /// Time spent in the exchange on all buses.
     pub exchange_ns: u64,
 }
 
 /// `foxglove.FrameTransforms`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameTransforms<'a> {
-    /// Each transform.
+    /// All transforms.
     pub transforms: Vec<FrameTransform<'a>>,
 }
 
 /// `foxglove.FrameTransform`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameTransform<'a> {
-    /// When.
+    /// Time of the transform.
     pub timestamp: Stamp,
-    /// From.
+    /// Name of the parent frame.
     pub parent_frame_id: Cow<'a, str>,
-    /// To.
+    /// Name of the child frame.
     pub child_frame_id: Cow<'a, str>,
     /// The child's origin in the parent.
     pub translation: Vector3,

@@ -1,7 +1,7 @@
 //! Recordings: every cycle of a run in one MCAP file that the `mcap` readers and Foxglove open.
 //!
-//! Comes in: one [`CycleRecord`](crate::telemetry::CycleRecord) a cycle, through a [`Recorder`], which hands it
-//! to a thread of its own and never delays the loop. Goes out: the file; and, read back, a [`Recording`].
+//! Takes one [`CycleRecord`](crate::telemetry::CycleRecord) a cycle, through a [`Recorder`], which hands it
+//! to a separate thread and never delays the loop. Produces the file, and, read back, a [`Recording`].
 //!
 //! The file holds JSON messages with their JSON schemas, in chunks of at most a second (lz4), all times on the
 //! run's clock; a message's sequence number is that of its cycle:
@@ -16,12 +16,12 @@
 //! | `/motion` | `hippocamp.Motion` | order, activity, planned speed, what safety permits |
 //! | `/buses` | `hippocamp.Buses` | each bus: exchange time, replies missing and damaged so far |
 //! | `/loop` | `hippocamp.Loop` | number and beginning of the cycle; how late, work and exchange times |
-//! | `/true_body` | `hippocamp.TrueBody` | what the simulated body truly does, where there is one |
+//! | `/true_body` | `hippocamp.TrueBody` | the true state of the simulated body, if there is one |
 //! | `/tf` | `foxglove.FrameTransforms` | world to body |
-//! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, to look at; at most 50 a second |
+//! | `/scene` | `foxglove.SceneUpdate` | the robot as lines and spheres, for display; at most 50 a second |
 //!
-//! Attachments: `robot.toml`, the robot file; `run.json`, a [`RunHeader`]. Metadata `outcome`: how it ended.
-//! With these a replay needs nothing else.
+//! Attachments: `robot.toml`, the robot file; `run.json`, a [`RunHeader`]. Metadata `outcome`: how the run ended.
+//! A replay needs nothing else.
 
 mod decode;
 mod header;

@@ -1,4 +1,4 @@
-//! An order as it is recorded: flat fields, since readers of recordings know no unions.
+//! An order as recorded: flat fields, since readers of recordings have no unions.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +10,13 @@ use crate::motion::{Command, GaitChoice, Order, Posture};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderFields {
     order: Word,
-    /// Only beside [`Word::Drive`].
+    /// Set only with [`Word::Drive`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     command: Option<CommandFields>,
-    /// Only beside [`Word::Perform`].
+    /// Set only with [`Word::Perform`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     strokes: Option<StrokeFields>,
-    /// Only beside [`Word::Take`]: index into the poses of the robot file.
+    /// Set only with [`Word::Take`]: index into the poses of the robot file.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pose: Option<usize>,
 }
@@ -36,7 +36,7 @@ enum Word {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct CommandFields {
     choice: ChoiceWord,
-    /// Only beside [`ChoiceWord::Gait`]: index into the gaits of the robot file.
+    /// Set only with [`ChoiceWord::Gait`]: index into the gaits of the robot file.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     gait: Option<usize>,
     speed_m_s: f64,
@@ -89,7 +89,7 @@ impl TryFrom<OrderFields> for Order {
     }
 }
 
-/// Whether `robot` has the gait or the pose that `order` names by its place in the robot file.
+/// True if `robot` has the gait or the pose that `order` names by its index in the robot file.
 pub(super) fn is_of(order: Order, robot: &Robot) -> bool {
     match order {
         Order::Drive(command) => gait_is_of(command.gait, robot),
@@ -98,7 +98,7 @@ pub(super) fn is_of(order: Order, robot: &Robot) -> bool {
     }
 }
 
-/// Whether `robot` has this gait.
+/// True if `robot` has this gait.
 pub(crate) fn gait_is_of(choice: GaitChoice, robot: &Robot) -> bool {
     match (choice, robot.motion.horse()) {
         (GaitChoice::Gait(gait), Some(horse)) => gait < horse.gaits.len(),

@@ -1,4 +1,4 @@
-//! A recording read back: what a replay needs, cycle by cycle, in memory that does not grow with the file.
+//! Reads a recording back: the data for a replay, cycle by cycle, in memory that does not grow with the file.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,26 +16,26 @@ use super::writer::{OUTCOME_METADATA, ROBOT_ATTACHMENT, RUN_ATTACHMENT};
 use crate::config::{self, ConfigError};
 use crate::model::Robot;
 
-/// Why a file is no recording of this program.
+/// Why a file is not a recording of this program.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// It cannot be read at all.
+    /// It cannot be read.
     #[error("{file} could not be read")]
     Io {
         /// The file.
         file: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// It is no MCAP file, or not one of ours.
+    /// It is not an MCAP file, or not one of ours.
     #[error("{file}: expected a recording of 'hippocamp run --record': {reason}")]
     NotARecording {
         /// The file.
         file: String,
-        /// What was found.
+        /// The contents found instead.
         reason: String,
     },
-    /// The robot file inside is not good.
+    /// The robot file inside is invalid.
     #[error("{file}: the robot file inside the recording is not good")]
     Robot {
         /// The file.
@@ -48,17 +48,17 @@ pub enum ReadError {
 /// How the recording ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
-    /// With the run: what was noted of it.
+    /// The recording ends with the run, and notes this outcome.
     Outcome(BTreeMap<String, String>),
-    /// In the middle: the recorder had no time to end it, or the file was damaged since.
+    /// The recording ends early: the recorder had no time to end it, or the file was damaged since.
     CutShort {
-        /// Where reading ended.
+        /// The place and cause of the cut.
         reason: String,
     },
 }
 
 impl Ending {
-    /// How many cycles the run noted that it had; those that were dropped count. 0 where it noted nothing.
+    /// Number of cycles that the run noted, dropped ones included. 0 if it noted none.
     pub fn cycles(&self) -> u64 {
         let noted = match self {
             Ending::Outcome(outcome) => outcome.get("cycles").and_then(|cycles| cycles.parse().ok()),
@@ -68,14 +68,14 @@ impl Ending {
     }
 }
 
-/// The run that was recorded.
+/// The recorded run.
 #[derive(Debug)]
 pub struct RecordedRun {
-    /// What the run was asked to do.
+    /// The task of the run.
     pub header: RunHeader,
     /// Text of the robot file.
     pub robot_text: String,
-    /// The robot, as its servos were mounted.
+    /// The robot, with its servos as mounted.
     pub robot: Robot,
 }
 
@@ -83,12 +83,12 @@ pub struct RecordedRun {
 pub struct Cycles<R> {
     file: String,
     records: Records<R>,
-    /// The topic of each channel that this program knows.
+    /// The topic of each channel, for channels that this program knows.
     topics: BTreeMap<u16, &'static str>,
-    /// The messages of the cycle that is being put together, and their sequence number.
+    /// The messages of the cycle under assembly, and their sequence number.
     messages: Messages,
     sequence: Option<u32>,
-    /// Number of the last cycle that was whole.
+    /// Number of the last complete cycle.
     last: Option<u64>,
     outcome: Option<BTreeMap<String, String>>,
     damage: Option<String>,
@@ -98,7 +98,7 @@ pub struct Cycles<R> {
 /// Opens the recording at `path`.
 ///
 /// # Errors
-/// When there is no such file, or it is no recording.
+/// If there is no such file, or it is not a recording.
 pub fn open(path: &Path) -> Result<(RecordedRun, Cycles<BufReader<File>>), ReadError> {
     let file = path.display().to_string();
     match File::open(path) {
@@ -107,10 +107,10 @@ pub fn open(path: &Path) -> Result<(RecordedRun, Cycles<BufReader<File>>), ReadE
     }
 }
 
-/// The same of what `from` gives, the bytes of a file called `file`.
+/// Like [`open`], from the bytes that `from` gives, of a file called `file`.
 ///
 /// # Errors
-/// When they are no recording.
+/// If they are not a recording.
 pub fn read<R: Read>(from: R, file: &str) -> Result<(RecordedRun, Cycles<R>), ReadError> {
     let not_a_recording = |reason: String| ReadError::NotARecording { file: file.to_owned(), reason };
     let records = Records::of(from).map_err(not_a_recording)?;
@@ -175,10 +175,10 @@ impl<R: Read> Cycles<R> {
         };
     }
 
-    /// The next cycle that is whole, of the `robot` that this is a recording of; none at the end. Their numbers rise.
+    /// The next complete cycle of the recorded `robot`; `None` at the end. Cycle numbers rise.
     ///
     /// # Errors
-    /// When what is there is no recording of this program. Damage is none: see [`Cycles::ending`].
+    /// If the data are not a recording of this program. Damage is not an error: see [`Cycles::ending`].
     pub fn next(&mut self, robot: &Robot) -> Result<Option<Sample>, ReadError> {
         loop {
             let whole = self.next_messages();
@@ -188,7 +188,7 @@ impl<R: Read> Cycles<R> {
             let found = sample(robot, &whole).and_then(|found| self.in_order(found));
             let found =
                 found.map_err(|reason| ReadError::NotARecording { file: self.file.clone(), reason })?;
-            // The last cycle of a recording that was cut short may lack topics.
+            // The last cycle of a cut recording may lack topics.
             if found.is_some() {
                 return Ok(found);
             }
@@ -204,7 +204,7 @@ impl<R: Read> Cycles<R> {
         }
     }
 
-    /// The messages of the next cycle; at the end those that are left, then none.
+    /// The messages of the next cycle; at the end the remaining messages, then none.
     fn next_messages(&mut self) -> Messages {
         while !self.is_over {
             match self.take_record() {
@@ -219,7 +219,7 @@ impl<R: Read> Cycles<R> {
         std::mem::take(&mut self.messages)
     }
 
-    /// Reads one record; the messages of the cycle before, if it is the first of another.
+    /// Reads one record. If it begins another cycle, returns the messages of the cycle before.
     fn take_record(&mut self) -> Result<Option<Messages>, String> {
         if !self.records.advance()? {
             self.is_over = true;
@@ -245,7 +245,7 @@ impl<R: Read> Cycles<R> {
         Ok(whole)
     }
 
-    /// How it ends; for after the last cycle.
+    /// The ending; valid after the last cycle.
     pub fn ending(&self) -> Ending {
         match (&self.damage, &self.outcome) {
             (Some(reason), _) => Ending::CutShort { reason: reason.clone() },
@@ -255,35 +255,35 @@ impl<R: Read> Cycles<R> {
     }
 }
 
-/// A recording in memory, all of it: for a short one.
+/// A whole recording in memory: for a short one.
 #[derive(Debug)]
 pub struct Recording {
-    /// What the run was asked to do.
+    /// The task of the run.
     pub header: RunHeader,
     /// Text of the robot file.
     pub robot_text: String,
-    /// The robot, as its servos were mounted.
+    /// The robot, with its servos as mounted.
     pub robot: Robot,
-    /// Cycles that are whole, their numbers rising.
+    /// Complete cycles; their numbers rise.
     pub samples: Vec<Sample>,
-    /// How it ends.
+    /// The ending.
     pub ending: Ending,
 }
 
 impl Recording {
-    /// Reads the recording at `path`, up to its last whole chunk if it was cut short.
+    /// Reads the recording at `path`, up to its last complete chunk if it was cut short.
     ///
     /// # Errors
-    /// When there is no such file or it is no recording.
+    /// If there is no such file, or it is not a recording.
     pub fn read(path: &Path) -> Result<Recording, ReadError> {
         let (run, cycles) = open(path)?;
         Recording::of(run, cycles)
     }
 
-    /// The same from the `bytes` of a file called `file`.
+    /// Like [`Recording::read`], from the `bytes` of a file called `file`.
     ///
     /// # Errors
-    /// When they are no recording.
+    /// If they are not a recording.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Recording, ReadError> {
         let (run, cycles) = read(bytes, file)?;
         Recording::of(run, cycles)

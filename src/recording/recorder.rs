@@ -1,7 +1,7 @@
-//! The loop's end of a recording, and the thread behind it.
+//! The loop's side of a recording, and the thread behind it.
 //!
 //! Samples circulate: the loop takes an empty one, fills it and hands it over; the thread writes it and hands
-//! it back. When none is empty the cycle is dropped and counted, or, where time is virtual, waited for.
+//! it back. If there is no empty one, the loop drops and counts the cycle, or waits if time is virtual.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -19,7 +19,7 @@ use crate::cycle::CycleTimes;
 use crate::model::Robot;
 use crate::telemetry::{CycleRecord, RecordingReport};
 
-/// The loop runs on for this long while the disk does nothing, s.
+/// How long the loop can run while the disk does nothing, s.
 const BUFFERED_S: f64 = 2.0;
 /// Fewest samples in circulation.
 const SAMPLES_MIN: usize = 16;
@@ -28,11 +28,11 @@ const LOOK: Duration = Duration::from_millis(20);
 /// How long the end of the run waits for the disk.
 const FINISH_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Takes one record a cycle; never waits for a disk unless told to.
+/// Takes one record a cycle; never waits for a disk unless asked to.
 #[derive(Debug)]
 pub struct Recorder {
     file: String,
-    /// True where waiting costs the loop nothing.
+    /// True if waiting costs the loop nothing.
     waits: bool,
     empty: Receiver<Box<Sample>>,
     filled: Sender<Handed>,
@@ -41,7 +41,7 @@ pub struct Recorder {
     is_lost: Arc<AtomicBool>,
 }
 
-/// True once what it is of writes no more; by being dropped, whatever drops it.
+/// Sets its flag when dropped, whatever drops it: then nothing is written any more.
 struct Loss(Arc<AtomicBool>);
 
 impl Drop for Loss {
@@ -64,13 +64,13 @@ struct Written {
 }
 
 impl Recorder {
-    /// Begins a recording of `robot`, whose file's text is `robot_text`, into `sink`, on a thread of its own.
-    /// `file` is what the report calls it. With `waits` no cycle is ever dropped for a slow sink.
+    /// Begins a recording of `robot`, whose file's text is `robot_text`, into `sink`, on a separate thread.
+    /// The report calls it `file`. With `waits`, no cycle is ever dropped for a slow sink.
     ///
-    /// Errors of the sink show in [`Recorder::is_lost`] at once, and are told by [`Recorder::finish`].
+    /// Errors of the sink show in [`Recorder::is_lost`] at once; [`Recorder::finish`] reports them.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system cannot start a thread.
     pub fn start(
         robot: &Robot,
         header: RunHeader,
@@ -82,7 +82,7 @@ impl Recorder {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 2000")]
         let count = ((robot.rate_hz * BUFFERED_S) as usize).max(SAMPLES_MIN);
         let (give_back, empty) = bounded(count);
-        // Room for all samples and the end: handing over never waits.
+        // Room for all samples and the end: handing over never blocks.
         let (filled, handed) = bounded(count + 1);
         let (tell, finished) = bounded(1);
         for _ in 0..count {
@@ -104,13 +104,13 @@ impl Recorder {
         Ok(Recorder { file, waits, empty, filled, finished, dropped: 0, is_lost })
     }
 
-    /// True once nothing more is written: the sink failed, or the thread behind it is gone. A sink that is only slow
-    /// drops cycles and is not lost.
+    /// True once nothing more is written: the sink failed, or its thread is gone. A slow sink only
+    /// drops cycles; it is not lost.
     pub fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
 
-    /// Takes over one cycle. Allocates nothing.
+    /// Records one cycle. Allocates nothing.
     pub fn record<'s>(
         &mut self,
         record: &CycleRecord<'_>,
@@ -126,7 +126,8 @@ impl Recorder {
         self.dropped += u64::from(!handed);
     }
 
-    /// Ends the recording with how the run ended; for after the robot has stopped, since it waits for the disk.
+    /// Ends the recording with the outcome of the run. Call it after the robot has stopped, since it waits for the
+    /// disk.
     pub fn finish(self, mut outcome: BTreeMap<String, String>) -> RecordingReport {
         outcome.insert("dropped".to_owned(), self.dropped.to_string());
         let _ = self.filled.try_send(Handed::End(outcome));
@@ -148,8 +149,8 @@ impl Recorder {
     }
 }
 
-/// What was handed over next, looked for at each `beat` instead of waited for: to wake a waiting thread would
-/// cost the loop more than everything else about a recording.
+/// The next item handed over. It is polled at each `beat` instead of awaited: waking a waiting thread would
+/// cost the loop more than the rest of a recording.
 fn next_by_looking(handed: &Receiver<Handed>, beat: &Receiver<Instant>) -> Option<Handed> {
     loop {
         match handed.try_recv() {
@@ -160,8 +161,8 @@ fn next_by_looking(handed: &Receiver<Handed>, beat: &Receiver<Instant>) -> Optio
     }
 }
 
-/// The thread: writes what it is handed until the end. After an error, which is its `loss`, it only hands samples
-/// back.
+/// Body of the thread: writes what it gets until the end. After an error, which drops its `loss`, it only returns
+/// samples.
 fn write_all(
     robot: &Robot,
     header: &RunHeader,
@@ -173,7 +174,7 @@ fn write_all(
 ) -> Written {
     let mut written = Written { records: 0, lost: 0, error: None };
     let mut writer = RecordingWriter::new(robot.clone(), header, robot_text, sink)
-        // It goes with a writer that fails.
+        // A writer that fails drops the loss with it.
         .map(|writer| (writer, loss))
         .map_err(|error| written.error = Some(describe(&error)))
         .ok();
@@ -202,7 +203,7 @@ fn write_all(
     written
 }
 
-/// The error with what is behind it: MCAP's own text leaves the system's out.
+/// The error with its causes: MCAP's own text omits the system's.
 pub(super) fn describe(error: &mcap::McapError) -> String {
     let causes = std::iter::successors(std::error::Error::source(error), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))

@@ -1,7 +1,7 @@
-//! The records of a file, one after the other, in memory that does not grow with the file.
+//! Reads the records of a file, one after the other, in memory that does not grow with the file.
 //!
-//! Comes in: bytes that anybody may have written. Goes out: the records that a recording is read from, each whole. Every
-//! length in a file is compared with a limit, and with the bytes that are there, before memory is taken for it.
+//! Takes untrusted bytes. Returns the records that a recording needs, each complete. Every
+//! length in a file is checked against a limit, and against the available bytes, before memory is allocated for it.
 
 use std::io::{self, Read};
 
@@ -13,29 +13,29 @@ use super::recorder::describe;
 
 /// Longest record that is read, bytes.
 pub const RECORD_MAX: u64 = 1 << 20;
-/// Largest chunk that is read, bytes, packed and unpacked.
+/// Largest chunk that is read, bytes, both packed and unpacked.
 pub const CHUNK_MAX: u64 = 32 << 20;
 
-/// Of every record: what it is, and how long what follows is.
+/// Head of every record: its opcode and the length of its body.
 const HEAD_BYTES: usize = 1 + 8;
 
 /// Reads a file from its beginning.
 pub(super) struct Records<R> {
     file: R,
-    /// Bytes of the file before the record that is read next.
+    /// Number of bytes in the file before the next record.
     offset: u64,
-    /// The chunk whose records are read; none between chunks.
+    /// The chunk whose records are being read; `None` between chunks.
     chunk: Option<LinearReader>,
-    /// The record that was read last.
+    /// Opcode of the last record read.
     opcode: u8,
     body: Vec<u8>,
 }
 
 impl<R: Read> Records<R> {
-    /// Of `file`, which is at its beginning.
+    /// Reads `file`, which is at its beginning.
     ///
     /// # Errors
-    /// Why it is no file of records.
+    /// Why it is not a file of records.
     pub(super) fn of(mut file: R) -> Result<Records<R>, String> {
         let mut magic = [0; mcap::MAGIC.len()];
         read_up_to(&mut file, &mut magic)?;
@@ -46,10 +46,10 @@ impl<R: Read> Records<R> {
         Ok(Records { file, offset, chunk: None, opcode: 0, body: Vec::new() })
     }
 
-    /// Goes on to the next record of a kind that is needed; false at the end of the file, or of its data.
+    /// Advances to the next record of a kind that is needed; false at the end of the file, or of its data.
     ///
     /// # Errors
-    /// The damage, and its place. Nothing can be read behind it.
+    /// The damage, and its place. Nothing after it can be read.
     pub(super) fn advance(&mut self) -> Result<bool, String> {
         loop {
             if let Some(chunk) = &mut self.chunk {
@@ -93,7 +93,7 @@ impl<R: Read> Records<R> {
                 op::CHANNEL | op::MESSAGE => {
                     return Err(self.damage(&too_long("a record", length, RECORD_MAX)));
                 }
-                // No kind of record has this number: this is the empty part of a file that was made larger.
+                // No kind of record has this number: this is the empty part of a file that was enlarged.
                 0 => return Err(self.damage("zeros, where a record should begin")),
                 _ => {
                     let mut rest = (&mut self.file).take(length);
@@ -107,12 +107,12 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// The record that was come to.
+    /// The present record.
     ///
     /// # Errors
-    /// Why it is none.
+    /// Why it is not a record.
     pub(super) fn record(&self) -> Result<Record<'_>, String> {
-        // The parser takes as much memory as the lengths inside a record say.
+        // The parser allocates as much memory as the lengths inside a record demand.
         if !are_right(self.opcode, &self.body) {
             return Err(self.damage("the lengths inside a record are wrong"));
         }
@@ -167,7 +167,7 @@ fn bytes(count: usize) -> u64 {
     u64::try_from(count).unwrap_or(u64::MAX)
 }
 
-/// The next record of a chunk that is all there, into `body`; none at its end.
+/// Reads the next record of a complete chunk into `body`; `None` at its end.
 fn next_of(chunk: &mut LinearReader, body: &mut Vec<u8>) -> Result<Option<u8>, String> {
     loop {
         match chunk.next_event() {
@@ -177,14 +177,14 @@ fn next_of(chunk: &mut LinearReader, body: &mut Vec<u8>) -> Result<Option<u8>, S
                 body.extend_from_slice(data);
                 return Ok(Some(opcode));
             }
-            // There is no more: asked once more, it says whether that is its end or damage.
+            // There is no more: another call tells whether that is its end or damage.
             Some(Ok(LinearReadEvent::ReadRequest(_))) => chunk.notify_read(0),
             Some(Err(error)) => return Err(describe(&error)),
         }
     }
 }
 
-/// Reads until `into` is full or the file ends; how many bytes came.
+/// Reads until `into` is full or the file ends; returns the number of bytes read.
 fn read_up_to(file: &mut impl Read, into: &mut [u8]) -> Result<usize, String> {
     let mut count = 0;
     while let Some(left) = into.get_mut(count..).filter(|left| !left.is_empty()) {

@@ -1,4 +1,4 @@
-//! One cycle by value, with room for all of it taken once.
+//! One cycle by value, in memory that is allocated once.
 
 use std::time::Duration;
 
@@ -16,53 +16,53 @@ use crate::telemetry::CycleRecord;
 pub struct BusSample {
     /// Time of the last exchange.
     pub exchange: Duration,
-    /// Replies that never came, since the start.
+    /// Missing replies since the start.
     pub missing: u64,
-    /// Replies that were damaged, since the start.
+    /// Corrupt replies since the start.
     pub corrupt: u64,
-    /// Whether its port was gone when last used.
+    /// True if its port was gone when last used.
     pub is_gone: bool,
 }
 
 /// A [`CycleRecord`] by value, its times, and the buses after it.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// When the cycle was.
+    /// Times of the cycle.
     pub times: CycleTimes,
-    /// How late it began after its deadline.
+    /// Time by which it began after its deadline.
     pub late: Duration,
-    /// What the operator wanted.
+    /// The operator's order.
     pub order: Order,
-    /// What the robot was doing.
+    /// The robot's activity.
     pub activity: Activity,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
-    /// What the generator asked for.
+    /// The generator's targets.
     pub targets: Targets,
-    /// What inverse kinematics made of it.
+    /// The result of inverse kinematics.
     pub joints: JointTargets,
-    /// The goal registers that were sent, one a joint.
+    /// The goal registers that were sent, one per joint.
     pub goals: Vec<ServoGoal>,
-    /// What the servos answered, one slot a joint.
+    /// The replies of the servos, one slot per joint.
     pub slots: Vec<Slot>,
-    /// What the inertial measurement unit last said.
+    /// The last reading of the inertial measurement unit.
     pub imu: ImuReading,
-    /// What is known of the robot after the exchange.
+    /// The estimated state of the robot after the exchange.
     pub state: State,
-    /// Joints that were told something else than was asked.
+    /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,
-    /// What the robot truly does; only a simulated body tells.
+    /// The true state of the trunk; only a simulated body reports it.
     pub truth: Option<TrueBody>,
     /// Each bus.
     pub buses: Vec<BusSample>,
 }
 
 impl Sample {
-    /// Room for a cycle of `robot`.
+    /// An empty sample for `robot`.
     pub fn new(robot: &Robot) -> Sample {
         Sample {
             times: CycleTimes::default(),
@@ -84,7 +84,7 @@ impl Sample {
         }
     }
 
-    /// Takes over a cycle of the robot this was made for. Allocates nothing.
+    /// Copies a cycle of the same robot. Allocates nothing.
     pub fn copy_from<'s>(
         &mut self,
         record: &CycleRecord<'_>,
@@ -153,7 +153,7 @@ impl Sample {
         }
     }
 
-    /// Joints and tip of each chain of `robot` by the measured angles, body frame, m.
+    /// Positions of the joints and the tip of each chain of `robot` at the measured angles, body frame, m.
     pub fn limbs_in_body(&self, robot: &Robot) -> Vec<Vec<DVec3>> {
         let limb = |chain: &Chain| {
             let joints = &self.state.joints[chain.joints.clone()];
@@ -162,8 +162,8 @@ impl Sample {
         robot.chains.iter().map(limb).collect()
     }
 
-    /// Where to draw the trunk of `robot`, m, and how it is turned: as it truly is, where that is known; else where it
-    /// is planned; while nothing is planned, so that what hangs lowest lies on the ground.
+    /// Position, m, and orientation to draw the trunk of `robot`: its true pose if known, else the planned one.
+    /// While nothing is planned, its lowest part lies on the ground.
     pub fn trunk_in_world(&self, robot: &Robot) -> (DVec3, DQuat) {
         if let Some(truth) = &self.truth {
             return (truth.position_m, truth.turn);

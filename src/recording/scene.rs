@@ -7,7 +7,7 @@ use super::messages::{FrameTransform, FrameTransforms, Pose, Stamp, Vector3};
 use super::sample::Sample;
 use crate::model::Robot;
 
-/// Frames of the recording.
+/// Names of the frames in the recording.
 pub(super) const WORLD: &str = "world";
 pub(super) const BODY: &str = "body";
 
@@ -29,7 +29,7 @@ struct Entity {
     timestamp: Stamp,
     frame_id: &'static str,
     id: &'static str,
-    /// Zero: until it is replaced.
+    /// Zero means: until it is replaced.
     lifetime: Stamp,
     frame_locked: bool,
     metadata: [(); 0],
@@ -77,7 +77,7 @@ const STANCE: Color = Color { r: 0.2, g: 0.6, b: 0.3, a: 1.0 };
 const SWING: Color = Color { r: 0.95, g: 0.6, b: 0.1, a: 1.0 };
 const TARGET: Color = Color { r: 0.8, g: 0.1, b: 0.5, a: 0.5 };
 const GROUND: Color = Color { r: 0.8, g: 0.8, b: 0.78, a: 1.0 };
-/// A strip of lines, in Foxglove's numbers.
+/// Foxglove's number for a strip of lines.
 const LINE_STRIP: u8 = 0;
 
 pub(super) fn transforms(trunk_in_world: DVec3, turn: DQuat, timestamp: Stamp) -> FrameTransforms<'static> {
@@ -139,7 +139,7 @@ pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUp
     SceneUpdate { deletions: [], entities: [robot_entity, ground] }
 }
 
-/// The box round the roots of the limbs, as thick as a link at least.
+/// The box around the roots of the limbs, at least as thick as a link.
 fn trunk_box(robot: &Robot, size_m: f64) -> Solid {
     let (low, high) = robot.root_extent();
     Solid {

@@ -1,4 +1,4 @@
-//! A stroke as it is recorded: flat fields, since readers of recordings know no unions.
+//! A stroke as recorded: flat fields, since readers of recordings have no unions.
 
 use std::fmt;
 
@@ -16,19 +16,19 @@ pub struct StrokeFields {
     stroke: String,
     tempo: f64,
     turn_rad: f64,
-    /// Of `reach` and `wind`, body frame, m.
+    /// Target of `reach`, or point of `wind`, body frame, m.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     point: Option<Vector3>,
-    /// Of `reach` where the tip's direction matters, and the axis of `wind`, body frame.
+    /// Direction of the tip in `reach`, if it matters, or the axis of `wind`, body frame.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     direction: Option<Vector3>,
-    /// Of `wind`.
+    /// Radius of `wind`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     radius_m: Option<f64>,
-    /// Of `path`, body frame, m.
+    /// Waypoints of `path`, body frame, m.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     waypoints: Option<Vec<Vector3>>,
-    /// Of `path`.
+    /// Speed of `path`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     speed_m_s: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! What a run was to do while its operator said no more than to go.
+//! The task of a run while its operator only orders it to go.
 
 use std::fmt;
 
@@ -7,23 +7,23 @@ use serde::{Deserialize, Serialize};
 use super::strokes::StrokeFields;
 use crate::motion::{Command, Plan};
 
-/// What a run was to do; fields of `run.json`.
+/// The task of a run; fields of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Task {
-    /// Of a horse.
+    /// Task of a horse.
     Horse {
         /// Name of the gait.
         gait: String,
         /// Gait, speed and posture.
         command: Command,
     },
-    /// Of a rig of arms.
+    /// Task of a rig of arms.
     Tentacle {
-        /// What to do.
+        /// The strokes.
         strokes: StrokeFields,
     },
-    /// Of a figure.
+    /// Task of a figure.
     Figure {
         /// Name of the pose.
         pose: String,
@@ -31,7 +31,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// That of a plan.
+    /// The task of a plan.
     pub fn of(plan: &Plan) -> Task {
         match plan {
             Plan::Horse(plan) => {
@@ -46,7 +46,7 @@ impl Task {
     }
 }
 
-/// As in "it was to do ...".
+/// Fits after "it was to do ...".
 impl fmt::Display for Task {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,6 +1,6 @@
 //! Topics and their schemas.
 
-/// What a topic is called and what its messages look like.
+/// Name and message format of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topic {
     /// Name.

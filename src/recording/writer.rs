@@ -1,4 +1,4 @@
-//! From samples to the MCAP file: what each message holds, and when a chunk ends.
+//! Writes samples to the MCAP file: the contents of each message, and when a chunk ends.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -21,9 +21,9 @@ use crate::model::{Chain, Robot};
 use crate::signals::{Aim, OutageCause, Targets};
 use crate::units::Time;
 
-/// What is written more than this long ago survives whatever happens.
+/// Longest chunk: data written longer ago than this survive whatever happens.
 const CHUNK: Duration = Duration::from_secs(1);
-/// A chunk ends sooner where its messages are this many bytes: readers hold one chunk in memory.
+/// A chunk ends sooner if its messages reach this many bytes: readers hold one chunk in memory.
 const CHUNK_BYTES: usize = 8 << 20;
 /// Most scene messages a second.
 const SCENE_HZ: f64 = 50.0;
@@ -34,11 +34,11 @@ pub(super) const RUN_ATTACHMENT: &str = "run.json";
 /// Name of the metadata record.
 pub(super) const OUTCOME_METADATA: &str = "outcome";
 
-/// A recording being written.
+/// A recording that is being written.
 pub(super) struct RecordingWriter<W: Write> {
     robot: Robot,
     started_unix_ns: u64,
-    /// Chunks are put together in memory and written whole, so that a cut leaves whole ones behind.
+    /// Chunks are built in memory and written whole, so that a cut leaves complete chunks behind.
     mcap: Writer<NoSeek<W>>,
     /// Channel of each topic, in the order of [`TOPICS`].
     channels: Vec<u16>,
@@ -49,7 +49,7 @@ pub(super) struct RecordingWriter<W: Write> {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Begins a recording with all that does not change.
+    /// Begins a recording with all data that do not change.
     pub(super) fn new(
         robot: Robot,
         header: &RunHeader,
@@ -98,7 +98,7 @@ impl<W: Write> RecordingWriter<W> {
         })
     }
 
-    /// Writes one cycle; ends the chunk before it once that spans a second, or is large.
+    /// Writes one cycle; first ends the present chunk if it spans a second or is large.
     pub(super) fn write(&mut self, sample: &Sample) -> Result<(), McapError> {
         if sample.times.began.since(self.chunk_began) >= CHUNK || self.chunk_bytes >= CHUNK_BYTES {
             self.mcap.flush()?;
@@ -135,7 +135,7 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
-    /// Ends the recording with how the run ended, and hands the sink back.
+    /// Ends the recording with the outcome of the run, and returns the sink.
     pub(super) fn finish(mut self, outcome: BTreeMap<String, String>) -> Result<W, McapError> {
         self.mcap.write_metadata(&Metadata { name: OUTCOME_METADATA.to_owned(), metadata: outcome })?;
         self.mcap.finish()?;
@@ -158,7 +158,7 @@ impl<W: Write> RecordingWriter<W> {
         self.chunk_bytes += self.json.len();
         let header = MessageHeader {
             channel_id: *channel,
-            // Runs of more than 2^32 cycles wrap; the loop's own message has the whole number.
+            // The sequence wraps after 2^32 cycles; the loop's own message has the whole number.
             sequence: u32::try_from(cycle & u64::from(u32::MAX)).unwrap_or_default(),
             log_time: at.0,
             publish_time: at.0,
@@ -228,7 +228,7 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     messages::Servos { timestamp, servos: servos.collect() }
 }
 
-/// Whether a place was asked for of the tip of chain number `chain`.
+/// True if the generator set a target for the tip of chain number `chain`.
 fn is_aimed(targets: &Targets, chain: usize) -> bool {
     match targets.aim {
         Aim::Tips | Aim::Arms => true,
@@ -271,7 +271,7 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
     messages::Feet { timestamp, feet: robot.chains.iter().enumerate().map(foot).collect() }
 }
 
-/// JSON knows no infinity.
+/// JSON has no infinity.
 fn finite(place: Option<DVec3>) -> Option<messages::Vector3> {
     place.filter(|place| place.is_finite()).map(messages::Vector3::from)
 }

@@ -1,11 +1,11 @@
-//! What a finding means, for people: which servo, what is wrong, what to do.
+//! Describes a finding for people: which servo, what is wrong, what to do.
 
 use super::{Fault, Finding};
 use crate::model::{OVERLOAD_ALARM, Protocol, Robot};
 use crate::signals::{Outage, OutageCause};
 
 impl Outage {
-    /// Which joint has no torque, why, and what becomes of it.
+    /// Names the joint without torque, the cause, and what becomes of it.
     pub fn describe(&self, robot: &Robot) -> String {
         let Some(joint) = robot.joints.get(self.joint) else { return "no such joint".to_owned() };
         let (servo, names) = joint.servo.map_or_else(Default::default, |servo| {
@@ -37,7 +37,7 @@ impl Outage {
 }
 
 impl Finding {
-    /// What the bits mean, in brackets. A Dynamixel's reply says only that there is an alarm: then nothing.
+    /// The meaning of the bits, in brackets. Empty for a Dynamixel, whose reply says only that there is an alarm.
     fn alarm_words(&self, robot: &Robot, bits: u8) -> String {
         let joint = self.joint.and_then(|joint| robot.joints.get(joint));
         let servo = joint.and_then(|joint| joint.servo.as_ref());
@@ -45,7 +45,7 @@ impl Finding {
         feetech.map(|servo| format!(" ({})", servo.model.registers.alarm_words(bits))).unwrap_or_default()
     }
 
-    /// One sentence on what was found and one on what to do about it.
+    /// One sentence on the finding and one on what to do about it.
     pub fn describe(&self, robot: &Robot) -> String {
         let what = match self.fault {
             Fault::Unheard { age_s, is_damaged: true, .. } => {

@@ -1,4 +1,4 @@
-//! What safety remembers of one joint, and where its goals start from.
+//! What safety remembers about one joint, and where the joint's goals start.
 
 use super::limiter::Limiter;
 use super::recall::{GOAL_SLACK_RAD, Recall, Recalled};
@@ -9,25 +9,24 @@ use crate::signals::JointState;
 #[derive(Debug)]
 pub(super) struct JointSafety {
     pub(super) limiter: Limiter,
-    /// Its servo stops by itself when its bus is silent, and then holds another goal.
+    /// True if its servo stops by itself when its bus is silent; it then holds another goal.
     has_watchdog: bool,
-    /// Time since its torque came on, s; none while limp.
+    /// Time since its torque came on, s; `None` while limp.
     pub(super) torque_on_s: Option<f64>,
     /// True once it has had torque in this run.
     has_started: bool,
-    /// The lowest and the highest goal, rad, of those that its servo may hold: the last one that it confirmed by a reply,
-    /// and all that were sent since.
+    /// The lowest and the highest goal, rad, that its servo may hold: the last goal that a reply confirmed, and all
+    /// goals sent since.
     pub(super) held_rad: (f64, f64),
     /// True if it, and every other servo of its bus, answered the exchange before the last.
     was_heard: bool,
-    /// True from when its servo has been silent for so long that it may have started again, until it is known whether it
-    /// has.
+    /// True from when its silent servo may have restarted until it is known whether it has.
     pub(super) is_lost: bool,
-    /// Where it stood when it was last heard before it was lost, rad.
+    /// Angle at which it was last heard before it was lost, rad.
     before_rad: f64,
-    /// What it was asked since it is heard again.
+    /// Answers of its servo to questions since it was heard again.
     pub(super) recall: Recall,
-    /// What became of its servo, where a joint may be left without.
+    /// Trip state of its servo, on a robot that may continue without a joint.
     pub(super) trip: Trip,
 }
 
@@ -47,11 +46,11 @@ impl JointSafety {
         }
     }
 
-    /// Decides where the next goal follows from. When torque comes on, that is where the joint is measured. After a stall
-    /// of the loop by `stall_s` it is the last goal, at rest: the servo has long arrived there. After a silence of the
-    /// servo, and after a stall in which its watchdog may have stopped it, it is the goal that the servo holds, or, if it
-    /// has lost its torque, where the joint is measured.
-    /// `is_bus_heard` says whether every servo of its bus answered the last exchange.
+    /// Chooses the angle from which the next goal follows. When torque comes on, it is the measured angle. After a
+    /// stall of the loop by `stall_s` it is the last goal, at rest: the servo has long arrived there. After a
+    /// silence of the servo, or a stall in which its watchdog may have stopped it, it is the goal that the servo
+    /// holds, or the measured angle if the servo has lost its torque. `is_bus_heard` says whether every servo of
+    /// its bus answered the last exchange.
     pub(super) fn take_over(
         &mut self,
         stall_s: f64,
@@ -85,16 +84,16 @@ impl JointSafety {
         }
     }
 
-    /// The next goal is the first with torque.
+    /// Prepares for the first goal with torque.
     fn start_limp(&mut self, measured: &JointState) {
         self.is_lost = false;
         self.let_go(measured);
         self.hold_last_goal();
     }
 
-    /// Without torque a joint is where it is, and would start from there. Its first goal lies outside the range only
-    /// where the joint was found far outside when the run began: later, or by a little, a joint is outside because it
-    /// gave way, and its goals stay inside.
+    /// Without torque a joint has no goal, so the next goal starts from its measured angle. The first goal lies
+    /// outside the range only if the joint was found far outside when the run began. A joint that is outside later,
+    /// or only a little, gave way, and its goals stay inside.
     pub(super) fn let_go(&mut self, measured: &JointState) {
         self.torque_on_s = None;
         if self.has_started || self.limiter.is_almost_inside(measured.position_rad) {
@@ -104,35 +103,35 @@ impl JointSafety {
         }
     }
 
-    /// The servo holds the last goal and no other.
+    /// Notes that the servo holds the last goal and no other.
     fn hold_last_goal(&mut self) {
         (self.held_rad, self.was_heard) = ((self.limiter.goal_rad(), self.limiter.goal_rad()), true);
     }
 
-    /// Torque is on for `dt_s` more; how long it has been on, s.
+    /// Adds `dt_s` with torque on; returns the time that torque has been on, s.
     pub(super) fn hold_torque(&mut self, dt_s: f64) -> f64 {
         let on_s = self.torque_on_s.map_or(0.0, |on_s| on_s + dt_s);
         (self.torque_on_s, self.has_started) = (Some(on_s), true);
         on_s
     }
 
-    /// Whether the goal can start where the joint is measured while limp.
+    /// True if a goal can start from the measured angle of the limp joint.
     pub(super) fn can_start_from(&self, measured: &JointState) -> bool {
         self.torque_on_s.is_some()
             || self.limiter.has_counts_at(measured.position_rad)
                 && (!self.has_started || self.limiter.is_between_stops(measured.position_rad))
     }
 
-    /// Whether the joint is on its way back to what is wanted, or it is not known yet what its servo still has.
+    /// True if the joint is returning to what is wanted, or it is still unknown what its servo holds.
     pub(super) fn is_waited_for(&self, measured: &JointState) -> bool {
         let is_asked = self.is_lost && (measured.age_s <= 0.0 || self.recall.has_begun());
         self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
     }
 
-    /// A servo that answers exchange after exchange holds the goal that came with the last. The first answer after a
-    /// silence says less: the servo may have begun to hear between the goal and the question of one request. Nor does an
-    /// answer say much while another servo of the bus owes one: that may come late and spoil the goals of all.
-    /// One that says which goal it holds is believed if that was sent.
+    /// A servo that answers exchange after exchange holds the goal sent with the last one. The first answer after a
+    /// silence proves less: the servo may have begun to hear between the goal and the question of one request. An
+    /// answer also proves little while another servo of the bus owes one: the late answer may spoil the goals of
+    /// all. If a servo reports its goal, the report is believed if that goal was sent.
     fn note_sent(&mut self, measured: &JointState, is_bus_heard: bool) {
         let goal_rad = self.limiter.goal_rad();
         let (low, high) = (self.held_rad.0.min(goal_rad), self.held_rad.1.max(goal_rad));

@@ -4,25 +4,25 @@ use crate::model::{Joint, Pace, SafetySettings};
 
 /// Differences smaller than this, rad, are rounding, not interventions.
 const ROUNDING_RAD: f64 = 1e-9;
-/// Play, sag and the error of a horn take a limp joint out of its range by this much, rad.
+/// Play, sag and the horn's error may take a limp joint out of its range by this much, rad.
 const ALMOST_RAD: f64 = 0.1;
 /// A stop gives way by this much, rad, and the horn may be off by as much.
 const STOP_SLACK_RAD: f64 = 0.1;
 
-/// Holds one joint's goals to its limits, and remembers the last goal and its speed.
+/// Keeps one joint's goals within its limits, and remembers the last goal and its speed.
 #[derive(Debug, Clone)]
 pub(super) struct Limiter {
     range_rad: (f64, f64),
     rate_rad_s: f64,
     slow_rate_rad_s: f64,
     acceleration_rad_s2: f64,
-    /// Where the servo has counts.
+    /// Range in which the servo has counts.
     servo_range_rad: (f64, f64),
-    /// Where the joint meets its mechanical stops.
+    /// Angles of the joint's mechanical stops.
     stops_rad: (f64, f64),
     goal_rad: f64,
     speed_rad_s: f64,
-    /// True from a start until the goal has reached what is wanted; till then it moves slowly.
+    /// True from a start until the goal has reached the wanted angle; until then it moves slowly.
     is_catching_up: bool,
 }
 
@@ -42,8 +42,8 @@ impl Limiter {
         }
     }
 
-    /// The next goal follows from here, at rest: the measured position, which may lie outside the range. The goal
-    /// moves slowly until it has reached what is wanted.
+    /// Starts the next goal at the measured position, at rest; it may lie outside the range. The goal
+    /// moves slowly until it has reached the wanted angle.
     pub(super) fn start_from(&mut self, measured_rad: f64) {
         if measured_rad.is_finite() {
             self.goal_rad = measured_rad;
@@ -57,8 +57,8 @@ impl Limiter {
         self.start_from(measured_rad.clamp(self.range_rad.0, self.range_rad.1));
     }
 
-    /// How long the longest way of a joint on its way back takes, s, at the slow rate, and a fifth more; 0 for one that is
-    /// not on its way back.
+    /// Time that the longest way of a returning joint takes at the slow rate, plus a fifth, s; 0 for a joint that
+    /// is not returning.
     pub(super) fn longest_way_s(&self) -> f64 {
         if !self.is_catching_up {
             return 0.0;
@@ -67,27 +67,27 @@ impl Limiter {
         1.2 * way_rad / self.slow_rate_rad_s
     }
 
-    /// Whether the goal is still on its way to what is wanted, from where the joint was found.
+    /// True while the goal is still on its way from where the joint was found to the wanted angle.
     pub(super) fn is_catching_up(&self) -> bool {
         self.is_catching_up
     }
 
-    /// The next goal follows from the last one, at rest.
+    /// Starts the next goal at the last one, at rest.
     pub(super) fn rest_at_goal(&mut self) {
         self.speed_rad_s = 0.0;
     }
 
-    /// Whether the servo has a count for the measured angle.
+    /// True if the servo has a count for the measured angle.
     pub(super) fn has_counts_at(&self, measured_rad: f64) -> bool {
         is_within(self.servo_range_rad, ROUNDING_RAD, measured_rad)
     }
 
-    /// Whether a joint is so near its range that the torque, as it rises from nothing, may pull it inside.
+    /// True if a joint is so near its range that the torque, as it rises from zero, may pull it inside.
     pub(super) fn is_almost_inside(&self, measured_rad: f64) -> bool {
         is_within(self.range_rad, ALMOST_RAD, measured_rad)
     }
 
-    /// Whether a joint can be there without having broken its stops.
+    /// True if a joint can be at this angle without having broken its stops.
     pub(super) fn is_between_stops(&self, measured_rad: f64) -> bool {
         is_within(self.stops_rad, STOP_SLACK_RAD, measured_rad)
     }
@@ -96,21 +96,21 @@ impl Limiter {
         self.goal_rad
     }
 
-    /// Nearest goal to `wanted_rad` that is allowed `dt_s` after the last one, and whether it had to differ. The servo
-    /// may hold any goal from the lowest to the highest of `held_rad`: the next is a step of the rate from each.
-    /// A wanted angle that is not finite brings the joint to rest.
+    /// The allowed goal nearest to `wanted_rad`, `dt_s` after the last one, and whether it had to differ. The servo
+    /// may hold any goal from the lowest to the highest of `held_rad`: the next goal is within a step of the rate
+    /// of each. A wanted angle that is not finite brings the joint to rest.
     pub(super) fn next(&mut self, wanted_rad: f64, held_rad: (f64, f64), dt_s: f64) -> (f64, bool) {
         if !wanted_rad.is_finite() {
             return self.hold(wanted_rad, held_rad, dt_s);
         }
-        // On the way in from outside, the joint may be where it is, but never further out.
+        // On the way in from outside, the joint may be outside the range, but never further out.
         let (low, high) = (self.range_rad.0.min(self.goal_rad), self.range_rad.1.max(self.goal_rad));
         let in_range = wanted_rad.clamp(low, high);
         let goal = self.goal_rad + self.allowed_speed(in_range - self.goal_rad, dt_s) * dt_s;
         // Range outranks acceleration: a joint never overruns its limit to stop gently.
         let goal = self.near(goal.clamp(low, high), held_rad, dt_s);
         self.accept(goal, dt_s);
-        // What is wanted outside the range is as near as it gets.
+        // An angle outside the range counts as reached at the border.
         self.is_catching_up &= differs(goal, in_range);
         (goal, differs(goal, wanted_rad))
     }
@@ -120,7 +120,7 @@ impl Limiter {
         self.goal_rad - self.speed_rad_s * dt_s
     }
 
-    /// Takes back all but this `share` of the last step, `dt_s` long; returns the goal.
+    /// Shortens the last step, `dt_s` long, to this `share`; returns the goal.
     pub(super) fn shorten(&mut self, share: f64, dt_s: f64) -> f64 {
         let before = self.goal_before_rad(dt_s);
         let goal = before + share * (self.goal_rad - before);
@@ -129,8 +129,8 @@ impl Limiter {
         goal
     }
 
-    /// Comes to rest as fast as the acceleration limit allows; returns the goal, and whether that is not
-    /// `wanted_rad`.
+    /// Brings the joint to rest as fast as the acceleration limit allows; returns the goal, and whether it differs
+    /// from `wanted_rad`.
     pub(super) fn hold(&mut self, wanted_rad: f64, held_rad: (f64, f64), dt_s: f64) -> (f64, bool) {
         let goal = self.rest(held_rad, dt_s);
         (goal, differs(goal, wanted_rad))
@@ -145,14 +145,14 @@ impl Limiter {
         goal
     }
 
-    /// The nearest to `goal_rad` that is no further than a step of the rate from any goal the servo may hold. A servo that
-    /// has not heard the last goals would else leap to the next.
+    /// The angle nearest to `goal_rad` that is within a step of the rate of every goal that the servo may hold.
+    /// Otherwise a servo that has not heard the last goals would leap to the next.
     fn near(&self, goal_rad: f64, (lowest_rad, highest_rad): (f64, f64), dt_s: f64) -> f64 {
         let step_rad = self.rate_rad_s * dt_s;
         goal_rad.min(lowest_rad + step_rad).max(highest_rad - step_rad)
     }
 
-    /// Speed towards a place `way_rad` off that keeps rate and acceleration, and can still stop there.
+    /// Speed towards a target `way_rad` away that keeps rate and acceleration, and can still stop there.
     fn allowed_speed(&self, way_rad: f64, dt_s: f64) -> f64 {
         let is_slow = self.is_outside() || self.is_catching_up;
         let rate_rad_s = if is_slow { self.slow_rate_rad_s } else { self.rate_rad_s };
@@ -170,7 +170,7 @@ impl Limiter {
     }
 }
 
-/// Whether an angle is within a range and a slack beyond, rad.
+/// True if an angle is within a range plus a slack, rad.
 fn is_within(range_rad: (f64, f64), slack_rad: f64, angle_rad: f64) -> bool {
     (range_rad.0 - slack_rad..=range_rad.1 + slack_rad).contains(&angle_rad)
 }
@@ -186,7 +186,7 @@ mod tests {
 
     use super::*;
 
-    /// A border that lets less and less of each step through slows a joint down, and does not throw it back.
+    /// A border that shortens each step more and more slows a joint down, and does not throw it back.
     #[test]
     fn a_step_that_is_shortened_leaves_the_speed_it_had() {
         let text = include_str!("../../config/figure.toml");

@@ -1,22 +1,22 @@
-//! Whether all servos of a bus answered the last exchange.
+//! Tracks whether all servos of a bus answered the last exchange.
 //!
-//! A servo that owes an answer may give it late, while the next goals cross the line, and spoil them for all servos of
-//! its bus. Where one is silent for long, the others are asked now and then which goal they hold.
+//! A servo may answer late, while the next goals cross the line, and spoil them for all servos of its bus. If one
+//! servo is silent for long, the others are asked now and then which goal they hold.
 
 use crate::model::Robot;
 use crate::signals::{JointState, Question};
 
-/// On a bus with a silent servo the others are asked once in so many cycles.
+/// On a bus with a silent servo the others are asked once in this many cycles.
 const ASK_EVERY: u32 = 8;
 
-/// What is known of each bus.
+/// The state of each bus.
 #[derive(Debug)]
 pub(super) struct Listening {
-    /// The bus of each joint; none for a joint without a servo.
+    /// The bus of each joint; `None` for a joint without a servo.
     bus_of: Vec<Option<usize>>,
-    /// Whether every servo of the bus answered.
+    /// For each bus, true if all its servos answered.
     is_heard: Vec<bool>,
-    /// Cycles since every servo of some bus answered or was last asked.
+    /// For each bus, cycles since all its servos answered or were last asked.
     cycles: Vec<u32>,
 }
 
@@ -29,7 +29,7 @@ impl Listening {
         }
     }
 
-    /// Notes the last exchange. A joint that is out of service may be silent for good, so nobody waits for its servo.
+    /// Notes the last exchange. The servo of a joint out of service may be silent for good, so it does not count.
     pub(super) fn note(&mut self, joints: &[JointState], is_out: &[bool]) {
         self.is_heard.fill(true);
         for ((bus, measured), is_out) in self.bus_of.iter().zip(joints).zip(is_out) {
@@ -43,13 +43,13 @@ impl Listening {
         }
     }
 
-    /// Whether every servo of the bus of `joint` answered the last exchange.
+    /// True if every servo of the bus of `joint` answered the last exchange.
     pub(super) fn is_bus_heard(&self, joint: usize) -> bool {
         let bus = self.bus_of.get(joint).copied().flatten();
         bus.is_none_or(|bus| self.is_heard.get(bus).copied().unwrap_or_default())
     }
 
-    /// What is to be asked on a bus with a silent servo, if it is time to, and a joint of that bus.
+    /// If it is time, the question for a bus with a silent servo, and a joint of that bus.
     pub(super) fn question(&mut self) -> Option<(usize, Question)> {
         let bus = self.cycles.iter().position(|cycles| *cycles >= ASK_EVERY)?;
         self.cycles[bus] = 0;

@@ -1,8 +1,8 @@
-//! The only way to a servo: what the motion wants comes in, a [`Command`] that may be obeyed goes out.
+//! The only way to a servo: turns what the motion wants into a [`Command`] that may be obeyed.
 //!
-//! Order of the checks: the state of the robot ([`Permission`]: move, hold, or stop), then per joint
-//! finite, range, rate, acceleration, and the torque limit. A [`Command`] can be made nowhere else, and
-//! servo counts only from a command, so a goal that skipped safety does not compile:
+//! Order of the checks: the state of the robot ([`Permission`]: move, hold, or stop), then for each joint
+//! finite, range, rate, acceleration, and the torque limit. Only this module can make a [`Command`], and
+//! only a command gives servo counts, so a goal that skipped safety does not compile:
 //!
 //! ```compile_fail,E0451
 //! use hippocamp::safety::Command;
@@ -32,24 +32,24 @@ use waiting::Waiting;
 use watch::Watch;
 pub use watch::{Fault, Finding};
 
-/// What one joint is told.
+/// The command to one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointCommand {
     /// No torque.
     Limp,
-    /// Go to, or stay at, an angle.
+    /// Move to, or stay at, an angle.
     Goal {
-        /// Angle, rad; inside the joint's range, or on the way in.
+        /// Angle, rad; inside the joint's range, or on the way back into it.
         angle_rad: f64,
         /// Torque limit as a share of stall torque, 0 to 1.
         torque_share: f64,
     },
-    /// Whatever it was told last. Its servo is silent: it may have started anew and be limp, and must not find a goal
+    /// Keep the last command. The servo is silent: it may have restarted and be limp, and must not find a goal
     /// when it wakes.
     Keep,
 }
 
-/// What all joints are told: the proof that safety looked.
+/// The commands to all joints: the proof that they passed safety.
 #[derive(Debug)]
 pub struct Command {
     joints: Vec<JointCommand>,
@@ -59,44 +59,44 @@ pub struct Command {
 }
 
 impl Command {
-    /// What each joint is told, in the robot's order.
+    /// The command to each joint, in the robot's order.
     pub fn joints(&self) -> &[JointCommand] {
         &self.joints
     }
 
-    /// How many joints were told something else than the motion asked for, this cycle.
+    /// Number of joints whose goal safety changed in this cycle.
     pub fn interventions(&self) -> u32 {
         self.interventions
     }
 
-    /// The joint whose servo is to restart in this cycle, if one is; it has no torque.
+    /// The joint whose servo should restart in this cycle, if any; it has no torque.
     pub fn restart(&self) -> Option<usize> {
         self.restart
     }
 
-    /// What is to be asked in this cycle, if anything is, and the joint on whose bus.
+    /// The question to ask in this cycle, if any, and a joint on the bus to ask.
     pub fn question(&self) -> Option<(usize, Question)> {
         self.question
     }
 }
 
-/// Holds every joint inside its limits and watches over the robot.
+/// Keeps every joint within its limits and watches the robot.
 #[derive(Debug)]
 pub struct Safety {
     settings: SafetySettings,
     joints: Vec<JointSafety>,
-    /// Joints that share a range, and which.
+    /// Groups of joints that share a range, and the range of each.
     shared: Vec<(Range<usize>, SharedRange)>,
     listening: Listening,
     watch: Watch,
     waiting: Waiting,
     command: Command,
-    /// Servos restarted so far.
+    /// Number of servos restarted so far.
     restarts: u64,
 }
 
 impl Safety {
-    /// Safety for `robot`; everything limp.
+    /// Safety for `robot`; all joints start limp.
     pub fn new(robot: &Robot) -> Safety {
         let of_joint = |joint| JointSafety::new(joint, &robot.safety);
         Safety {
@@ -116,20 +116,20 @@ impl Safety {
         }
     }
 
-    /// How many servos that had tripped were restarted.
+    /// Number of restarts of tripped servos.
     pub fn restarts(&self) -> u64 {
         self.restarts
     }
 
-    /// What led to the last hold or stop, if there was one.
+    /// The cause of the last hold or stop, if there was one.
     pub fn cause(&self) -> Option<Finding> {
         self.watch.cause()
     }
 
     /// Judges the robot and lets through what it may do in this cycle.
     ///
-    /// `dt_s` is the length of a cycle, `gap_s` the real time since the cycle before. What safety permits,
-    /// and the goals it let through, are written into `state` for the generator's next step.
+    /// `dt_s` is the length of a cycle, `gap_s` the real time since the cycle before. The permission
+    /// and the goals let through are written into `state` for the generator's next step.
     pub fn check(&mut self, dt_s: f64, gap_s: f64, targets: &JointTargets, state: &mut State) -> &Command {
         self.command.interventions = 0;
         self.command.restart = None;
@@ -179,7 +179,7 @@ impl Safety {
             }
             let joint = &mut self.joints[index];
             if joint.is_lost && joint.torque_on_s.is_none() {
-                // It was limp when last heard, and stays so.
+                // The joint was limp when last heard, and stays limp.
                 self.let_go(index, state);
                 continue;
             }
@@ -205,13 +205,13 @@ impl Safety {
         let way_s = || self.joints.iter().map(|joint| joint.limiter.longest_way_s()).fold(0.0, f64::max);
         self.waiting.note(dt_s, waited_for, state.permission, way_s);
         if state.permission == Permission::Move && waited_for.is_some() {
-            // The robot does not move on while a leg is still on its way back, or it is not known whether it has torque.
+            // The robot stays still while a leg is on its way back, or while its torque is unknown.
             state.permission = Permission::Hold;
         }
         &self.command
     }
 
-    /// Ends waiting: what is held is stopped for good. For an operator who will not wait.
+    /// Ends the waiting: a held robot stops for good. Used when the operator will not wait.
     pub fn give_up_waiting(&mut self, state: &mut State) {
         if let (Permission::Hold, Some(cause)) = (state.permission, self.watch.cause()) {
             self.watch.stop(cause);
@@ -219,7 +219,7 @@ impl Safety {
         }
     }
 
-    /// Takes servos that have tripped out of service, and restarts one of them where it may.
+    /// Takes tripped servos out of service, and restarts one of them if allowed.
     fn look_for_trips(&mut self, dt_s: f64, targets: &JointTargets, state: &mut State) {
         if self.settings.on_trip == OnTrip::Stop {
             return;
@@ -240,7 +240,7 @@ impl Safety {
         }
     }
 
-    /// Says in `state` which joint is newly out of service, and why.
+    /// Writes into `state` which joint has just gone out of service, and why.
     fn tell_outage(&mut self, state: &mut State) {
         let mut news = self.joints.iter_mut().zip(&state.joints).enumerate();
         state.outage = news.find_map(|(joint, (of, measured))| {
@@ -249,8 +249,8 @@ impl Safety {
         });
     }
 
-    /// Has one servo asked what its replies do not tell, where that is needed. Whoever is on its bus sends no feedback in
-    /// that cycle; the next question waits until all have.
+    /// Chooses a question for one servo whose replies do not tell enough. All servos on its bus send no feedback in
+    /// that cycle; the next question waits until all have sent feedback again.
     fn ask(&mut self, state: &State) {
         let is_heard = |measured: &JointState| measured.age_s <= 0.0;
         let joints = || self.joints.iter().zip(&state.joints);
@@ -278,7 +278,7 @@ impl Safety {
         self.command.joints[index] = JointCommand::Limp;
     }
 
-    /// The first joint that is to have torque now and is where no goal can start.
+    /// The first joint that should now have torque but stands where no goal can start.
     fn no_start(&self, targets: &JointTargets, state: &State) -> Option<Finding> {
         let joint = (0..self.joints.len())
             .filter(|index| targets.only.is_none_or(|only| only == *index))

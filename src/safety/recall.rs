@@ -1,20 +1,21 @@
-//! What a servo that was silent for long still has: torque or none, and which goal.
+//! Asks a servo that was silent for long whether it still has torque, and which goal it holds.
 //!
-//! It may have started again and be limp, or hold any of the goals that were sent since it was last heard. Its feedback
-//! says neither, so it is asked, first for its torque and then for its goal. No answer is believed that does not fit.
+//! It may have restarted and be limp, or hold any goal that was sent since it was last heard. Its feedback says
+//! neither, so it is asked, first for its torque and then for its goal. An answer that does not fit is ignored.
 
 use crate::signals::{JointState, Question};
 
-/// So many answers that agree settle whether it has torque: one damaged answer in 256 passes a checksum.
+/// Equal answers that settle whether it has torque: one damaged answer in 256 passes a checksum.
 const ANSWERS: u8 = 2;
-/// A servo that has not settled a question after being asked so often counts as one that cannot say.
+/// A servo that has not settled a question after this many requests counts as one that cannot answer it.
 const QUESTIONS_MAX: u8 = 8;
-/// The goal it says it holds may be this far, rad, outside those that were sent: a count of rounding.
+/// Tolerance of a reported goal against those that were sent, rad: a count of rounding.
 pub(super) const GOAL_SLACK_RAD: f64 = 0.01;
-/// A servo that its watchdog has stopped holds where it stood then: this near to where it stands, rad.
+/// A servo that its watchdog stopped holds its angle of that moment: within this distance of its present angle,
+/// rad.
 const STOPPED_RAD: f64 = 0.05;
 
-/// The end of the questions.
+/// The result of the questions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Recalled {
     /// It has no torque.
@@ -23,36 +24,36 @@ pub(super) enum Recalled {
     Holding(f64),
 }
 
-/// What one servo has answered.
+/// The answers of one servo.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Recall {
-    /// The last answer about its torque, and how many in a row were the same.
+    /// The last answer about its torque, and the number of equal answers in a row.
     torque: Option<(bool, u8)>,
-    /// How often it was asked what is open now.
+    /// How often it was asked the present question.
     asked: u8,
-    /// True once it has said that it holds a goal that it was not sent.
+    /// True once it has reported a goal that it was not sent.
     is_astray: bool,
 }
 
 impl Recall {
-    /// What is to be asked next.
+    /// The next question.
     pub(super) fn question(self) -> Question {
         if self.has_torque() == Some(true) { Question::Goal } else { Question::Torque }
     }
 
-    /// Whether it was asked anything.
+    /// True if it was asked anything.
     pub(super) fn has_begun(self) -> bool {
         self.asked > 0 || self.torque.is_some()
     }
 
-    /// The question is asked.
+    /// Notes that the question is asked.
     pub(super) fn note_asked(&mut self) {
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// Takes in an answer, if one has come with `measured`. `sent_rad` are the lowest and the highest goal, rad, that
-    /// the servo may hold, and `before_rad` is where it stood when it was last heard before the silence. None while
-    /// questions are open.
+    /// Takes an answer, if one came with `measured`. `sent_rad` are the lowest and the highest goal, rad, that the
+    /// servo may hold, and `before_rad` is where it stood when it was last heard before the silence. Returns `None`
+    /// while questions are open.
     pub(super) fn take(
         &mut self,
         measured: &JointState,
@@ -67,7 +68,7 @@ impl Recall {
             }
         }
         let (low, high) = sent_rad;
-        // Its watchdog stops it on its way from where it stood to a goal that it was sent.
+        // The watchdog stops a servo on the way from its old position to a goal that it was sent.
         let way_rad = (low.min(before_rad) - STOPPED_RAD)..=(high.max(before_rad) + STOPPED_RAD);
         let stands_at = |goal: f64| (goal - measured.position_rad).abs() <= STOPPED_RAD;
         let fits = |goal: &f64| {
@@ -79,8 +80,9 @@ impl Recall {
         match self.has_torque() {
             Some(false) => Some(Recalled::Limp),
             Some(true) => {
-                // One that obeyed what was not meant for it, or of which two answer, is let go: its torque rises again from
-                // nothing. One that cannot say holds the goal next to where it stands.
+                // A servo that obeyed a goal meant for another, or whose id two servos share, is let go: its torque
+                // rises again from zero. A servo that cannot report its goal holds the possible goal nearest to
+                // where it stands.
                 if is_mute && self.is_astray && !measured.held_goal_rad.as_ref().is_some_and(fits) {
                     return Some(Recalled::Limp);
                 }

@@ -1,12 +1,12 @@
-//! Ranges that the hinges of one joint share: each hinge within its own limits may still take the joint outside.
+//! Ranges that the hinges of one joint share: hinges within their own limits may still take the joint outside.
 
 use super::{JointCommand, Safety};
 use crate::signals::State;
 
 impl Safety {
-    /// Shortens the last step, `dt_s` long, of hinges that would leave a range they share, all alike: to where they are
-    /// still inside. This range outranks acceleration, too. Hinges that are limp, or outside and on their way in, are
-    /// left alone.
+    /// Shortens the last step, `dt_s` long, of hinges that would leave a range they share, all by the same share,
+    /// so that they stay inside. This range outranks acceleration too. Limp hinges, and hinges outside the range
+    /// that are on their way in, are left alone.
     pub(super) fn keep_shared_ranges(&mut self, dt_s: f64, state: &mut State) {
         for (joints, range) in &self.shared {
             let (mut before, mut after) = ([0.0; 3], [0.0; 3]);

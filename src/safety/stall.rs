@@ -1,28 +1,28 @@
-//! A joint that does not turn though its goal does.
+//! Detects a joint that does not turn although its goal does.
 //!
-//! Its distance from the goal alone does not tell: a walk brings the goal back past a jammed joint twice a
-//! stride. Nor does its standing still: a loaded joint stands a few degrees off a goal that stands too. Nor both
-//! the goal's turning and that: a joint that was pushed ahead of its goal waits for it.
+//! The distance from the goal alone does not reveal a jam: a walk brings the goal back past a jammed joint twice a
+//! stride. A still joint does not prove one: a loaded joint stands a few degrees off a still goal. Nor does a joint
+//! that is still while its goal turns: a joint that was pushed ahead of its goal waits for it.
 
 use super::Fault;
 use crate::model::SafetySettings;
 
-/// A joint that turned by less than this has not turned: two degrees, above play and noise.
+/// A joint that turned by less than this counts as still: two degrees, above play and noise.
 const STILL_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// The goal's turn that a joint must follow, as a share of the tracking error allowed.
+/// Turn of the goal that a joint must follow, as a share of the allowed tracking error.
 const GOAL_TURN_SHARE: f64 = 1.0 / 3.0;
 
 /// Watches one joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Stall {
-    /// Where the joint and its goal were when the joint last turned, rad; none before the first look.
+    /// Angles of the joint and its goal when the joint last turned, rad; `None` before the first look.
     since: Option<(f64, f64)>,
-    /// For how long, all together, the goal was far from there, s.
+    /// Total time that the goal was far from there, s.
     lasted_s: f64,
 }
 
 impl Stall {
-    /// Looks at the joint `dt_s` after the last look: at `position_rad`, told to go to `goal_rad`.
+    /// Looks at the joint `dt_s` after the last look: it is at `position_rad` and its goal is `goal_rad`.
     pub(super) fn judge(
         &mut self,
         dt_s: f64,

@@ -1,4 +1,4 @@
-//! What safety lets through, whatever it is asked.
+//! Checks what safety lets through for any request.
 
 use proptest::prelude::*;
 
@@ -13,7 +13,7 @@ fn robot() -> Robot {
     file.robot
 }
 
-/// A robot heard a moment ago, cool and well fed, with its joints at `pose`.
+/// A robot that was just heard, cool and with a good supply, with its joints at `pose`.
 fn heard(robot: &Robot, pose: &[f64]) -> State {
     let mut state = State::new(robot);
     for (joint, &position_rad) in state.joints.iter_mut().zip(pose) {
@@ -99,7 +99,7 @@ fn silence_coasts_then_holds_then_stops() {
     for word in ["servo 5", "bus main", "left_fore.scapula", "check"] {
         assert!(words.contains(word), "{words}");
     }
-    // Hearing it again does not undo a stop.
+    // A new reply does not undo a stop.
     state.joints[4].age_s = 0.0;
     safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
     assert_eq!(state.permission, Permission::Stop);
@@ -151,12 +151,12 @@ fn after_the_loop_stood_still_joints_start_from_rest() {
     safety.check(DT_S, 0.2, &asking(&robot, pose.clone()), &mut state);
     let speed = (state.goal_rad[6] - before) / DT_S;
     assert!(speed <= robot.safety.acceleration_rad_s2 * DT_S * (1.0 + 1e-9), "{speed} rad/s at once");
-    // A loop that stood still longer than a hold may last does not go on by itself.
+    // A loop that stood still longer than a hold may last does not continue by itself.
     safety.check(DT_S, robot.safety.hold_s + 2.0 * DT_S, &asking(&robot, pose), &mut state);
     assert_eq!(state.permission, Permission::Stop);
 }
 
-/// Lets one joint's goal swing by `swing_rad` to both sides, once a second, while the joint stands at `angle`
+/// Swings one joint's goal by `swing_rad` to both sides, once a second, while the joint is at `angle`, a function
 /// of time and goal; returns the time of the first hold, if one comes within 10 s.
 fn first_hold(swing_rad: f64, angle: impl Fn(f64, f64) -> f64) -> Option<(f64, Fault)> {
     let robot = robot();
@@ -181,9 +181,9 @@ fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
     let (at_s, fault) = first_hold(swing_rad, |_, _| stands).unwrap();
     assert!(at_s < 2.0, "found after {at_s} s");
     assert!(matches!(fault, Fault::Stalled { .. }), "{fault:?}");
-    // One that turns half as far as it should is weak, not jammed.
+    // A joint that turns half as far as it should is weak, not jammed.
     assert_eq!(first_hold(swing_rad, |_, goal| 0.5 * (goal + stands)), None);
-    // And one that stands a little off a standing goal carries a load.
+    // A joint that is a little off a still goal carries a load.
     let sag_rad = 0.9 * robot.safety.tracking_error_rad;
     assert_eq!(first_hold(0.0, |s, goal| goal + sag_rad * s.min(1.0)), None);
 }
@@ -192,13 +192,13 @@ fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
 fn a_joint_that_was_pushed_ahead_of_its_goal_is_not_jammed_where_that_meets_it() {
     let robot = robot();
     let settings = &robot.safety;
-    // As a foot does that stands on the ground before torque has come on in full.
+    // A foot on the ground is pushed ahead like this before torque has risen in full.
     let ahead_rad = 0.5 * settings.tracking_error_rad;
     let mut stall = super::stall::Stall::default();
     for goal_rad in (0..1000).map(|cycle| ahead_rad * (f64::from(cycle) / 300.0).min(1.1)) {
         assert_eq!(stall.judge(DT_S, ahead_rad, goal_rad, settings), None, "goal at {goal_rad}");
     }
-    // Where the goal goes on without it, it is.
+    // If the goal goes past the joint and the joint does not follow, the joint is jammed.
     let mut goals = (0..1000).map(|cycle| ahead_rad * (1.1 + f64::from(cycle) / 300.0));
     let fault = goals.find_map(|goal_rad| stall.judge(DT_S, ahead_rad, goal_rad, settings));
     assert!(matches!(fault, Some(Fault::Stalled { .. })), "{fault:?}");
@@ -248,7 +248,7 @@ fn a_servo_that_comes_back_limp_is_taken_over_where_it_hangs() {
     for _ in 0..ramp_cycles {
         safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
     }
-    // Its plug comes out, it hangs half a radian further, and the plug goes back in.
+    // The plug comes out, the elbow sinks half a radian further, and the plug goes back in.
     state.joints[elbow].age_s = robot.safety.coast_s + 0.05;
     safety.check(DT_S, DT_S, &asking(&robot, pose.clone()), &mut state);
     assert_eq!(state.permission, Permission::Hold);
@@ -281,8 +281,8 @@ fn a_servo_that_comes_back_limp_is_taken_over_where_it_hangs() {
     assert_eq!(state.permission, Permission::Move);
 }
 
-/// Silences the elbow (joint 6) of a robot that stands in its middle pose for a while, in which its goal goes on by
-/// `way_rad`, and lets it answer again: it has kept its torque and the goal it heard first. The goals it then gets.
+/// Silences the elbow (joint 6) of a robot in its middle pose for a while, in which its goal moves by
+/// `way_rad`, and lets it answer again: it has kept its torque and the goal it heard first. Returns its next goals.
 fn goals_after_a_silence(way_rad: f64, asks_for: impl Fn(&Robot) -> f64) -> (Robot, Vec<f64>, Permission) {
     let robot = robot();
     let mut safety = Safety::new(&robot);
@@ -335,7 +335,7 @@ fn a_servo_that_was_silent_goes_on_from_the_goal_it_holds_at_the_slow_rate() {
     assert_eq!(permission, Permission::Move);
 }
 
-/// A reply that comes too late spoils the goals that cross the line then, for all servos of its bus.
+/// A late reply spoils the goals that cross the line at that time, for all servos of its bus.
 #[test]
 fn while_a_servo_owes_an_answer_no_goal_of_its_bus_is_more_than_a_step_from_the_last_that_all_heard() {
     let text = include_str!("../../config/horse-dynamixel.toml");
@@ -370,7 +370,7 @@ fn while_a_servo_owes_an_answer_no_goal_of_its_bus_is_more_than_a_step_from_the_
     assert!((steps(1, missed - 1) - 2.0).abs() < 1e-6, "another bus goes on: {}", steps(1, missed - 1));
 }
 
-/// Dynamixels stop by themselves after 200 ms without an exchange, and hold where they stand then.
+/// Dynamixels stop by themselves after 200 ms without an exchange, and hold the position they have then.
 #[test]
 fn a_servo_that_its_watchdog_may_have_stopped_is_asked_and_goes_on_from_where_it_stopped() {
     let text = include_str!("../../config/horse-dynamixel.toml");
@@ -465,7 +465,7 @@ fn a_joint_where_its_servo_has_no_counts_gets_no_torque() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut pose = middle(&robot);
-    // Half a turn and a bit from the middle count.
+    // Half a turn and a little more from the middle count.
     pose[6] += std::f64::consts::PI + 0.1;
     let mut state = heard(&robot, &pose);
     let command = safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
@@ -503,7 +503,7 @@ fn a_target_that_is_no_number_holds_the_robot() {
     assert_eq!(safety.cause().map(|finding| finding.fault), Some(Fault::NotFinite));
 }
 
-/// Anything a defect upstream could ask for.
+/// Any value that a defect upstream could request.
 fn anything() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -7.0..7.0_f64,
@@ -532,10 +532,11 @@ proptest! {
                 let (angle, torque_share) = goal(command.joints()[index]);
                 prop_assert!(angle.is_finite());
                 let outside = |angle: f64| (joint.range_rad.0 - angle).max(angle - joint.range_rad.1).max(0.0);
-                // Inside its range, or no further outside than before.
+                // The goal is inside the joint's range, or no further outside than before.
                 prop_assert!(outside(angle) <= outside(before[index]) + 1e-9);
                 let rate = robot.safety.rate_share * joint.no_load_speed_rad_s();
-                // A goal without torque turns nothing: a joint found a little outside starts at its border.
+                // A goal without torque moves nothing: a joint found a little outside starts at the border of its
+                // range.
                 prop_assert!(torque_share <= 0.0 || (angle - before[index]).abs() <= rate * DT_S * (1.0 + 1e-9));
                 before[index] = angle;
             }
@@ -555,7 +556,7 @@ fn one_joint_alone_has_torque_and_the_others_may_be_moved_by_hand() {
     let wanted = asking(&robot, pose.clone());
     let wanted = JointTargets { only: Some(4), ..wanted };
     for _ in 0..300 {
-        // Another joint is turned by 60 degrees a second, far from where it was at the start.
+        // Another joint is moved by 60 degrees a second, far from its angle at the start.
         pose[7] += 60f64.to_radians() * DT_S;
         state.joints[7].position_rad = pose[7];
         let command = safety.check(DT_S, DT_S, &wanted, &mut state);
@@ -565,7 +566,7 @@ fn one_joint_alone_has_torque_and_the_others_may_be_moved_by_hand() {
         assert_eq!(state.permission, Permission::Move);
     }
     assert!((state.goal_rad[7] - pose[7]).abs() < 1e-12);
-    // They are watched all the same.
+    // The other joints are still watched.
     state.joints[7].age_s = 1.0;
     safety.check(DT_S, DT_S, &wanted, &mut state);
     assert_eq!(state.permission, Permission::Hold);

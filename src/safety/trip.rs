@@ -1,4 +1,4 @@
-//! A servo that has switched its torque off by itself, or is jammed, where the robot may go on without it.
+//! A servo that switched its torque off by itself, or is jammed, on a robot that may continue without it.
 //!
 //! ```text
 //!   In ------- its alarm lasts -------> Out -- parked, overload -> Restarting
@@ -6,39 +6,39 @@
 //!    +------ heard without an alarm -----+----------------------------+   not within RESTART_S
 //!            (jammed: and parked)
 //! ```
-//! A restart clears the memory of an overload, and nothing else that is wrong: whose alarm has another cause (heat,
-//! voltage, its encoder) stays out until the alarm is over. Where the servo does not say why, it is restarted once each
-//! time the robot is parked.
+//! A restart clears the memory of an overload and no other fault: a servo whose alarm has another cause (heat,
+//! voltage, its encoder) stays out until the alarm is over. A servo that does not report the cause is restarted
+//! once each time the robot is parked.
 
 use crate::model::OVERLOAD_ALARM;
 use crate::signals::{JointState, OutageCause};
 
-/// How long a servo takes to come back at most, s: Feetech's take 1.8 s (STS manual), Dynamixels less.
+/// Longest time a servo takes to come back, s: Feetech's take 1.8 s (STS manual), Dynamixels less.
 const RESTART_S: f64 = 4.0;
-/// How soon it may be restarted again, s.
+/// Shortest time between two restarts of a servo, s.
 const AGAIN_S: f64 = 10.0;
-/// How often a servo is asked why it raises an alarm before it counts as one that does not say.
+/// How often a servo is asked for the cause of its alarm before it counts as one that does not report it.
 const QUESTIONS: u8 = 3;
 
-/// What became of one joint's servo.
+/// The state of one joint's servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trip {
     stage: Stage,
-    /// How often it was asked why, since it is out.
+    /// How often it was asked for the cause since it went out.
     asked: u8,
-    /// It was restarted without knowing why since the robot is parked.
+    /// True if it was restarted without a known cause since the robot was parked.
     was_tried: bool,
-    /// That it is out was told.
+    /// True if its outage was reported.
     is_told: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// It works; how long its alarm has lasted, s.
+    /// The servo works; how long its alarm has lasted, s.
     In { wrong_s: f64 },
-    /// It has tripped, or its joint is jammed and was let go so that it does not; how long it must be let be, s.
+    /// It tripped, or its joint is jammed and was let go so that it does not trip; how long it must rest, s.
     Out { wait_s: f64, is_jammed: bool },
-    /// It was told to restart so long ago, s.
+    /// It was ordered to restart; time since then, s.
     Restarting { since_s: f64 },
 }
 
@@ -49,8 +49,8 @@ impl Stage {
 impl Trip {
     pub(super) const NONE: Trip = Trip { stage: Stage::NONE, asked: 0, was_tried: false, is_told: false };
 
-    /// Looks at the servo `dt_s` after the last look: an alarm counts that lasts `delay_s`. What was jammed may try
-    /// again only while the robot is parked.
+    /// Looks at the servo `dt_s` after the last look. An alarm counts once it has lasted `delay_s`. A jammed joint
+    /// may try again only while the robot is parked.
     pub(super) fn look(&mut self, dt_s: f64, delay_s: f64, is_parked: bool, measured: &JointState) {
         let is_heard = measured.age_s <= 0.0;
         let is_well = is_heard && measured.alarms == 0;
@@ -66,12 +66,12 @@ impl Trip {
             // A lost reply says nothing about the alarm.
             Stage::In { .. } if !is_heard => self.stage,
             Stage::In { .. } => Stage::NONE,
-            // Some clear their alarm by themselves. One that was jammed had none, or lost it as it went limp.
+            // Some servos clear their alarm by themselves. A jammed servo had no alarm, or lost it as it went limp.
             Stage::Out { wait_s, is_jammed } if is_well && (!is_jammed || (is_parked && wait_s <= dt_s)) => {
                 Stage::NONE
             }
             Stage::Out { wait_s, is_jammed } => Stage::Out { wait_s: (wait_s - dt_s).max(0.0), is_jammed },
-            // In the cycle it was told to, it was not asked.
+            // The cycle that sent the restart asked no servo.
             Stage::Restarting { since_s } if is_well && since_s > 2.0 * dt_s => Stage::NONE,
             Stage::Restarting { since_s } if since_s > RESTART_S => {
                 Stage::Out { wait_s: AGAIN_S, is_jammed: false }
@@ -84,33 +84,33 @@ impl Trip {
         self.was_tried &= is_parked;
     }
 
-    /// Its joint does not follow its goal.
+    /// Notes that the joint does not follow its goal.
     pub(super) fn jam(&mut self) {
         self.stage = Stage::Out { wait_s: AGAIN_S, is_jammed: true };
     }
 
-    /// Whether the joint is to be left without torque.
+    /// True if the joint should stay without torque.
     pub(super) fn is_out(self) -> bool {
         !matches!(self.stage, Stage::In { .. })
     }
 
-    /// Whether its silence is no wonder.
+    /// True if its silence is expected.
     pub(super) fn is_restarting(self) -> bool {
         matches!(self.stage, Stage::Restarting { .. })
     }
 
-    /// Whether it is to be asked why it raises an alarm.
+    /// True if the servo should be asked for the cause of its alarm.
     pub(super) fn is_to_be_asked(self, measured: &JointState) -> bool {
         let is_alarmed = measured.age_s <= 0.0 && measured.alarms != 0 && measured.alarm_causes == 0;
         is_alarmed && matches!(self.stage, Stage::Out { .. }) && self.asked < QUESTIONS
     }
 
-    /// It is asked.
+    /// Notes that the servo is asked.
     pub(super) fn ask(&mut self) {
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// Why it is out, once that is known or nobody will know, and only once.
+    /// The cause of its outage, once it is known or cannot become known; returned only once.
     pub(super) fn take_news(&mut self, measured: &JointState) -> Option<OutageCause> {
         let Stage::Out { is_jammed, .. } = self.stage else { return None };
         let is_known = is_jammed || measured.alarm_causes != 0 || self.asked >= QUESTIONS;
@@ -121,7 +121,7 @@ impl Trip {
         Some(if is_jammed { OutageCause::Jam } else { OutageCause::Alarm(measured.alarm_causes) })
     }
 
-    /// Whether a restart may help it, and it may be restarted now, the robot being parked.
+    /// True if a restart may help the servo and it may restart now, given that the robot is parked.
     pub(super) fn can_restart(self, measured: &JointState) -> bool {
         let helps = match measured.alarm_causes {
             OVERLOAD_ALARM => true,
@@ -131,7 +131,7 @@ impl Trip {
         helps && matches!(self.stage, Stage::Out { wait_s, .. } if wait_s <= 0.0)
     }
 
-    /// It is told to restart.
+    /// Notes that the servo is ordered to restart.
     pub(super) fn restart(&mut self, measured: &JointState) {
         self.was_tried |= measured.alarm_causes == 0;
         self.stage = Stage::Restarting { since_s: 0.0 };
@@ -142,7 +142,7 @@ impl Trip {
 mod tests {
     use super::*;
 
-    /// A servo that is well.
+    /// A healthy servo.
     fn well() -> JointState {
         JointState { is_known: true, voltage_v: 5.0, temperature_c: 30.0, ..JointState::default() }
     }
@@ -151,7 +151,7 @@ mod tests {
         JointState { age_s: 0.5, ..well() }
     }
 
-    /// A Dynamixel that raises an alarm, and has said why; 0 if it has not.
+    /// A Dynamixel that raises an alarm and has reported these causes; 0 if it has not.
     fn alarmed(alarm_causes: u8) -> JointState {
         JointState { alarms: 0x80, alarm_causes, ..well() }
     }
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn no_other_alarm_is_answered_with_a_restart() {
-        // Voltage, heat, encoder, shock; and an overload that came with heat.
+        // Causes that a restart does not clear: voltage, heat, encoder, shock; and an overload that came with heat.
         for causes in [0x01, 0x04, 0x08, 0x10, 0x24] {
             let measured = alarmed(causes);
             let mut out = look(Trip::NONE, &measured, 100_000, true);

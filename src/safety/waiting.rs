@@ -1,25 +1,25 @@
-//! The robot waits for joints that are on their way back, and for answers of their servos, but not for ever.
+//! The robot waits for returning joints and for answers of their servos, but only for a limited time.
 
 use super::{Fault, Finding};
 use crate::signals::Permission;
 
-/// What answers of servos may take in addition, s.
+/// Additional time allowed for the answers of servos, s.
 const ANSWERS_S: f64 = 0.5;
 
-/// How long the robot has waited.
+/// The present wait of the robot.
 #[derive(Debug, Default)]
 pub(super) struct Waiting {
-    /// The joint it waits for; none while it does not wait.
+    /// The joint it waits for; `None` while it does not wait.
     joint: Option<usize>,
-    /// Time since it last did not wait, s; time in which it was held for another reason left aside.
+    /// Time of the present wait, s, without time in which it was held for another reason.
     waited_s: f64,
-    /// The longest way of a joint in this time, s.
+    /// The longest return time of a joint during this wait, s.
     allowed_s: f64,
 }
 
 impl Waiting {
-    /// Notes a cycle of `dt_s`, which `joint` was waited for, if one was, and in which the robot was otherwise permitted
-    /// `permission`. `way_s` says how long the longest way back takes, s.
+    /// Notes a cycle of `dt_s`. `joint` is the one waited for, if any; `permission` is what the robot was otherwise
+    /// permitted; `way_s` gives the longest return time, s.
     pub(super) fn note(
         &mut self,
         dt_s: f64,
@@ -36,12 +36,12 @@ impl Waiting {
         }
     }
 
-    /// Whether the robot waits.
+    /// True if the robot waits.
     pub(super) fn is_on(&self) -> bool {
         self.joint.is_some()
     }
 
-    /// The joint that takes longer than its way does.
+    /// The joint that takes longer to return than it should.
     pub(super) fn overdue(&self) -> Option<Finding> {
         let joint = self.joint.filter(|_| self.waited_s > self.allowed_s);
         joint.map(|joint| Finding { joint: Some(joint), fault: Fault::NotBack { waited_s: self.waited_s } })

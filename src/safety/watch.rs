@@ -1,4 +1,4 @@
-//! What is wrong with the robot, for how long, and what that permits.
+//! The faults of the robot, how long they have lasted, and what they permit.
 //!
 //! ```text
 //!          fault outlasts its delay            hold outlasts hold_s
@@ -13,26 +13,26 @@ use super::waiting::Waiting;
 use crate::model::{OnTrip, Robot, SafetySettings, Servo};
 use crate::signals::{JointState, Permission};
 
-/// What can be wrong with a joint or the loop.
+/// A fault of a joint or of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// A servo was not heard for this long, s.
     Unheard {
         /// Time since its last valid reply, s.
         age_s: f64,
-        /// True if no servo of its bus is heard: the bus is at fault, not the servo.
+        /// True if no servo of its bus is heard: then the bus is at fault, not the servo.
         is_whole_bus: bool,
-        /// True if it did answer, but with damaged replies only.
+        /// True if it answered, but only with damaged replies.
         is_damaged: bool,
     },
-    /// A joint is further from its goal than it may be, rad.
+    /// A joint is further from its goal than allowed, rad.
     OffGoal {
-        /// Goal less measured angle, rad.
+        /// Goal minus measured angle, rad.
         error_rad: f64,
     },
-    /// A joint does not turn though its goal does.
+    /// A joint does not turn although its goal does.
     Stalled {
-        /// How far the goal has turned since the joint last did, rad.
+        /// How far the goal has turned since the joint last turned, rad.
         goal_turn_rad: f64,
     },
     /// A servo is too hot, degrees Celsius.
@@ -42,35 +42,35 @@ pub enum Fault {
     },
     /// The supply is too low, V.
     LowVoltage {
-        /// What the servo reports.
+        /// Voltage that the servo reports.
         voltage_v: f64,
     },
-    /// The supply is higher than the servo takes, V.
+    /// The supply is higher than the servo tolerates, V.
     HighVoltage {
-        /// What the servo reports.
+        /// Voltage that the servo reports.
         voltage_v: f64,
     },
-    /// The joint is where its servo has no counts for it, so that no goal can start there, rad.
+    /// The joint is at an angle for which its servo has no counts, so no goal can start there, rad.
     OutOfCounts {
         /// Measured angle.
         position_rad: f64,
     },
-    /// The joint has lost its torque and is beyond its mechanical stops, where it cannot be, rad.
+    /// The joint lost its torque and reads beyond its mechanical stops, where it cannot be, rad.
     BeyondStops {
         /// Measured angle.
         position_rad: f64,
     },
-    /// The goal of a joint on its way back has not reached what is wanted.
+    /// The goal of a returning joint has not reached the wanted angle.
     NotBack {
-        /// Time since it set out, s.
+        /// Time since it began to return, s.
         waited_s: f64,
     },
     /// The servo raises alarm bits.
     Alarm {
-        /// The bits, as the protocol has them.
+        /// The bits, as the protocol defines them.
         bits: u8,
     },
-    /// The motion asked for an angle that is not a number.
+    /// The motion asked for an angle that is not finite.
     NotFinite,
     /// The loop itself stood still for this long, s.
     LoopStalled {
@@ -79,12 +79,12 @@ pub enum Fault {
     },
 }
 
-/// A fault and where it is.
+/// A fault and its joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finding {
-    /// Index of the joint; none for the loop itself.
+    /// Index of the joint; `None` for the loop itself.
     pub joint: Option<usize>,
-    /// What is wrong with it.
+    /// Its fault.
     pub fault: Fault,
 }
 
@@ -92,19 +92,19 @@ pub struct Finding {
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     settings: SafetySettings,
-    /// How long each joint's present fault other than silence has lasted, s.
+    /// Time that each joint's present fault other than silence has lasted, s.
     wrong_s: Vec<f64>,
     stalls: Vec<Stall>,
-    /// Joints that did not follow their goals at the last judgement, where that is no reason to hold.
+    /// Joints that did not follow their goals at the last judgement, where that does not cause a hold.
     jammed: Vec<bool>,
     permission: Permission,
     held_s: f64,
     cause: Option<Finding>,
-    /// Each joint's servo; none on a robot on paper.
+    /// Each joint's servo; `None` on a robot that exists only on paper.
     servos: Vec<Option<Servo>>,
 }
 
-/// Share at which time without a fault makes good for time held: a fault that comes and goes adds up.
+/// Rate at which fault-free time makes up for held time: the time of a recurring fault adds up.
 const FORGIVING_SHARE: f64 = 0.2;
 
 impl Watch {
@@ -126,19 +126,20 @@ impl Watch {
         self.permission
     }
 
-    /// What led to the last hold or stop.
+    /// The cause of the last hold or stop.
     pub(super) fn cause(&self) -> Option<Finding> {
         self.cause
     }
 
-    /// Whether the joint did not follow its goal at the last judgement and is to be left without torque for it.
+    /// True if the joint did not follow its goal at the last judgement and should lose its torque for that.
     pub(super) fn is_jammed(&self, joint: usize) -> bool {
         self.jammed.get(joint).is_some_and(|jammed| *jammed)
     }
 
-    /// Judges all joints `dt_s` after the last judgement. `goals` are the last goals, rad, and whether the joint is
-    /// out of service, and its servo restarts; `gap_s` is the real time between this cycle and the one before;
-    /// `not_finite` a joint whose wanted angle was none; `waiting` what the robot waited for in the cycle before.
+    /// Judges all joints `dt_s` after the last judgement. `goals` holds for each joint the last goal, rad, and
+    /// whether the joint is out of service, and whether its servo restarts; `gap_s` is the real time between this
+    /// cycle and the one before; `not_finite` is a joint whose wanted angle was not finite; `waiting` is what the
+    /// robot waited for in the cycle before.
     pub(super) fn judge(
         &mut self,
         dt_s: f64,
@@ -164,7 +165,7 @@ impl Watch {
                 found = found.or_else(|| Some(self.unheard(index, joints)));
                 continue;
             }
-            // What is out of service follows no goal.
+            // A joint out of service follows no goal.
             let goal = if is_out { joint.position_rad } else { goal };
             match self.fault_of(index, joint, goal) {
                 None => self.wrong_s[index] = 0.0,
@@ -179,7 +180,7 @@ impl Watch {
             if is_out {
                 continue;
             }
-            // Last, since a servo that is hot or in alarm may well have let go.
+            // This check comes last, since a servo that is hot or in alarm may well have switched its torque off.
             if let Some(fault) = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings) {
                 let finding = self.finding(index, fault);
                 found = found.or(finding);
@@ -188,7 +189,7 @@ impl Watch {
         self.permission = match (self.permission, found.or_else(|| waiting.overdue())) {
             (Permission::Stop, _) => Permission::Stop,
             (_, None) => {
-                // A robot that waits stands still as one that is held: only motion makes good for it.
+                // A waiting robot stands still like a held one: only motion makes up for held time.
                 if !waiting.is_on() {
                     self.held_s = (self.held_s - FORGIVING_SHARE * dt_s).max(0.0);
                 }
@@ -203,7 +204,7 @@ impl Watch {
         self.permission
     }
 
-    /// Judges a robot without torque: it cannot fall, but if a servo stays silent it can never start.
+    /// Judges a robot without torque: it cannot fall, but it can never start if a servo stays silent.
     pub(super) fn judge_limp(&mut self, joints: &[JointState]) -> Permission {
         let patience_s = self.settings.coast_s + self.settings.hold_s;
         if let Some(index) = joints.iter().position(|joint| joint.age_s > patience_s) {
@@ -212,7 +213,7 @@ impl Watch {
         self.permission
     }
 
-    /// From now on the stop action is all that is permitted, because of `cause` (or an earlier one).
+    /// Permits nothing but the stop action from now on, because of `cause` (or an earlier cause).
     pub(super) fn stop(&mut self, cause: Finding) {
         if self.permission != Permission::Stop {
             self.permission = Permission::Stop;
@@ -220,8 +221,8 @@ impl Watch {
         }
     }
 
-    /// A lasting fault of a joint is a reason to hold, unless the robot goes on without joints that do not follow: a servo
-    /// that is held up trips, sooner or later.
+    /// A lasting fault of a joint causes a hold, unless the robot continues without joints that do not follow: a
+    /// blocked servo trips sooner or later.
     fn finding(&mut self, index: usize, fault: Fault) -> Option<Finding> {
         let is_jam = matches!(fault, Fault::OffGoal { .. } | Fault::Stalled { .. });
         if is_jam && self.settings.on_trip == OnTrip::Freeze {
@@ -232,7 +233,7 @@ impl Watch {
         Some(Finding { joint: Some(index), fault })
     }
 
-    /// The finding that a joint is unheard.
+    /// The finding that no reply came from a joint.
     fn unheard(&self, index: usize, joints: &[JointState]) -> Finding {
         let bus_of = |servo: &Option<Servo>| servo.map(|servo| servo.bus);
         let bus = bus_of(&self.servos[index]);
@@ -244,7 +245,7 @@ impl Watch {
 
     fn fault_of(&self, index: usize, joint: &JointState, goal_rad: f64) -> Option<Fault> {
         let error_rad = goal_rad - joint.position_rad;
-        // Heat and voltage first: they say what is wrong in plain words, the alarm bits that go with them do not.
+        // Heat and voltage come first: they name the fault in plain words, which the alarm bits with them do not.
         if joint.temperature_c > self.settings.temperature_c {
             Some(Fault::Hot { temperature_c: joint.temperature_c })
         } else if joint.voltage_v < self.settings.voltage_v {

@@ -4,7 +4,7 @@ use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, ShaftLink, Trunk}
 
 use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot, hinges_in_place};
 
-/// The body of `robot`, as `physics` says.
+/// The body of `robot`, as `physics` describes it.
 pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
     let shafts = shafts(robot);
     let trunk_box_m = physics.trunk_box_m;
@@ -14,7 +14,7 @@ pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
             mass_kg: robot.trunk_mass_kg,
             center_m: robot.trunk_center_m.to_array(),
             box_middle_m: robot.trunk_center_m.to_array(),
-            // A trunk that is bolted down weighs nothing and touches nothing.
+            // A trunk that is bolted down has no weight and touches nothing.
             box_size_m: trunk_box_m.map_or([0.1; 3], |edges| edges.to_array()),
         },
         chains: (0..robot.chains.len()).map(|chain| limb(robot, physics, chain, &shafts)).collect(),
@@ -24,7 +24,7 @@ pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
     }
 }
 
-/// Place of each joint's servo among all, bus by bus, as the simulated buses have them.
+/// Index of each joint's servo among all servos, bus by bus, in the order of the simulated buses.
 fn shafts(robot: &Robot) -> Vec<Option<usize>> {
     let on = |bus: usize| robot.joints.iter().filter_map(|joint| joint.servo).filter(move |of| of.bus == bus);
     let mut next: Vec<usize> =

@@ -1,5 +1,5 @@
-//! The simulated hardware of a robot file: the same buses and servos, limp, somewhere; and, where the file has
-//! `[physics]`, the body they turn, put down on the ground.
+//! The simulated hardware of a robot file: the same buses and servos, limp, in a random pose; and, if the file has
+//! `[physics]`, the body that they move, put down on the ground.
 
 mod body;
 
@@ -9,20 +9,20 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::model::{ImuSettings, Motion, Protocol, Robot, SharedRange};
 
-/// How far outside its range a limp joint may lie, share of the range's width.
+/// How far outside its range a limp joint may lie, as a share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
 
-/// How far from the ground the feet of a figure are that is held in somebody's hands, m.
+/// Height of the feet above the ground when hands hold a figure, m.
 const CLEARANCE_M: f64 = 0.02;
 
-/// Longest time a limp robot that is put down takes to lie still, s.
+/// Longest time that a limp robot needs to lie still after it is put down, s.
 const SETTLE_S: f64 = 3.0;
 
-/// A simulated world of `robot`'s buses, each joint at a random place in or a little outside its range; in physics, it
-/// is then put down on the ground.
+/// A simulated world of `robot`'s buses, each joint at a random angle in or a little outside its range; with
+/// physics, the robot is then put down on the ground.
 ///
 /// # Errors
-/// When `faults` names a bus or servo the robot does not have.
+/// If `faults` names a bus or servo that the robot does not have.
 pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, BuildError> {
     let mut chance = Pcg64Mcg::seed_from_u64(seed);
     let mut pose: Vec<f64> = robot
@@ -35,18 +35,18 @@ pub fn world(robot: &Robot, seed: u64, faults: &FaultScript) -> Result<World, Bu
             low + (high - low) * (share * (1.0 + 2.0 * OUTSIDE_SHARE) - OUTSIDE_SHARE)
         })
         .collect();
-    // Where hinges stop together no joint lies outside.
+    // Joints whose hinges share a stop lie inside it.
     for (hinges, range) in SharedRange::of_robot(robot) {
         range.bring_in(&mut pose[hinges]);
     }
     world_from_pose(robot, &pose, seed, faults)
 }
 
-/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad); in physics, it is
+/// A simulated world of `robot`'s buses with the limp joints at `pose` (rad); with physics, the robot is
 /// then put down on the ground.
 ///
 /// # Errors
-/// When `faults` names a bus or servo the robot does not have.
+/// If `faults` names a bus or servo that the robot does not have.
 pub fn world_from_pose(
     robot: &Robot,
     pose: &[f64],
@@ -59,7 +59,7 @@ pub fn world_from_pose(
         Some(physics) => {
             let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
             match &robot.motion {
-                // A figure cannot rise from wherever it is put down: hands hold it until it stands.
+                // A figure cannot rise after it is put down: hands hold it until it stands.
                 Motion::Figure(figure) => world.carry(figure.stand_height_m + CLEARANCE_M),
                 Motion::Horse(_) | Motion::Tentacle(_) => world.put_down(SETTLE_S),
             }
@@ -72,7 +72,7 @@ pub fn world_from_pose(
     Ok(world)
 }
 
-/// The unit of a robot file, set up and built in as that says.
+/// The unit of a robot file, configured and mounted as the file says.
 fn imu(settings: &ImuSettings) -> ImuConfig {
     let noise = &settings.noise;
     ImuConfig {
@@ -89,10 +89,10 @@ fn imu(settings: &ImuSettings) -> ImuConfig {
     }
 }
 
-/// Reads a fault script, of a file called `file_name`, for the buses of `robot`.
+/// Reads a fault script from a file called `file_name`, for the buses of `robot`.
 ///
 /// # Errors
-/// Every mistake in it; buses and servos the robot does not have are some.
+/// Every mistake in the script; buses and servos that the robot does not have count as mistakes.
 pub fn fault_script(robot: &Robot, text: &str, file_name: &str) -> Result<FaultScript, FaultError> {
     let pose = vec![0.0; robot.joints.len()];
     let script = FaultScript::for_buses(text, file_name, Some(&buses(robot, &pose)))?;

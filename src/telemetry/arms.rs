@@ -1,4 +1,4 @@
-//! Arms: how near they come to where they are to be, how far they bend, and how far they keep from each other.
+//! Arms: how close they come to their targets, how far they bend, and how far apart they stay.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::report::ArmsReport;
 use crate::model::{GROUPS, Robot, TentacleMotion, segments};
 use crate::signals::Aim;
 
-/// Distances between arms are looked at once in so many cycles: nothing comes near in a few.
+/// Distances between arms are checked once in this many cycles: nothing comes close in so few.
 const EVERY: u64 = 5;
 /// Links shorter than this have no direction, m.
 const LINK_SHORTEST_M: f64 = 1e-6;
@@ -15,7 +15,7 @@ const LINK_SHORTEST_M: f64 = 1e-6;
 #[derive(Debug)]
 pub(super) struct ArmObserver {
     settings: TentacleMotion,
-    /// Where the links of each arm end, its root first, body frame, m.
+    /// Link ends of each arm, its root first, body frame, m.
     places: Vec<Vec<DVec3>>,
     cycle: u64,
     report: ArmsReport,
@@ -65,7 +65,7 @@ impl ArmObserver {
         for (index, (arm, places)) in self.settings.arms.iter().zip(&self.places).enumerate() {
             for (other, others) in self.settings.arms.iter().zip(&self.places).skip(index + 1) {
                 let skins_m = arm.radius_m + other.radius_m;
-                // Their root groups are beside each other however they are bent.
+                // Their root groups are side by side however they bend.
                 let apart_m = distance_m(outer(places), others).min(distance_m(places, outer(others)));
                 least_m = least_m.min(apart_m - skins_m);
             }
@@ -78,12 +78,12 @@ impl ArmObserver {
     }
 }
 
-/// An arm but for its first group.
+/// An arm without its first group.
 fn outer(places: &[DVec3]) -> &[DVec3] {
     &places[(places.len() - 1) / GROUPS..]
 }
 
-/// The largest angle between one link and the next, the root's direction before the first, rad.
+/// The largest angle between one link and the next, with the root's direction before the first link, rad.
 fn largest_bend_rad(ahead: DVec3, places: &[DVec3]) -> f64 {
     let (mut before, mut largest) = (ahead, 0.0_f64);
     for pair in places.windows(2) {
@@ -96,7 +96,7 @@ fn largest_bend_rad(ahead: DVec3, places: &[DVec3]) -> f64 {
     largest
 }
 
-/// Least distance of two lines through places, m.
+/// Smallest distance between two lines through points, m.
 fn distance_m(a: &[DVec3], b: &[DVec3]) -> f64 {
     let pairs = a.windows(2).flat_map(|a| b.windows(2).map(move |b| ([a[0], a[1]], [b[0], b[1]])));
     pairs.map(|(a, b)| segments::distance_m(a, b)).fold(f64::INFINITY, f64::min)

@@ -1,5 +1,5 @@
-//! The trunk while the robot is on its feet: whether it falls, how far it goes, how it tilts, whether it is as high as
-//! planned.
+//! The trunk while the robot is on its feet: whether it falls, how far it goes, how it tilts, and whether it keeps
+//! its planned height.
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -10,11 +10,11 @@ use crate::model::Robot;
 use crate::motion::Activity;
 use crate::signals::Aim;
 
-/// What is known of the trunk in one cycle.
+/// State of the trunk in one cycle.
 struct Seen {
     roll_rad: f64,
     pitch_rad: f64,
-    /// Way forward since the cycle before, m.
+    /// Distance forward since the cycle before, m.
     forward_m: f64,
     height_m: Option<f64>,
     is_fallen: bool,
@@ -22,12 +22,12 @@ struct Seen {
 
 #[derive(Debug)]
 pub(super) struct BodyObserver {
-    /// How far the sole is below the tip, m.
+    /// Distance of the sole below the tip, m.
     sole_m: f64,
     has_stood: bool,
-    /// True once anything told what the trunk does.
+    /// True once any source has reported the trunk's motion.
     is_known: bool,
-    /// Where it was in the cycle before, by the truth.
+    /// True position in the cycle before.
     last_m: Option<DVec3>,
     walked_m: f64,
     walked_s: f64,
@@ -53,7 +53,7 @@ impl BodyObserver {
         }
     }
 
-    /// None while nothing told what the trunk does.
+    /// `None` while no source has reported the trunk's motion.
     pub(super) fn report(&self) -> Option<BodyReport> {
         let mean_speed_m_s = if self.walked_s > 0.0 { self.walked_m / self.walked_s } else { 0.0 };
         self.is_known.then_some(BodyReport { mean_speed_m_s, ..self.report })
@@ -85,7 +85,7 @@ impl BodyObserver {
         let Some(seen) = seen else { return };
         self.is_known = true;
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
-        // Who meets a fall goes down, on its knees and hands if all is well.
+        // A robot that reacts to a fall goes down, ideally on its knees and hands.
         let is_falling = matches!(record.activity, Activity::Falling | Activity::Lying);
         let is_on_feet = matches!(record.targets.aim, Aim::Tips | Aim::Soles);
         let report = &mut self.report;
@@ -136,5 +136,5 @@ impl BodyObserver {
     }
 }
 
-/// Cosine of 60 degrees: who is further from upright has fallen.
+/// Cosine of 60 degrees: a trunk further from upright has fallen.
 const FALLEN_COS: f64 = 0.5;

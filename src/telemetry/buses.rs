@@ -1,4 +1,4 @@
-//! Buses: what they carried and how long exchanges took.
+//! Buses: their traffic, and the times of their exchanges.
 
 use std::time::Duration;
 
@@ -12,9 +12,9 @@ use crate::model::{Bus, Robot};
 
 #[derive(Debug)]
 pub(super) struct BusObserver {
-    /// Of each bus: exchange times, microseconds, and how many exchanges were seen.
+    /// For each bus: exchange times, microseconds, and number of exchanges seen.
     seen: Vec<(Histogram<u64>, u64)>,
-    /// Replies of each bus that were dropped as no measurement.
+    /// Replies of each bus that were dropped as implausible.
     implausible: Vec<u64>,
 }
 
@@ -46,7 +46,7 @@ impl BusObserver {
         }
     }
 
-    /// One report a bus, over a run of this `duration`.
+    /// A report for each bus, over a run of this `duration`.
     pub(super) fn report<'s>(
         &self,
         robot: &Robot,

@@ -1,4 +1,4 @@
-//! Feet: how far they go, whether they slip or jump; as planned, and as measured.
+//! Feet: how far they move, and whether they slip or jump; as planned, and as measured.
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -6,24 +6,24 @@ use super::CycleRecord;
 use super::report::FeetReport;
 use crate::model::Robot;
 
-/// One foot over the last cycles. Places are in the plane its leg works in: way along the ground, sideways out of
-/// the plane, and height, m.
+/// One foot over the last cycles. Positions are in the plane in which its leg works: distance along the ground,
+/// sideways out of the plane, and height, m.
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
     place: Option<DVec3>,
     velocity: Option<DVec3>,
-    /// Bounds of the last two cycles, newest first, m/s^2.
+    /// Acceleration bounds of the last two cycles, newest first, m/s^2.
     swing_accelerations: [f64; 2],
-    /// Where the present stance began: planned, measured.
+    /// Start of the present stance, planned and measured.
     stance: Option<Stance>,
 }
 
-/// Where a stance began.
+/// Position of a foot when its stance began.
 #[derive(Debug, Clone, Copy)]
 struct Stance {
     planned: DVec3,
     measured: DVec3,
-    /// Over the ground, m.
+    /// Position on the ground, m.
     in_world: DVec3,
 }
 
@@ -31,7 +31,7 @@ struct Stance {
 pub(super) struct FootObserver {
     seen: Vec<Seen>,
     report: FeetReport,
-    /// True where feedback moves tips off their planned places.
+    /// True if feedback moves tips off their planned positions.
     has_feedback: bool,
 }
 
@@ -63,24 +63,24 @@ impl FootObserver {
         let tilt = DQuat::from_euler(EulerRot::ZYX, 0.0, pitch_rad, roll_rad);
         let height = DVec3::Z * targets.trunk_in_world.z;
         for foot in &targets.feet {
-            // From what inverse kinematics is given, not from the plan's own word for it; what feedback adds is no plan.
+            // The input of inverse kinematics counts, not what the plan reports; feedback is not part of the plan.
             let planned = targets.trunk_turn.inverse() * (foot.in_world - targets.trunk_in_world);
             let tip = if self.has_feedback { planned } else { targets.tips_in_body[foot.chain] };
             let way = DVec3::X * foot.plane_way_m + height;
             let place = tilt * tip + way;
             let in_world = targets.trunk_in_world + targets.trunk_turn * tip;
-            // A plane that turns takes its foot with it sideways; along itself it must not.
+            // A turning plane takes its foot sideways with it; along the plane the foot must not slip.
             let place_along = place.with_y(0.0);
             let seen = &mut self.seen[foot.chain];
             self.report.excursion_max_m = self.report.excursion_max_m.max(foot.excursion_m.abs());
 
             let velocity = seen.place.map(|before| (place_along - before) / record.dt_s);
             if let (Some(velocity), Some(before)) = (velocity, seen.velocity) {
-                // The two velocities span three places, of which the outer ones may be on the ground.
+                // The two velocities span three positions; the outer ones may be on the ground.
                 let [a, b] = seen.swing_accelerations;
                 let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.dt_s;
                 let jump = velocity.distance(before) - allowed;
-                // Differences of places carry their rounding over one cycle's time.
+                // A difference of positions carries their rounding over one cycle.
                 let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_way_m.abs()) / record.dt_s;
                 self.report.swing_velocity_jump_max_m_s =
                     self.report.swing_velocity_jump_max_m_s.max(if jump > rounding { jump } else { 0.0 });

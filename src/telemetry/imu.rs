@@ -1,4 +1,4 @@
-//! How well the inertial measurement unit was heard.
+//! How reliably the inertial measurement unit was heard.
 
 use std::fmt;
 
@@ -12,14 +12,14 @@ use crate::model::Robot;
 pub struct ImuReport {
     /// True if it was heard at all.
     pub is_heard: bool,
-    /// How often it was lost after it had been heard: silent, frozen, damaged or gone for longer than the robot file
-    /// allows.
+    /// How often it was lost after it had been heard: silent, frozen, damaged or gone for longer than the robot
+    /// file allows.
     pub losses: u64,
     /// How long the robot went without it after it had been heard, s.
     pub lost_s: f64,
-    /// Oldest measurement that was acted on, s.
+    /// Greatest age of a measurement that was acted on, s.
     pub age_max_s: f64,
-    /// Measurements that passed their checksums and were dropped, since no trunk can have moved so.
+    /// Measurements with good checksums that were dropped, since no trunk can have moved so.
     pub implausible: u64,
 }
 
@@ -41,7 +41,7 @@ impl fmt::Display for ImuReport {
     }
 }
 
-/// Looks at every cycle.
+/// Observes every cycle.
 #[derive(Debug)]
 pub(super) struct ImuObserver {
     report: ImuReport,
@@ -49,7 +49,7 @@ pub(super) struct ImuObserver {
 }
 
 impl ImuObserver {
-    /// None for a robot that has no unit.
+    /// `None` for a robot without a unit.
     pub(super) fn new(robot: &Robot) -> Option<ImuObserver> {
         robot.imu.as_ref().map(|_| ImuObserver { report: ImuReport::default(), was_known: false })
     }

@@ -1,4 +1,4 @@
-//! Goal registers and measured joints against ranges and rates.
+//! Goal registers and measured joints, checked against ranges and rates.
 
 use super::CycleRecord;
 use super::report::JointsReport;
@@ -8,9 +8,9 @@ use crate::signals::Told;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
-    /// The goal register, counts, as far as is known; none while limp.
+    /// The goal register, counts, as far as it is known; `None` while limp.
     goal: Option<i32>,
-    /// Where it was measured in the cycle before, rad.
+    /// Measured angle in the cycle before, rad.
     position_rad: Option<f64>,
     /// True once the joint was measured inside its range.
     was_inside: bool,
@@ -41,14 +41,14 @@ impl JointObserver {
             let (measured, seen) = (&record.state.joints[index], &mut self.seen[index]);
             let (low, high) = joint.range_rad;
             let overshoot_rad = (low - measured.position_rad).max(measured.position_rad - high);
-            // Half a count is what the encoder itself cannot tell.
+            // The encoder itself cannot resolve half a count.
             seen.was_inside |= measured.is_known && overshoot_rad <= 0.5 * servo.count_rad();
             if seen.was_inside {
                 self.report.range_overshoot_max_deg =
                     self.report.range_overshoot_max_deg.max(overshoot_rad.to_degrees());
             }
             match record.slots[index] {
-                // What a servo says about itself outranks what was sent.
+                // A servo's own report outranks what was sent.
                 Slot::Told(Told::Goal(held)) => seen.goal = seen.goal.map(|_| held),
                 Slot::Told(Told::Torque(false)) => seen.goal = None,
                 _ => {}
@@ -72,11 +72,11 @@ impl JointObserver {
                     .tracking_error_max_deg
                     .max((angle_rad - measured.position_rad).abs().to_degrees());
                 let outside_rad = (low - angle_rad).max(angle_rad - high);
-                // Torque comes on where the joint was in the cycle before.
+                // Torque comes on at the joint's angle in the cycle before.
                 let goal_rad = seen.goal.map(|goal| servo.angle_of(f64::from(goal)));
                 let before_rad = goal_rad.or(seen.position_rad).unwrap_or(measured.position_rad);
                 let outside_before_rad = (low - before_rad).max(before_rad - high);
-                // A joint that starts outside its range may be outside on its way in, and only then.
+                // Only a joint that starts outside its range may be outside, on its way in.
                 let is_on_the_way_in = outside_rad <= outside_before_rad;
                 if outside_rad > 1e-9 && !is_on_the_way_in {
                     self.report.range_violations += 1;

@@ -1,7 +1,7 @@
-//! What a run was like: every cycle is looked at as it passes, and a [`Report`] comes out at the end.
+//! Observes a run: looks at every cycle as it passes, and produces a [`Report`] at the end.
 //!
-//! The observers check the pipeline from outside it: goal registers against the robot's ranges, feet from
-//! the targets and from the measured joints. They never change anything and never allocate after start.
+//! The observers check the pipeline from outside: goal registers against the robot's ranges, feet from
+//! the targets and from the measured joints. They change nothing and allocate nothing after the start.
 
 mod arms;
 mod body;
@@ -38,31 +38,31 @@ pub use way::Way;
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
 pub struct CycleRecord<'a> {
-    /// What the operator wanted.
+    /// The operator's order.
     pub order: Order,
-    /// What the robot was doing.
+    /// The robot's activity.
     pub activity: Activity,
     /// Planned speed of the trunk, m/s.
     pub speed_m_s: f64,
-    /// What the generator asked for.
+    /// The generator's targets.
     pub targets: &'a Targets,
-    /// What inverse kinematics made of it.
+    /// The result of inverse kinematics.
     pub joints: &'a JointTargets,
-    /// The goal registers that were sent, one a joint.
+    /// The goal registers that were sent, one per joint.
     pub goals: &'a [ServoGoal],
-    /// What the servos answered, one slot a joint.
+    /// The replies of the servos, one slot per joint.
     pub slots: &'a [Slot],
-    /// What the inertial measurement unit last said.
+    /// The last reading of the inertial measurement unit.
     pub imu: &'a ImuReading,
-    /// What is known of the robot after the exchange.
+    /// The estimated state of the robot after the exchange.
     pub state: &'a State,
-    /// Joints that were told something else than was asked.
+    /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// True if motion time stood still this cycle.
+    /// True if motion time stood still in this cycle.
     pub is_held: bool,
     /// Length of a cycle, s.
     pub dt_s: f64,
-    /// What the robot truly does; only a simulated body tells.
+    /// The true state of the trunk; only a simulated body reports it.
     pub truth: Option<TrueBody>,
 }
 
@@ -70,14 +70,14 @@ pub struct CycleRecord<'a> {
 #[derive(Debug)]
 pub struct Telemetry {
     buses: BusObserver,
-    /// None on a rig without feet.
+    /// `None` on a rig without feet.
     feet: Option<FootObserver>,
-    /// None on a rig without arms.
+    /// `None` on a rig without arms.
     arms: Option<ArmObserver>,
-    /// None on a rig without feet.
+    /// `None` on a rig without feet.
     body: Option<BodyObserver>,
     joints: JointObserver,
-    /// None on a robot without an inertial measurement unit.
+    /// `None` on a robot without an inertial measurement unit.
     imu: Option<ImuObserver>,
     cycles: u64,
     late_cycles: u64,
@@ -90,25 +90,25 @@ pub struct Telemetry {
     stages: StageObserver,
 }
 
-/// Outages that are kept one by one; a run of many hours may have more.
+/// Outages kept one by one; a run of many hours may have more.
 const OUTAGES_MAX: usize = 256;
 
-/// Longest time a histogram tells from longer ones, microseconds.
+/// Longest time that a histogram distinguishes, microseconds.
 const LONGEST_US: u64 = 60_000_000;
 
 /// A histogram of microseconds that never grows.
 pub(crate) fn histogram_us() -> Histogram<u64> {
     match Histogram::new_with_bounds(1, LONGEST_US, 3) {
         Ok(histogram) => histogram,
-        // The bounds above are right; a histogram with other bounds would be as good.
+        // The bounds above are valid; a histogram with other bounds would serve as well.
         Err(_) => unreachable!("constant bounds"),
     }
 }
 
 impl Telemetry {
-    /// For a run of `robot`.
+    /// Telemetry for a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
-        // Simulated joints that turn freely have no trunk, whatever the robot thinks of it.
+        // Simulated joints that turn freely have no trunk, whatever the robot estimates.
         let has_body = robot.motion.tentacle().is_none() && robot.physics.is_some();
         Telemetry {
             buses: BusObserver::new(robot),
@@ -158,7 +158,7 @@ impl Telemetry {
         }
     }
 
-    /// Notes that the next cycle does not follow on the last: what is judged from one cycle to the next begins anew.
+    /// Notes that the next cycle does not follow the last: checks from one cycle to the next restart.
     pub fn note_gap(&mut self) {
         self.joints.note_gap();
         if let Some(feet) = &mut self.feet {
@@ -180,7 +180,7 @@ impl Telemetry {
         self.late_cycles += u64::from(is_late);
     }
 
-    /// Notes how long a cycle computed, the exchange left aside.
+    /// Notes the computing time of a cycle, without the exchange.
     pub fn note_work(&mut self, work_us: u64) {
         self.work_us.saturating_record(work_us);
     }

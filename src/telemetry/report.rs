@@ -1,4 +1,4 @@
-//! The report of a run, as it is written to a file.
+//! The report of a run, as written to a file.
 
 use std::fmt;
 use std::time::Duration;
@@ -22,38 +22,38 @@ use crate::signals::Outage;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// It did what was asked, or the operator stopped it, and it took its stop action.
+    /// The run did what was asked, or the operator stopped it; it ended in its stop action.
     Completed,
-    /// Safety stopped it.
+    /// Safety stopped the run.
     StoppedBySafety,
-    /// It fell, and lies limp.
+    /// The robot fell, and lies limp.
     Fallen,
-    /// Something else ended it.
+    /// Something else ended the run.
     Failed,
 }
 
-/// What a run was like. Lengths in m, speeds in m/s, angles in degrees (for people), times as named.
+/// The report of a run. Lengths in m, speeds in m/s, angles in degrees (for people), times as named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Name of the robot.
     pub robot: String,
-    /// Who drove it: a script, the keyboard, a gamepad. None for a run by its own plan.
+    /// The driver: a script, the keyboard or a gamepad. `None` for a run by its own plan.
     pub driver: Option<String>,
-    /// Name of the gait a horse was planned for; `stand` where somebody drove.
+    /// Name of the gait that a horse was planned for; `stand` in a driven run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gait: Option<String>,
-    /// Speed a horse was planned for, after limits, m/s.
+    /// Speed that a horse was planned for, after limits, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<f64>,
-    /// How long the whole run took, s.
+    /// Duration of the whole run, s.
     pub duration_s: f64,
-    /// Cycles run.
+    /// Cycles completed.
     pub cycles: u64,
     /// Cycles that began more than a tenth of a period after their deadline.
     pub late_cycles: u64,
-    /// How it ended.
+    /// How the run ended.
     pub outcome: Outcome,
-    /// Why it ended so.
+    /// Reason for that outcome.
     pub reason: String,
     /// Whether it was good: as bad as the worst of the findings.
     pub verdict: Verdict,
@@ -68,36 +68,36 @@ pub struct Report {
     /// The way it went meanwhile: by the truth of a simulated body, on hardware by what the robot knows of itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reached: Option<Way>,
-    /// True if every servo has heard the end: none has torque that it should not have.
+    /// True if every servo has heard the end of the run: then no servo has torque that it should not have.
     pub is_end_heard: bool,
     /// Joint goals that safety changed, summed over all cycles.
     pub safety_interventions: u64,
     /// Cycles in which safety held the robot still.
     pub held_cycles: u64,
-    /// Times of the loop.
+    /// Timing of the loop.
     #[serde(rename = "loop")]
     pub loop_times: LoopReport,
     /// Joints against their limits.
     pub joints: JointsReport,
-    /// Feet; none on a rig of arms.
+    /// Feet; `None` on a rig of arms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub feet: Option<FeetReport>,
-    /// The trunk; none on a rig of arms, and where nothing tells what it does.
+    /// The trunk; `None` on a rig of arms, and if nothing measures its motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodyReport>,
-    /// Arms; none on a rig without.
+    /// Arms; `None` on a rig without arms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arms: Option<ArmsReport>,
-    /// The inertial measurement unit; none on a robot that has none.
+    /// The inertial measurement unit; `None` on a robot without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuReport>,
-    /// Falls, as the robot noticed them; none where its file says nothing of them.
+    /// Falls, as the robot noticed them; `None` if its file does not mention them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub falls: Option<ReflexReport>,
-    /// How often an arm gave way to a load; none where its file says nothing of that.
+    /// How often an arm yielded to a load; `None` if the robot file does not mention that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm_yields: Option<u32>,
-    /// Joints that were taken out of service, the first 256; empty where a fault of one stops the robot.
+    /// Joints that were taken out of service, the first 256; empty if the fault of one joint stops the robot.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outages: Vec<OutageReport>,
     /// How often a servo that had tripped was restarted.
@@ -108,27 +108,27 @@ pub struct Report {
     pub recording: Option<RecordingReport>,
 }
 
-/// How a recording went.
+/// The report of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RecordingReport {
-    /// The file.
+    /// Name of the file.
     pub file: String,
-    /// Cycles in it.
+    /// Cycles in the file.
     pub records: u64,
-    /// Cycles that are not: the disk was too slow, or an error had ended the recording.
+    /// Cycles missing from the file: the disk was too slow, or an error had ended the recording.
     pub dropped: u64,
-    /// What ended the recording before the run.
+    /// The error that ended the recording before the run.
     pub error: Option<String>,
 }
 
-/// A joint that was left without torque while the others went on.
+/// A joint that was left without torque while the others continued.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OutageReport {
-    /// When, s of the run, lateness of cycles left aside.
+    /// Time of the outage, s of the run, without the lateness of cycles.
     pub time_s: f64,
     /// Name of the joint.
     pub joint: String,
-    /// Which servo it is, why, and what will become of it, in words.
+    /// Which servo it is, the cause, and what will become of it, in words.
     pub reason: String,
 }
 
@@ -144,22 +144,22 @@ impl Outcome {
     }
 }
 
-/// Times of the loop.
+/// Timing of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoopReport {
-    /// Computing a cycle, the exchange left aside; none on a virtual clock, which stands still meanwhile.
+    /// Computing time of a cycle without the exchange; `None` on a virtual clock, which stands still meanwhile.
     pub work_us: Option<Quantiles>,
-    /// From a cycle's deadline to its beginning.
+    /// Time from a cycle's deadline to its beginning.
     pub late_us: Quantiles,
-    /// Each stage of a cycle; none on a virtual clock.
+    /// Time of each stage of a cycle; `None` on a virtual clock.
     pub stages_us: Option<Stages<Quantiles>>,
-    /// The cycle that took longest, the first one left aside.
+    /// The slowest cycle, not counting the first.
     pub slowest: Option<SlowCycle>,
-    /// The first cycle, in which memory is taken while the robot is limp.
+    /// The first cycle, which allocates memory while the robot is limp.
     pub first: Option<SlowCycle>,
 }
 
-/// What half, 99 and 99.9 of a hundred stay below, and the largest.
+/// Values that 50, 99 and 99.9 percent of the samples stay below, and the largest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Quantiles {
     /// Median.
@@ -175,11 +175,11 @@ pub struct Quantiles {
 /// Joints against their limits.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct JointsReport {
-    /// Goal registers outside their joint's range, other than on the way in from a start outside it.
+    /// Goal registers outside their joint's range, except on the way in from a start outside it.
     pub range_violations: u64,
-    /// How far a joint was measured outside its range once it had been inside.
+    /// Furthest that a joint was measured outside its range after it had been inside.
     pub range_overshoot_max_deg: f64,
-    /// Goal registers further from the one before than the rate limit and one count of rounding.
+    /// Goal registers further from the previous one than the rate limit and one count of rounding allow.
     pub rate_violations: u64,
     /// Largest difference between goal and measured angle in one exchange.
     pub tracking_error_max_deg: f64,
@@ -188,37 +188,37 @@ pub struct JointsReport {
 /// Feet, in the planned world.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct FeetReport {
-    /// Furthest planned place fore or aft of the neutral foot point.
+    /// Furthest planned position fore or aft of the neutral foot point.
     pub excursion_max_m: f64,
-    /// Furthest planned place of a standing foot from where it landed, in the plane its leg works in, before inverse
-    /// kinematics.
+    /// Furthest planned position of a stance foot from its touch-down, in the plane in which its leg works, before
+    /// inverse kinematics.
     pub stance_slip_planned_max_m: f64,
-    /// How far a standing foot must slide sideways out of that plane: legs without a sideways joint do so in a
+    /// How far a stance foot must slide sideways out of that plane: legs without a sideways joint do so in a
     /// turn, and when the trunk rolls.
     pub lateral_slip_max_m: f64,
-    /// As planned slip, along the ground from measured joints; servo lag at touch-down is part of it.
+    /// The same slip along the ground, from measured joints; it includes the servo lag at touch-down.
     pub stance_slip_measured_max_m: f64,
     /// Change of planned foot velocity in one cycle beyond the swing curve's acceleration times the cycle.
     pub swing_velocity_jump_max_m_s: f64,
-    /// Distance inverse kinematics left, before rounding to counts.
+    /// Largest residual of inverse kinematics, before rounding to counts.
     pub ik_residual_max_m: f64,
 }
 
-/// The trunk, from when the robot first stands until it begins to sit down. From the truth of a simulated body; on
-/// hardware from what the robot knows of itself.
+/// The trunk, from when the robot first stands until it begins to sit down. In simulation from the true state of
+/// the body; on hardware from the robot's own estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct BodyReport {
-    /// It lay on its trunk, or was more than 60 degrees from upright.
+    /// True if the robot lay on its trunk, or was more than 60 degrees from upright.
     pub fell: bool,
-    /// Way the trunk went forward, as it was turned at each moment; backwards counts less.
+    /// Distance that the trunk went forward, along its heading at each moment; going backwards subtracts.
     pub distance_m: f64,
-    /// The same for each second of walking.
+    /// That distance divided by the time spent walking.
     pub mean_speed_m_s: f64,
     /// Largest roll, to either side.
     pub roll_max_deg: f64,
     /// Largest pitch, up or down.
     pub pitch_max_deg: f64,
-    /// Furthest it was from its planned height above the ground's plane; none on hardware.
+    /// Largest error of its height above the ground's plane against the plan; `None` on hardware.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_error_max_m: Option<f64>,
 }
@@ -239,14 +239,14 @@ impl fmt::Display for BodyReport {
 /// Arms, while they perform.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct ArmsReport {
-    /// Furthest inverse kinematics left a tip from where it was to be.
+    /// Largest distance that inverse kinematics left between a tip and its target.
     pub tip_residual_max_m: f64,
-    /// Furthest it left the end of a group.
+    /// The same for the end of a group.
     pub group_residual_max_m: f64,
-    /// Largest angle between one link and the next, by the goals.
+    /// Largest angle between one link and the next, from the goals.
     pub bend_max_deg: f64,
-    /// Least distance between the skins of two arms, or of an arm and the base, their first groups left aside, by the
-    /// goals; none for one arm whose base has no radius.
+    /// Smallest distance between the skins of two arms, or of an arm and the base, without their first groups, from
+    /// the goals; `None` for a single arm whose base has no radius.
     pub clearance_min_m: Option<f64>,
 }
 
@@ -290,22 +290,22 @@ pub struct BusReport {
     pub bytes_out: u64,
     /// Bytes received.
     pub bytes_in: u64,
-    /// Servo replies that never came.
+    /// Servo replies that did not arrive.
     pub missing: u64,
     /// Servo replies that were damaged.
     pub corrupt: u64,
-    /// Servo replies that passed their checksum and were dropped, since no servo can have measured what they said.
+    /// Servo replies with a good checksum that were dropped, since no servo can have measured their values.
     pub implausible: u64,
-    /// Good replies from ids nobody asked: a second servo with a wrong id, perhaps.
+    /// Good replies from ids that were not asked: perhaps a second servo with a wrong id.
     pub unknown: u64,
     /// Share of the time the wire was busy.
     pub wire_share: f64,
-    /// Time of one exchange.
+    /// Duration of one exchange.
     pub exchange_us: Quantiles,
 }
 
 impl Quantiles {
-    /// Of a histogram of microseconds.
+    /// The quantiles of a histogram of microseconds.
     pub fn of(histogram: &Histogram<u64>) -> Quantiles {
         Quantiles {
             p50: histogram.value_at_quantile(0.5),
@@ -343,7 +343,7 @@ impl Telemetry {
         self.body.as_ref().is_some_and(BodyObserver::lies_fallen)
     }
 
-    /// Cycles seen, late ones, and goals that safety changed.
+    /// Number of cycles, of late cycles, and of goals that safety changed.
     pub fn totals(&self) -> (u64, u64, u64) {
         (self.cycles, self.late_cycles, self.interventions)
     }
@@ -353,9 +353,9 @@ impl Telemetry {
         self.held_cycles
     }
 
-    /// Times of the loop so far.
+    /// Timing of the loop so far.
     pub fn loop_report(&self) -> LoopReport {
-        // No real cycle computes for less than a microsecond.
+        // A real cycle always computes for at least a microsecond.
         let is_measured = self.work_us.max() > 0;
         LoopReport {
             work_us: is_measured.then(|| Quantiles::of(&self.work_us)),
@@ -391,22 +391,22 @@ impl Telemetry {
         self.joints.report()
     }
 
-    /// The trunk so far; none on a rig of arms, and where nothing told what it does.
+    /// The trunk so far; `None` on a rig of arms, and if nothing measured its motion.
     pub fn body_report(&self) -> Option<BodyReport> {
         self.body.as_ref()?.report()
     }
 
-    /// Arms so far; none on a rig without.
+    /// Arms so far; `None` on a rig without arms.
     pub fn arms_report(&self) -> Option<ArmsReport> {
         self.arms.as_ref().map(ArmObserver::report)
     }
 
-    /// The inertial measurement unit so far; none on a robot that has none.
+    /// The inertial measurement unit so far; `None` on a robot without one.
     pub fn imu_report(&self) -> Option<ImuReport> {
         self.imu.as_ref().map(ImuObserver::report)
     }
 
-    /// Feet so far; none on a rig of arms.
+    /// Feet so far; `None` on a rig of arms.
     pub fn feet_report(&self) -> Option<FeetReport> {
         let feet = self.feet.as_ref()?;
         Some(FeetReport { ik_residual_max_m: self.residual_max_m, ..feet.report() })

@@ -1,6 +1,6 @@
-//! How long each stage of a cycle took, and which one made the slowest cycle slow.
+//! How long each stage of a cycle took, and which stage made the slowest cycle slow.
 //!
-//! Costs a look at the clock a stage and two questions to the system a cycle.
+//! Costs one reading of the clock per stage and two queries to the system per cycle.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,45 +13,45 @@ use super::{LONGEST_US, Quantiles, Telemetry};
 use crate::platform::Usage;
 use crate::units::Time;
 
-/// A part of the loop's cycle, in the order in which they are done.
+/// A stage of the loop's cycle. The variants are in the order in which the stages run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// From the deadline until the loop ran.
+    /// From the deadline until the loop runs.
     Wake,
-    /// The driver's and the signals' orders, the sign of life to the guard, the status line.
+    /// Orders of the driver and the signals, the sign of life to the guard, the status line.
     Orders,
-    /// Falls.
+    /// Detects and handles falls.
     Reflex,
     /// Gaits, strokes and poses, with their plans.
     Generator,
-    /// Feedback by the trunk.
+    /// Feedback from the trunk.
     Balance,
     /// Inverse kinematics.
     Kinematics,
-    /// What loaded joints give way.
+    /// Corrects the sag of loaded joints.
     Sag,
-    /// Arms that give way.
+    /// Lets overloaded arms yield.
     Yielding,
-    /// Limits and watch.
+    /// Checks limits and watches for faults.
     Safety,
-    /// Radians to counts.
+    /// Converts radians to counts.
     Counts,
-    /// All buses.
+    /// Exchanges all buses.
     Exchange,
-    /// The inertial measurement unit.
+    /// Reads the inertial measurement unit.
     Imu,
-    /// From replies to what is known.
+    /// Estimates the state from replies.
     Estimate,
-    /// The observers of the run.
+    /// Runs the observers.
     Telemetry,
-    /// Handing the cycle to the recording.
+    /// Hands the cycle to the recording.
     Recording,
 }
 
 const COUNT: usize = 15;
 
 impl Stage {
-    /// All of them, in order.
+    /// All stages, in order.
     pub const ALL: [Stage; COUNT] = [
         Stage::Wake,
         Stage::Orders,
@@ -92,17 +92,17 @@ impl Stage {
     }
 }
 
-/// Something for each stage; in a report an object, a key a stage.
+/// A value for each stage; in a report an object with a key for each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Stages<T>([T; COUNT]);
 
 impl<T> Stages<T> {
-    /// That of `stage`.
+    /// The value of `stage`.
     pub fn of(&self, stage: Stage) -> &T {
         &self.0[stage as usize]
     }
 
-    /// Each stage and what is its, in order.
+    /// Each stage and its value, in order.
     pub fn iter(&self) -> impl Iterator<Item = (Stage, &T)> {
         Stage::ALL.into_iter().zip(&self.0)
     }
@@ -121,26 +121,26 @@ impl<T: Serialize> Serialize for Stages<T> {
 /// One cycle, stage by stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SlowCycle {
-    /// Cycles before it in this run.
+    /// Number of cycles before it in this run.
     pub number: u64,
     /// Its deadline, s of the run.
     pub time_s: f64,
-    /// From its deadline to its end.
+    /// Time from its deadline to its end.
     pub total_us: u64,
-    /// Each stage.
+    /// Time of each stage.
     pub stages_us: Stages<u64>,
-    /// Time since the cycle before in which the loop's thread was on a processor.
+    /// Processor time of the loop's thread since the previous cycle.
     pub processor_us: u64,
-    /// Time in which it could have run and another thread had the processor; none where the system does not count it.
+    /// Time in which the thread was ready but another had the processor; `None` if the system does not count it.
     pub waited_us: Option<u64>,
-    /// Pages of memory it had to wait for.
+    /// Page faults that the thread waited for.
     pub page_faults: u64,
-    /// Of these such as came from a disk.
+    /// Page faults among these that came from a disk.
     pub disk_faults: u64,
 }
 
 impl SlowCycle {
-    /// The stage that took longest, and how long, microseconds; the exchange, which waits for the wire, only if it took
+    /// The longest stage and its time, microseconds. The exchange, which waits for the wire, counts only if it took
     /// longer than all others together.
     pub fn longest(&self) -> (Stage, u64) {
         let exchange_us = *self.stages_us.of(Stage::Exchange);
@@ -168,20 +168,20 @@ impl fmt::Display for SlowCycle {
     }
 }
 
-/// Watches the stages go by.
+/// Measures the stages as they pass.
 #[derive(Debug)]
 pub(super) struct StageObserver {
-    /// Each stage, microseconds.
+    /// Times of each stage, microseconds.
     times_us: Vec<Histogram<u64>>,
     /// The first deadline.
     start: Option<Time>,
     cycles: u64,
-    // Of the cycle under way.
+    // State of the present cycle.
     deadline: Time,
     /// When the last stage ended.
     last: Time,
     took: Stages<Duration>,
-    /// At the end of the cycle before; none before the second.
+    /// Usage at the end of the previous cycle; `None` before the second.
     usage: Option<Usage>,
     first: Option<SlowCycle>,
     slowest: Option<SlowCycle>,
@@ -234,7 +234,7 @@ impl StageObserver {
         };
         self.cycles += 1;
         self.usage = Some(usage);
-        // In the first one memory is taken and the system asked for its promises, while the robot is limp.
+        // The first cycle allocates memory and requests real-time scheduling, while the robot is limp.
         if self.first.is_none() {
             self.first = Some(cycle);
         } else if self.slowest.is_none_or(|slowest| cycle.total_us > slowest.total_us) {
@@ -255,27 +255,27 @@ impl StageObserver {
     }
 }
 
-/// Two digits are enough to see which stage it was, and leave the processor's cache to the stages.
+/// Two digits are enough to identify the slow stage, and leave the processor's cache to the stages.
 fn histogram_of_stage() -> Histogram<u64> {
     match Histogram::new_with_bounds(1, LONGEST_US, 2) {
         Ok(histogram) => histogram,
-        // The bounds above are right; a histogram with other bounds would be as good.
+        // The bounds above are valid; a histogram with other bounds would serve as well.
         Err(_) => unreachable!("constant bounds"),
     }
 }
 
 impl Telemetry {
-    /// A cycle with this `deadline` begins `now`.
+    /// Notes that a cycle with this `deadline` begins `now`.
     pub fn begin_cycle(&mut self, deadline: Time, now: Time) {
         self.stages.begin(deadline, now);
     }
 
-    /// `stage` ends `now`; it began when the one before it ended.
+    /// Notes that `stage` ends `now`; it began when the previous stage ended.
     pub fn end_stage(&mut self, stage: Stage, now: Time) {
         self.stages.note(stage, now);
     }
 
-    /// All stages of the cycle are over, and the loop's thread has used so much of the machine so far.
+    /// Notes that all stages of the cycle are over; `usage` is what the loop's thread has used so far.
     pub fn end_cycle(&mut self, usage: Usage) {
         self.stages.end(usage);
     }
@@ -285,7 +285,7 @@ impl Telemetry {
 mod tests {
     use super::*;
 
-    /// Runs a cycle with this deadline, ms, that takes so long in each of these stages, ms, and has had so much of the machine.
+    /// Runs a cycle with this deadline, ms, whose stages take these times, ms, and whose thread has this usage.
     fn cycle(observer: &mut StageObserver, deadline_ms: u64, took_ms: &[(Stage, u64)], usage: Usage) {
         let at = |ms: u64| Time(1_000_000 * ms);
         let mut now_ms = deadline_ms;

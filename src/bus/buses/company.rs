@@ -1,4 +1,4 @@
-//! A line that was gone and is back: whose servos are on it?
+//! Finds out whose servos are on a line that has come back.
 
 use super::Buses;
 use super::start::servos;
@@ -6,20 +6,20 @@ use crate::bus::TransactionError;
 use crate::bus::port::Ports;
 use crate::model::Robot;
 
-/// Whose servos a line has on it.
+/// Whose servos are on a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::bus) enum Company {
-    /// Those of its bus, as far as they answer.
+    /// The servos of its bus, as far as they answer.
     Own,
-    /// None that answers.
+    /// No servo answers.
     Nobody,
-    /// Another's: which, in words.
+    /// The servos of another bus or robot: which, in words.
     Stranger(String),
 }
 
 impl<P: Ports> Buses<P> {
-    /// Whose servos are on the line of `bus`. Only reads, and each servo once: a reply that is lost is no harm, since
-    /// one good one is enough.
+    /// Whose servos are on the line of `bus`. Only reads, and asks each servo once: a lost reply does no harm,
+    /// since one good reply is enough.
     pub(in crate::bus) fn company(&mut self, robot: &Robot, bus: usize) -> Company {
         self.tries = 1;
         let name = |bus: usize| &robot.buses[bus].name;
@@ -46,7 +46,7 @@ impl<P: Ports> Buses<P> {
         if missing == 0 {
             return Company::Own;
         }
-        // Some are silent. Does another bus's servo answer, that this one has not?
+        // Some servos are silent. Check whether a servo of another bus answers with an id that this bus lacks.
         let is_own = |id| servos(robot).any(|(_, own)| own.bus == bus && own.id == id);
         let stranger = servos(robot).find(|(joint, servo)| {
             servo.bus != bus
@@ -63,7 +63,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// What the servo with the id of the servo of `joint` answers on the line of `bus`.
+    /// The model number that the servo with the id of the servo of `joint` reports on the line of `bus`.
     fn model_number(&mut self, bus: usize, joint: usize, robot: &Robot) -> Result<i64, TransactionError> {
         let place = self.place(joint)?.servo.clone();
         let servo = robot.joints[joint].servo.ok_or(TransactionError::NoServo { joint })?;
@@ -86,7 +86,7 @@ mod tests {
         config::parse(include_str!("../../../config/horse-dynamixel.toml"), "horse").unwrap().robot
     }
 
-    /// Who is on the line of bus 0 of `robot`, where the servos of `built` are.
+    /// Whose servos are on the line of bus 0 of `robot`, which carries those of `built`.
     fn company(robot: &Robot, built: &Robot, faults: &str) -> Company {
         let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
         let faults = FaultScript::from_toml(faults).unwrap();

@@ -1,4 +1,4 @@
-//! Why a run cannot start: all in which the robot is not as its file says, for people.
+//! Why a run cannot start: every difference between the robot and its file, for people.
 
 use std::fmt;
 
@@ -6,12 +6,12 @@ use crate::bus::{ServoPlace, TransactionError};
 use crate::model::Protocol;
 use crate::model::servo_model::SERVO_MODELS;
 
-/// Why a run cannot start. It has put torque on no servo.
+/// Why a run cannot start. No servo has torque then.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StartError {
-    /// Servos are not those of the robot file: all that disagrees, at least one. Nothing was written to any.
+    /// The servos differ from the robot file: all differences, at least one. Nothing was written to any servo.
     Disagrees(Vec<Disagreement>),
-    /// A servo could not be made ready.
+    /// A servo could not be prepared.
     Transaction(TransactionError),
 }
 
@@ -37,22 +37,22 @@ impl From<TransactionError> for StartError {
     }
 }
 
-/// One thing in which the robot is not as its file says.
+/// One difference between the robot and its file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Disagreement {
-    /// A servo cannot be asked.
+    /// A request to a servo failed.
     #[error(transparent)]
     Unheard(TransactionError),
-    /// Another model than the robot file says.
+    /// The servo's model is not that of the robot file.
     #[error(
         "{place} is another model: the robot file says {model} (model number {expected}), it says it is model \
          number {found}{}: name that model in the robot file, or check that its bus and id are this joint's",
         models_with(*.protocol, *.found)
     )]
     OtherModel {
-        /// Where.
+        /// The servo.
         place: ServoPlace,
-        /// Language of its bus.
+        /// Protocol of its bus.
         protocol: Protocol,
         /// Model number it reports.
         found: i64,
@@ -61,59 +61,59 @@ pub enum Disagreement {
         /// Name of the robot file's model.
         model: &'static str,
     },
-    /// A servo is set to something else than the controller needs.
+    /// A setting of a servo differs from what the controller needs.
     #[error("{place}: its register {register} reads {found}, {expected} is needed: {cure}")]
     OtherSetting {
-        /// Where.
+        /// The servo.
         place: ServoPlace,
         /// Address of the register.
         register: u16,
-        /// What it reads.
+        /// Its value.
         found: i64,
-        /// What is needed.
+        /// The value needed.
         expected: i64,
         /// What to do.
         cure: &'static str,
     },
-    /// A servo is too hot to be given torque.
+    /// A servo is too hot to get torque.
     #[error(
         "{place} is at {found_c} C, and {limit_c:.0} C is the most (temperature_max_c): let it cool first"
     )]
     Hot {
-        /// Where.
+        /// The servo.
         place: ServoPlace,
         /// Temperature it reports, degrees Celsius.
         found_c: i64,
         /// The robot file's limit, degrees Celsius.
         limit_c: f64,
     },
-    /// A servo's supply is not what it needs.
+    /// A servo's supply voltage is out of range.
     #[error(
         "{place} sees {found_v:.1} V, and needs {lowest_v:.1} to {highest_v:.1} V: charge the battery, or check the \
          supply, its wires, and that the servo is the right model"
     )]
     Supply {
-        /// Where.
+        /// The servo.
         place: ServoPlace,
         /// Voltage it reports, V.
         found_v: f64,
         /// The robot file's limit, V.
         lowest_v: f64,
-        /// The most the model takes, V.
+        /// Highest voltage that the model tolerates, V.
         highest_v: f64,
     },
-    /// A servo answers on another bus than the robot file says.
+    /// A servo answers on a different bus from that in the robot file.
     #[error(
         "{place} answers on {found} instead: plug it into bus {bus}, or name the other bus in the robot file",
         bus = .place.bus
     )]
     OtherBus {
-        /// Where it should be.
+        /// The servo, on the bus where it should be.
         place: ServoPlace,
-        /// Where it is.
+        /// The bus where it answers.
         found: BusDevice,
     },
-    /// The servos of two buses answer each on the other's line.
+    /// The servos of two buses each answer on the other's line.
     #[error(
         "the devices of {} and {} look swapped: the servos of each answer on the other's line; exchange the two \
          devices in the unit file (or in --port), or the two plugs",
@@ -122,12 +122,12 @@ pub enum Disagreement {
     Swapped([BusDevice; 2]),
 }
 
-/// A bus, and what its line is called.
+/// A bus, and the name of its device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusDevice {
     /// Name of the bus.
     pub bus: String,
-    /// Its device, where it has a name.
+    /// Its device, if it has a name.
     pub device: Option<String>,
 }
 
@@ -138,7 +138,7 @@ impl fmt::Display for BusDevice {
     }
 }
 
-/// The names of the models with this number, for a message; empty when none is known.
+/// The names of the models with this number, for a message; empty if none is known.
 fn models_with(protocol: Protocol, number: i64) -> String {
     let is_it = |number_of: u16, of: Protocol| of == protocol && i64::from(number_of) == number;
     let models = SERVO_MODELS.iter().filter(|model| is_it(model.model_number, model.protocol));

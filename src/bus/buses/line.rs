@@ -1,4 +1,4 @@
-//! One bus in an exchange: its client, and where the exchange stands.
+//! One bus in an exchange: its client, and the progress of the exchange.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use crate::bus::{ExchangeTimes, Slot};
 use crate::signals::Question;
 use crate::units::Time;
 
-/// Share of a period an exchange may take.
+/// Largest share of a period that an exchange may take.
 const LONGEST_SHARE: f64 = 0.95;
 /// Received bytes are moved in pieces of this size.
 const PIECE_BYTES: usize = 512;
@@ -19,8 +19,8 @@ const PIECE_BYTES: usize = 512;
 enum State {
     /// Nothing is awaited.
     Idle,
-    /// Sent; replies are awaited until the deadline, and where servos are asked one by one, the present one's until its
-    /// turn ends.
+    /// The request is sent. The line awaits replies until the deadline; where servos are asked one by one, the
+    /// present servo's reply until its turn ends.
     Waiting { sent: Time, deadline: Time, turn_ends: Time },
     /// The port was gone when last used.
     Gone,
@@ -42,9 +42,9 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// An exchange takes `period` at most, and a little less.
+    /// A line whose exchanges take a little less than `period` at most.
     pub(super) fn new(bus: usize, client: BusClient, joints: Vec<usize>, period: Duration) -> Line {
-        // But never less than replies in time take.
+        // But the wait is never shorter than replies in time take.
         let longest = period.mul_f64(LONGEST_SHARE).max(client.cycle_time());
         let goals = vec![ServoGoal::Limp; joints.len()];
         let renewals = Renewals::new(joints.len());
@@ -56,8 +56,8 @@ impl Line {
         matches!(self.state, State::Gone)
     }
 
-    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. It is told its settings anew once
-    /// it is heard again.
+    /// Has the servo of `joint`, if it is on this line, restart in the next exchange. It gets its settings again
+    /// once it is heard.
     pub(super) fn restart_servo(&mut self, joint: usize) {
         if let Some(index) = self.joints.iter().position(|own| *own == joint) {
             self.client.restart_servo(index);
@@ -65,14 +65,14 @@ impl Line {
         }
     }
 
-    /// Has the next exchange ask all servos of this line, if that of `joint` is one.
+    /// Has the next exchange ask all servos of this line the question, if the servo of `joint` is on it.
     pub(super) fn ask(&mut self, joint: usize, question: Question) {
         if self.joints.contains(&joint) {
             self.client.ask(question);
         }
     }
 
-    /// Sends this cycle's request. `goals` are those of all joints.
+    /// Sends this cycle's request. `goals` holds the goals of all joints.
     pub(super) fn begin_exchange(&mut self, ports: &mut impl Ports, goals: &[ServoGoal]) {
         if self.joints.is_empty() {
             return;
@@ -85,14 +85,14 @@ impl Line {
                 self.client.renew(index, self.renewals.watchdog_units());
             }
         }
-        // A reply that came too late for the last exchange must not pass for one of this.
+        // A reply too late for the last exchange must not pass for one of this exchange.
         let sent = ports
             .discard_input(self.bus)
             .and_then(|()| ports.send(self.bus, self.client.begin_cycle(&self.goals)));
         self.await_feedback(ports, sent);
     }
 
-    /// Sends a request that only asks.
+    /// Sends a request that only reads.
     pub(super) fn begin_look(&mut self, ports: &mut impl Ports) {
         if self.joints.is_empty() {
             return;
@@ -104,7 +104,7 @@ impl Line {
 
     fn await_feedback(&mut self, ports: &mut impl Ports, sent: Result<(), PortError>) {
         self.await_replies(ports, sent);
-        // The loop's rate outranks a reply that is late.
+        // The loop's rate outranks a late reply.
         if let State::Waiting { sent, deadline, .. } = &mut self.state {
             *deadline = (*deadline).min(*sent + self.longest);
         }
@@ -128,16 +128,17 @@ impl Line {
         };
     }
 
-    /// Takes what has arrived. Returns until when to wait for more, or `None` when nothing more is awaited.
+    /// Takes the bytes that have arrived. Returns the time until which to wait for more, or `None` when nothing
+    /// more is awaited.
     pub(super) fn poll(&mut self, ports: &mut impl Ports) -> Option<Time> {
         let State::Waiting { sent, deadline, mut turn_ends } = self.state else {
-            // Bytes nobody awaits would keep every wait for input from waiting.
+            // Unread bytes that no request awaits would end every wait for input at once.
             if !self.is_gone() && ports.discard_input(self.bus).is_err() {
                 self.state = State::Gone;
             }
             return None;
         };
-        // The time is taken first, so that what arrived by the deadline counts.
+        // The time is read first, so that bytes that arrived by the deadline count.
         let now = ports.now();
         let is_late = now >= deadline;
         let mut piece = [0; PIECE_BYTES];
@@ -155,7 +156,7 @@ impl Line {
             return None;
         }
         if self.client.is_turn_over() || now >= turn_ends {
-            // Where all were asked at once, nobody is next; but then the turn ends with the deadline.
+            // Where all were asked at once there is no next servo; but then the turn ends with the deadline.
             let next = self.client.begin_turn()?;
             if ports.send(self.bus, next).is_err() {
                 self.state = State::Gone;
@@ -167,7 +168,7 @@ impl Line {
         Some(deadline.min(turn_ends))
     }
 
-    /// Ends the wait; how long it took since sending.
+    /// Ends the wait; returns the time since sending.
     pub(super) fn end_wait(&mut self, now: Time) -> Option<Duration> {
         let State::Waiting { sent, .. } = self.state else { return None };
         self.state = State::Idle;

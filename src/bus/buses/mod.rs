@@ -1,7 +1,7 @@
 //! All buses of a robot over its ports.
 //!
-//! Comes in: a goal a joint. Goes out: a [`Slot`] a joint. All buses are exchanged at the same time, by
-//! one thread. A lost reply, or a whole bus gone, is a value in its slots and never cuts an exchange
+//! Takes a goal for each joint. Returns a [`Slot`] for each joint. One thread exchanges all buses at the same
+//! time. A lost reply, or a whole bus gone, is a value in its slots and never cuts the exchange
 //! short for the others. An exchange allocates nothing and never panics.
 
 mod company;
@@ -28,46 +28,46 @@ pub use disagreement::{BusDevice, Disagreement, StartError};
 use line::Line;
 pub use watchdog::watchdog_time;
 
-/// How long exchanges took, from sending to the last reply or the deadline.
+/// Durations of exchanges, from sending to the last reply or the deadline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ExchangeTimes {
     /// The last exchange.
     pub last: Duration,
-    /// The longest.
+    /// The longest exchange.
     pub max: Duration,
-    /// All together.
+    /// The sum of all exchanges.
     pub total: Duration,
-    /// How many that is; those that could not be sent are left out.
+    /// Number of exchanges, without those that could not be sent.
     pub count: u64,
 }
 
-/// What one bus did since the start.
+/// Statistics of one bus since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BusStatistics<'a> {
     /// Name, from the robot file.
     pub name: &'a str,
-    /// What it carried.
+    /// Its traffic.
     pub counters: Counters,
-    /// Good packets from ids nobody asked.
+    /// Good packets from ids that were not asked.
     pub unknown_replies: u64,
-    /// How long exchanges took.
+    /// Durations of exchanges.
     pub times: ExchangeTimes,
-    /// How the next exchange will ask for replies.
+    /// Kind of read for the next exchange.
     pub group_read: GroupRead,
-    /// Whether its port was gone when last used.
+    /// True if its port was gone when last used.
     pub is_gone: bool,
 }
 
-/// Every bus of a robot, and the ports they run over.
+/// Every bus of a robot, and the ports that carry them.
 #[derive(Debug)]
 pub struct Buses<P> {
     ports: P,
     lines: Vec<Line>,
-    /// Where each joint's servo is, in the robot's order of joints.
+    /// Bus and index of each joint's servo, in the robot's order of joints.
     places: Vec<Option<Place>>,
-    /// How often a single servo is asked before it is given up.
+    /// How often a single servo is asked before the loop gives it up.
     tries: u32,
-    /// What was noticed at the start.
+    /// Remarks from the start.
     notes: Vec<String>,
 }
 
@@ -78,8 +78,8 @@ struct Place {
 }
 
 impl<P: Ports> Buses<P> {
-    /// The buses of `robot`. Takes all memory exchanges need. Expects a checked robot: each id once on a
-    /// bus, all servos of a bus with one set of registers.
+    /// The buses of `robot`. Allocates all memory that exchanges need. Expects a checked robot: each id once on a
+    /// bus, and one set of registers for all servos of a bus.
     pub fn new(robot: &Robot, ports: P) -> Buses<P> {
         let period = Duration::from_secs_f64(robot.period_s());
         let lines = robot.buses.iter().enumerate().map(|(index, bus)| {
@@ -115,7 +115,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// Sends every joint its goal and fetches what every servo reports.
+    /// Sends every joint its goal and reads what every servo reports.
     ///
     /// `goals` and `out` are in the order of [`Robot::joints`]. A joint without a servo stays
     /// [`Slot::Missing`]. Returns when every bus has all replies or is past its own deadline.
@@ -129,7 +129,7 @@ impl<P: Ports> Buses<P> {
         self.exchange_counts(goals.servos(), out);
     }
 
-    /// The same for counts that need not have passed safety: for tests, and for letting go.
+    /// Like [`Buses::exchange`], for counts that need not have passed safety: for tests, and for letting go.
     /// A joint without a goal goes limp.
     fn exchange_counts(&mut self, goals: &[ServoGoal], out: &mut [Slot]) {
         out.fill(Slot::Missing);
@@ -139,7 +139,7 @@ impl<P: Ports> Buses<P> {
         self.finish_exchange(out);
     }
 
-    /// Fetches what every servo reports and writes nothing to any: torque and goals stay as they are. `out` as in
+    /// Reads what every servo reports and writes nothing to any: torque and goals stay unchanged. `out` is as in
     /// [`Buses::exchange`].
     pub fn look(&mut self, out: &mut [Slot]) {
         out.fill(Slot::Missing);
@@ -163,7 +163,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// Polls all lines until none awaits anything, and calls `done` with each that has waited.
+    /// Polls all lines until none awaits a reply, and calls `done` for each line that has waited.
     fn wait_for_replies(&mut self, mut done: impl FnMut(&mut Line, Duration)) {
         loop {
             let mut wait_until = None;
@@ -184,7 +184,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// What each bus did since the start, in the robot's order of buses.
+    /// Statistics of each bus since the start, in the robot's order of buses.
     pub fn statistics(&self) -> impl Iterator<Item = BusStatistics<'_>> {
         self.lines.iter().map(|line| BusStatistics {
             name: line.client.name(),
@@ -206,7 +206,7 @@ impl<P: Ports> Buses<P> {
         &mut self.ports
     }
 
-    /// Gives the ports back.
+    /// Returns the ports.
     pub fn into_ports(self) -> P {
         self.ports
     }

@@ -1,8 +1,8 @@
-//! What servos must be told again that may have forgotten it: those that were told to start anew, and those that were
-//! silent for so long that they may have, after a glitch of their supply.
+//! Sends settings again to servos that may have lost them: those that were ordered to restart, and those that were
+//! silent for so long that a glitch of their supply may have restarted them.
 //!
-//! That is what is written before a run (torque left aside) and the bus watchdog. It comes with the first exchanges
-//! after the servo is heard again, before its goals in each. None of it is answered.
+//! The settings are those written before a run (except torque) and the bus watchdog. The first exchanges
+//! after the servo is heard again carry them, before its goals in each. No servo answers them.
 
 use std::time::Duration;
 
@@ -10,17 +10,17 @@ use super::watchdog::UNIT;
 use crate::model::START_MIN_S;
 use crate::units::Time;
 
-/// It is sent this often, in case it is lost.
+/// Number of exchanges that carry the settings, in case one is lost.
 const TRIES: u8 = 3;
 
-/// What one line knows of its servos' settings.
+/// The state of the settings of one line's servos.
 #[derive(Debug)]
 pub(super) struct Renewals {
-    /// What the bus watchdogs are set to; none while they are not armed.
+    /// Value of the bus watchdogs; `None` while they are not armed.
     watchdog_units: Option<u8>,
-    /// When each servo was last heard; none before the first time.
+    /// When each servo was last heard; `None` before the first time.
     heard: Vec<Option<Time>>,
-    /// Exchanges that are still to tell each.
+    /// Exchanges that must still carry the settings of each servo.
     left: Vec<u8>,
 }
 
@@ -42,12 +42,12 @@ impl Renewals {
         self.watchdog_units.is_some()
     }
 
-    /// What the bus watchdogs are set to.
+    /// Value of the bus watchdogs.
     pub(super) fn watchdog_units(&self) -> Option<u8> {
         self.watchdog_units
     }
 
-    /// A reply of the line's servo number `index` came.
+    /// Notes a reply of the line's servo number `index`.
     pub(super) fn note_heard(&mut self, index: usize, now: Time) {
         let (Some(heard), Some(left)) = (self.heard.get_mut(index), self.left.get_mut(index)) else { return };
         let starts = Duration::from_secs_f64(START_MIN_S);
@@ -58,14 +58,14 @@ impl Renewals {
         *heard = Some(now);
     }
 
-    /// The line's servo number `index` is told to start anew, and forgets all.
+    /// Notes that the line's servo number `index` is ordered to restart and loses its settings.
     pub(super) fn note_restart(&mut self, index: usize) {
         if let Some(heard) = self.heard.get_mut(index) {
             *heard = Some(Time::default());
         }
     }
 
-    /// Whether the next exchange is to tell the servo number `index`.
+    /// True if the next exchange must carry the settings of servo number `index`.
     pub(super) fn take(&mut self, index: usize) -> bool {
         let Some(left) = self.left.get_mut(index) else { return false };
         let is_left = *left > 0;

@@ -1,8 +1,9 @@
-//! Before the first cycle and after the last: are these the servos of the robot file, and are they limp?
+//! Before the first cycle and after the last: checks that the servos are those of the robot file, and makes them
+//! limp.
 //!
-//! Every servo is asked before any is written to, and all that disagrees is told at once. A servo that does
-//! not answer where it should is looked for on the other buses, so that two adapters that were swapped, or a
-//! plug on the wrong bus, are told as what they are.
+//! Every servo is asked before any is written to, and all disagreements are reported at once. A servo that does
+//! not answer on its own bus is looked for on the other buses, so that two swapped adapters, or a
+//! plug on the wrong bus, are reported as such.
 
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ use crate::bus::port::Ports;
 use crate::bus::{ServoGoal, Slot};
 use crate::model::{Firmware, Robot, Servo};
 
-/// What became of asking one servo.
+/// The result of asking one servo.
 #[derive(Debug)]
 enum Found {
     AsExpected,
@@ -36,18 +37,18 @@ enum Found {
 const SET_MODE: &str = "set it to position control with 'hippocamp setup'";
 const SET_DELAY: &str =
     "it counts 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
-/// Limp goals are sent this often, in case one is lost.
+/// Number of times that limp goals are sent, in case one is lost.
 const LIMP_TRIES: u32 = 4;
-/// A line is left alone for so long before it is told to let go without being asked: replies that are late are over then.
+/// Quiet time on a line before the servos are let go without being asked: late replies are over by then.
 const LIMP_REST: Duration = Duration::from_millis(100);
 
 impl<P: Ports> Buses<P> {
-    /// Asks every servo whether it is there and is the model the robot file says; then makes it limp and
-    /// clears what another program may have left in it, a bus watchdog that has tripped included. What is only
-    /// worth a word is in [`Buses::notes`] then.
+    /// Asks every servo whether it is there and is the model that the robot file names; then makes it limp and
+    /// clears what another program may have left in it, including a tripped bus watchdog. [`Buses::notes`] then
+    /// holds what is worth a remark only.
     ///
     /// # Errors
-    /// All servos that are not ([`StartError::Disagrees`]; nothing was written to any servo then), or the
+    /// All servos that disagree ([`StartError::Disagrees`]; then nothing was written to any servo), or the
     /// first that could not be made limp.
     pub fn prepare(&mut self, robot: &Robot) -> Result<(), StartError> {
         self.identify(robot)?;
@@ -65,7 +66,7 @@ impl<P: Ports> Buses<P> {
         let mut gone = vec![false; robot.buses.len()];
         let mut asked = Vec::new();
         for (joint, servo) in servos(robot) {
-            // A port that is gone is told once.
+            // A missing port is reported only once.
             if gone[servo.bus] {
                 continue;
             }
@@ -94,7 +95,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// Whether the right servo is set as the controller needs it.
+    /// Checks that the right servo has the settings that the controller needs.
     fn ask_settings(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Found {
         let registers = servo.model.registers;
         let delay = i64::from(robot.buses[servo.bus].return_delay_us / 2);
@@ -115,7 +116,7 @@ impl<P: Ports> Buses<P> {
         }
     }
 
-    /// Whether the right servo is fit to be given torque; notes another firmware.
+    /// Checks that the right servo is fit to get torque; notes a different firmware.
     fn ask_state(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Result<Found, TransactionError> {
         let registers = servo.model.registers;
         let celsius = self.read(joint, registers.present_temperature)?;
@@ -130,7 +131,7 @@ impl<P: Ports> Buses<P> {
                 ));
             }
         }
-        // No register of these holds a number that f64 does not.
+        // These registers hold no number that f64 cannot hold.
         #[allow(clippy::cast_precision_loss, reason = "two bytes at most")]
         let (measured_c, volts) = (celsius as f64, decivolts as f64 / 10.0);
         Ok(if measured_c > robot.safety.temperature_c {
@@ -142,10 +143,10 @@ impl<P: Ports> Buses<P> {
         })
     }
 
-    /// The firmware of `servo`, which is the joint's.
+    /// The firmware of `servo`, which belongs to the joint.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub(crate) fn firmware(&mut self, joint: usize, servo: &Servo) -> Result<Firmware, TransactionError> {
         let (major, minor) = servo.model.registers.firmware;
         // One byte each.
@@ -154,16 +155,16 @@ impl<P: Ports> Buses<P> {
         Ok(Firmware { major: byte(major)?, minor: minor.map(byte).transpose()? })
     }
 
-    /// Has the joint's servo take where its shaft stands for its middle count, for good. To be called while it is
-    /// limp; it may be asked again and again.
+    /// Has the joint's servo permanently take its shaft's present position as its middle count. The joint must be
+    /// limp; the call may be repeated.
     ///
     /// # Errors
-    /// When the servo does not take it.
+    /// If the servo does not accept it.
     pub(crate) fn set_middle(&mut self, joint: usize, servo: &Servo) -> Result<(), TransactionError> {
         let registers = servo.model.registers;
         for &(register, value) in registers.set_middle {
             match self.write(joint, register, value) {
-                // It answers when it has stored it, or not at all; where the shaft stands then tells.
+                // The servo answers once it has stored it, or not at all; then the shaft's position tells.
                 Err(TransactionError::NoAnswer { .. }) if register == registers.torque_enable => {}
                 result => result?,
             }
@@ -171,13 +172,13 @@ impl<P: Ports> Buses<P> {
         Ok(())
     }
 
-    /// What was noticed at the start that is no reason not to: a sentence each, for a person to read.
+    /// Remarks from the start that do not prevent it: a sentence each, for a person to read.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// The other bus on which a servo of this id and model answers, if there is one. Where the robot file has
-    /// the id on that bus too, an answer would tell nothing.
+    /// The other bus on which a servo of this id and model answers, if there is one. If the robot file has
+    /// the id on that bus too, an answer would prove nothing.
     fn look_elsewhere(&mut self, robot: &Robot, joint: usize, servo: &Servo) -> Option<usize> {
         let place = self.place(joint).ok()?.servo.clone();
         let register = servo.model.registers.model_number;
@@ -241,22 +242,23 @@ impl<P: Ports> Buses<P> {
         BusDevice { bus: robot.buses[bus].name.clone(), device: self.ports.device(bus).map(str::to_owned) }
     }
 
-    /// Takes the torque off all servos without asking any, and without knowing whether one has heard it: where replies
-    /// come so late that they run into the next request, servos hear only a host that leaves them time to finish.
+    /// Takes the torque off all servos without asking any, and without knowing whether one has heard it. It serves
+    /// lines whose replies come so late that they run into the next request: servos there hear only a host that
+    /// leaves them time to finish.
     pub fn limp_unheard(&mut self) {
         for _ in 0..LIMP_TRIES {
             let rests = self.ports.now() + LIMP_REST;
             self.ports.wait_until(rests);
             for (index, line) in self.lines.iter_mut().enumerate() {
-                // A port that is gone is tried again.
+                // A missing port is tried again.
                 let _ = self.ports.discard_input(index);
                 let _ = self.ports.send(index, line.client.begin_limp());
             }
         }
     }
 
-    /// Takes the torque off all servos, outside the pipeline: for ends the motion has no part in. True if every
-    /// servo has answered a request that took its torque off.
+    /// Takes the torque off all servos, outside the pipeline: for ends in which the motion has no part. True if
+    /// every servo has answered a request that took its torque off.
     pub fn limp(&mut self) -> bool {
         let count = self.places.len();
         let mut slots = vec![Slot::Missing; count];
@@ -275,15 +277,15 @@ pub(super) fn servos(robot: &Robot) -> impl Iterator<Item = (usize, &Servo)> {
     robot.joints.iter().enumerate().filter_map(|(joint, of)| Some((joint, of.servo.as_ref()?)))
 }
 
-/// Pairs of buses whose servos answer each on the other's line, and none of which answers where it should,
-/// other than one that has a twin of its id and model on the other bus.
+/// Pairs of buses whose servos answer on each other's line while no servo of either answers on its own, except
+/// one that has a twin of the same id and model on the other bus.
 fn swapped_buses(robot: &Robot, asked: &[(usize, Servo, Found)]) -> Vec<(usize, usize)> {
     let has_twin = |servo: &Servo, bus: usize, number: i64| {
         servos(robot).any(|(_, other)| {
             other.bus == bus && other.id == servo.id && i64::from(other.model.model_number) == number
         })
     };
-    // Does the line of `a` look like that of `b`?
+    // True if the line of `a` looks like that of `b`.
     let looks_like = |a: usize, b: usize| {
         let on_a = || asked.iter().filter(move |(_, servo, _)| servo.bus == a);
         let is_of_b = |(_, servo, found): &(usize, Servo, Found)| match found {

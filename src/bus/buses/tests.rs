@@ -9,21 +9,21 @@ use crate::bus::{Feedback, Request};
 use crate::model::{Bus, Gait, HorseMotion, Joint, Motion, SafetySettings, Servo, ServoModel, StopAction};
 use crate::units::Time;
 
-/// Replies to a request: when, after sending, and what.
+/// Replies to a request: the time after sending, and the bytes.
 type Replies = Vec<(Duration, Vec<u8>)>;
 type Responder = Box<dyn FnMut(&[u8]) -> Replies>;
 
-/// One line of [`ScriptedPorts`]: what it answers, and what is on its way.
+/// One line of [`ScriptedPorts`]: its answers, and the bytes on their way.
 struct ScriptedLine {
     respond: Responder,
     arriving: VecDeque<(Time, Vec<u8>)>,
     sent: Vec<Vec<u8>>,
     is_gone: bool,
-    /// The line goes when this much time has passed.
+    /// The line is gone after this time.
     goes_at: Time,
 }
 
-/// Ports whose clock moves only by waiting, and whose lines answer as the test says.
+/// Ports whose clock moves only by waiting, and whose lines answer according to the test.
 struct ScriptedPorts {
     now: Time,
     lines: Vec<ScriptedLine>,
@@ -103,8 +103,8 @@ impl Ports for ScriptedPorts {
 
 const MS: Duration = Duration::from_millis(1);
 
-/// Four joints with Feetech servos on two buses: 0 and 2 on bus 0, 1 and 3 on bus 1, all ids other than
-/// the joints' numbers; and a fifth joint without a servo.
+/// Four joints with Feetech servos on two buses: 0 and 2 on bus 0, 1 and 3 on bus 1; no id equals its
+/// joint's number; and a fifth joint without a servo.
 fn robot() -> Robot {
     let bus = |name: &str| Bus {
         name: name.into(),
@@ -214,7 +214,7 @@ fn exchange(buses: &mut Buses<ScriptedPorts>) -> [Slot; 5] {
     out
 }
 
-/// From sending to the deadline: 2 servos on each bus.
+/// Time from sending to the deadline, with 2 servos on each bus.
 /// Out (8 + 2 x 3) x 2 + (8 + 2 x 2) + (8 + 2) = 50 bytes, in 2 x 14; 10 us a byte; 1000 us adapter; a
 /// quarter more and 200 us.
 const DEADLINE: Duration = Duration::from_micros((780 + 1000) * 5 / 4 + 200);
@@ -310,7 +310,7 @@ fn a_bus_that_goes_during_the_exchange_keeps_what_came() {
 fn replies_of_an_earlier_exchange_are_not_taken_for_this_one() {
     let mut is_first = true;
     let left: Responder = Box::new(move |_| {
-        // Both reports of the first exchange come too late for it, and none in the second.
+        // Both reports of the first exchange come too late; the second exchange gets none.
         let late = if is_first { vec![(3 * MS, report(10)), (3 * MS, report(12))] } else { Vec::new() };
         is_first = false;
         late
@@ -347,7 +347,7 @@ fn chatter_on_a_finished_bus_does_not_keep_the_others_from_waiting() {
     assert_eq!(buses.ports_mut().now(), Time(0) + DEADLINE);
 }
 
-/// Answers requests one after the other with what `replies` says, then with nothing.
+/// Answers requests one after the other with the `replies`, then with nothing.
 fn script(replies: Vec<Vec<u8>>) -> Responder {
     let mut replies = replies.into_iter();
     Box::new(move |_| replies.next().map(|reply| vec![(MS, reply)]).unwrap_or_default())
@@ -401,7 +401,7 @@ fn a_ping_is_answered_and_settled_by_a_read_where_it_looks_like_an_echo() {
     });
     let mut in_alarm = buses(in_alarm, silence());
     assert_eq!(in_alarm.ping(0), Ok(()));
-    // Only the echo of an adapter, and no servo.
+    // Only an adapter's echo, and no servo.
     let echo: Responder = Box::new(|request| vec![(MS, request.to_vec())]);
     assert!(buses(echo, silence()).ping(0).is_err());
 }
@@ -410,7 +410,7 @@ fn a_ping_is_answered_and_settled_by_a_read_where_it_looks_like_an_echo() {
 fn a_write_is_confirmed_by_its_answer_or_by_what_the_servo_holds() {
     let mut answered = buses(script(vec![feetech_status(10, 0, &[])]), silence());
     assert_eq!(answered.write(0, registers().torque_limit, 300), Ok(()));
-    // Response level 0: writes are taken, only reads are answered.
+    // Response level 0: the servo takes writes and answers only reads.
     let quiet = |held: u16| -> Responder {
         let [low, high] = held.to_le_bytes();
         Box::new(move |request| match request[4] {

@@ -1,4 +1,4 @@
-//! One servo asked one thing, at start and stop: blocking, with retries.
+//! Asks one servo one thing, at start and stop: blocking, with retries.
 
 use super::{Buses, Line};
 use crate::bus::client::Answer;
@@ -7,15 +7,15 @@ use crate::bus::port::Ports;
 use crate::bus::register::{decode, encode};
 use crate::model::servo_model::Register;
 
-/// A request is sent this often before it is given up: one reply lost to noise, or two, are no reason not
+/// Number of times that a request is sent before it is given up: one or two replies lost to noise are no reason not
 /// to start.
 pub(super) const TRIES: u32 = 3;
 
 impl<P: Ports> Buses<P> {
-    /// Whether the joint's servo is there.
+    /// Checks that the joint's servo is there.
     ///
     /// # Errors
-    /// [`TransactionError`], when it does not answer.
+    /// [`TransactionError`], if it does not answer.
     pub fn ping(&mut self, joint: usize) -> Result<(), TransactionError> {
         match self.ask(joint, Request::Ping) {
             // A Feetech servo in voltage alarm answers like an echo; a read cannot be confused.
@@ -36,11 +36,11 @@ impl<P: Ports> Buses<P> {
         self.ask(joint, Request::Read(register))
     }
 
-    /// Writes a register of the joint's servo, in the register's own units. A value it cannot hold becomes
-    /// the nearest one. Not public: a goal written so would have skipped the safety checks.
+    /// Writes a register of the joint's servo, in the register's own units. A value that it cannot hold becomes
+    /// the nearest one it can. Not public: a goal written this way would skip the safety checks.
     ///
     /// # Errors
-    /// [`TransactionError`], when the servo refused it or did not take it.
+    /// [`TransactionError`], if the servo refused it or did not take it.
     pub(super) fn write(
         &mut self,
         joint: usize,
@@ -48,7 +48,7 @@ impl<P: Ports> Buses<P> {
         value: i64,
     ) -> Result<(), TransactionError> {
         match self.ask(joint, Request::Write(register, value)) {
-            // A servo can be set to answer reads only. Then what it holds tells.
+            // A servo can be set to answer reads only. Then a read shows what it holds.
             Err(error @ TransactionError::NoAnswer { .. }) => {
                 let held = self.ask(joint, Request::Read(register)).ok();
                 let written = decode(register, &encode(register, value).to_le_bytes());
@@ -63,7 +63,7 @@ impl<P: Ports> Buses<P> {
         self.lines.get(place.line).ok_or(TransactionError::NoServo { joint })
     }
 
-    /// Reads a register of the servo at `place` on the bus of `line`, which need not be the joint's own.
+    /// Reads a register of the servo at `place` on the bus of `line`, which need not be the joint's own bus.
     pub(super) fn read_at(
         &mut self,
         line: usize,
@@ -73,7 +73,7 @@ impl<P: Ports> Buses<P> {
         self.ask_at(line, place, Request::Read(register))
     }
 
-    /// Asks up to as often as it tries; the value read, or 0.
+    /// Asks with retries; returns the value read, or 0.
     fn ask(&mut self, joint: usize, request: Request) -> Result<i64, TransactionError> {
         let place = self.place(joint)?;
         let (line, place) = (place.line, place.servo.clone());

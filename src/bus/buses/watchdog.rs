@@ -2,8 +2,8 @@
 //!
 //! Armed before a run, while there is no torque and so nothing is watched yet; every exchange is a sign of
 //! life. A servo that has heard nothing for too long, because the loop stalled or its plug was out, has stopped
-//! itself and takes no goals; the exchanges after it is heard again clear its watchdog and set it anew
-//! ([`super::renewal`]). Servos that have no such watchdog (Feetech) are left alone.
+//! and takes no goals; the exchanges after it is heard again clear its watchdog and set it again
+//! ([`super::renewal`]). Servos without such a watchdog (Feetech) are left alone.
 //!
 //! Source: ROBOTIS e-manual, X-series, Bus Watchdog (98).
 
@@ -17,15 +17,15 @@ use crate::model::Robot;
 pub(super) const UNIT: Duration = Duration::from_millis(20);
 /// The register's largest value.
 const UNITS_MAX: u8 = 127;
-/// No shorter, so that one hiccup of the machine does not stop the robot.
+/// Shortest time, so that one hiccup of the machine does not stop the robot.
 const SHORTEST: Duration = Duration::from_millis(200);
-/// Nor shorter than so many cycles.
+/// Shortest time in cycles of the loop.
 const CYCLES: f64 = 10.0;
-/// What is not answered is sent this often, in case one is lost.
+/// Number of times that an unanswered write is sent, in case one is lost.
 const TRIES: u8 = 3;
 
-/// How long the servos of `robot` may hear nothing before they stop by themselves: ten cycles of the loop, 200 ms
-/// at least, and 2.54 s, the longest there is, at most.
+/// How long the servos of `robot` may hear nothing before they stop by themselves: ten cycles of the loop, at least
+/// 200 ms and at most 2.54 s, the longest possible time.
 pub fn watchdog_time(robot: &Robot) -> Duration {
     UNIT * u32::from(units(robot))
 }
@@ -33,16 +33,16 @@ pub fn watchdog_time(robot: &Robot) -> Duration {
 fn units(robot: &Robot) -> u8 {
     let wanted_s = (CYCLES * robot.period_s()).max(SHORTEST.as_secs_f64());
     let wanted = (wanted_s / UNIT.as_secs_f64() - 1e-9).ceil();
-    // The loop compares with the register's own range.
+    // The loop compares within the register's own range.
     (1..=UNITS_MAX).find(|units| f64::from(*units) >= wanted).unwrap_or(UNITS_MAX)
 }
 
 impl<P: Ports> Buses<P> {
-    /// Sets the watchdog of every servo that has one to [`watchdog_time`]. To be called while torque is off,
-    /// before a run; from torque on, there must be an exchange at least that often.
+    /// Sets the watchdog of every servo that has one to [`watchdog_time`]. Call it while torque is off,
+    /// before a run; from torque on, exchanges must come at least that often.
     ///
     /// # Errors
-    /// [`StartError::Transaction`] when a servo does not take it.
+    /// [`StartError::Transaction`] if a servo does not take it.
     pub fn arm_watchdogs(&mut self, robot: &Robot) -> Result<(), StartError> {
         let units = units(robot);
         for (index, joint) in robot.joints.iter().enumerate() {
@@ -59,8 +59,8 @@ impl<P: Ports> Buses<P> {
         Ok(())
     }
 
-    /// Switches the watchdogs off again: after a run, when nobody talks to the servos any more. Nothing is
-    /// answered, so a line that is gone is no error.
+    /// Switches the watchdogs off after a run, when nothing talks to the servos any more. No servo answers, so a
+    /// missing line is no error.
     pub fn disarm_watchdogs(&mut self) {
         for _ in 0..TRIES {
             let mut sent_by = self.ports.now();

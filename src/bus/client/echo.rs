@@ -1,10 +1,10 @@
-//! Drops what we hear of ourselves.
+//! Drops the echo of what we send.
 
-/// Tells the echo of a request from replies.
+/// Separates the echo of a request from replies.
 ///
-/// On a half-duplex line some adapters hand back what they send, before anything else. So bytes are held
-/// back for as long as they equal the request from its first byte on. If they equal all of it, they were
-/// its echo; at the first difference there was none, and what was held back is a reply's beginning.
+/// On a half-duplex line some adapters return what they send, before anything else. So bytes are held
+/// back as long as they equal the request from its first byte on. If they equal all of it, they were
+/// its echo; at the first difference there was no echo, and the bytes held back begin a reply.
 #[derive(Debug, Default)]
 pub(super) struct EchoFilter {
     held: usize,
@@ -12,12 +12,12 @@ pub(super) struct EchoFilter {
 }
 
 impl EchoFilter {
-    /// A new request was made.
+    /// Prepares for a new request.
     pub(super) fn restart(&mut self) {
         *self = EchoFilter::default();
     }
 
-    /// Splits `received` and what was held back into what must be decoded: first the part of `request`
+    /// Splits `received` and the bytes held back into what must be decoded: first the part of `request`
     /// held back so far, then the part of `received`.
     pub(super) fn pass<'a>(&mut self, request: &'a [u8], received: &'a [u8]) -> (&'a [u8], &'a [u8]) {
         if self.is_over {
@@ -38,7 +38,7 @@ impl EchoFilter {
         }
     }
 
-    /// No more bytes will come: what is still held back was no whole echo.
+    /// No more bytes will come: the bytes still held back were not a complete echo.
     pub(super) fn rest<'a>(&mut self, request: &'a [u8]) -> &'a [u8] {
         if self.is_over {
             return &[];

@@ -1,4 +1,4 @@
-//! Where replies land: a slot a servo in an exchange, one answer in a transaction.
+//! Collects replies: one slot per servo in an exchange, one answer in a transaction.
 
 use crate::bus::codec::{Codec, alarms_and_refusal, may_be_echoed_ping, ping_bytes, read_bytes};
 use crate::bus::packet::{Event, Status};
@@ -9,7 +9,7 @@ use crate::model::{Protocol, Registers};
 use crate::signals::{Question, Told};
 use crate::units::ServoId;
 
-/// What became of a single transaction.
+/// Result of a single transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// The servo answered.
@@ -21,7 +21,7 @@ pub(crate) enum Answer {
     },
     /// The servo refused, with the error number of the Dynamixel manual (1 to 127).
     Refused {
-        /// The number.
+        /// The error number.
         error: u8,
     },
     /// Bytes of an answer came, but did not pass their checksum or had the wrong shape.
@@ -30,7 +30,7 @@ pub(crate) enum Answer {
     Missing,
 }
 
-/// What was asked of one servo.
+/// The request to one servo.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Wish {
     Ping,
@@ -38,11 +38,11 @@ pub(super) enum Wish {
     Write,
 }
 
-/// What replies are awaited.
+/// The replies that are awaited.
 #[derive(Debug)]
 pub(super) enum Awaited {
     Nothing,
-    /// Of every servo its feedback block, or in its place the answer to a question.
+    /// Every servo's feedback block, or instead its answer to a question.
     Feedback(Option<Question>),
     /// This servo's answer.
     Answer {
@@ -60,7 +60,7 @@ pub(super) struct Inbox {
     pub(super) registers: &'static Registers,
     pub(super) slots: Vec<Slot>,
     pub(super) awaited: Awaited,
-    /// Good packets of servos nobody asked, since the start.
+    /// Good packets from servos that were not asked, since the start.
     pub(super) unknown: u64,
 }
 
@@ -76,7 +76,7 @@ impl Inbox {
         }
     }
 
-    /// A request for this is about to be sent.
+    /// Prepares for the replies to a request that is about to be sent.
     pub(super) fn expect(&mut self, awaited: Awaited) {
         if matches!(awaited, Awaited::Feedback(_)) {
             self.slots.fill(Slot::Missing);
@@ -84,7 +84,7 @@ impl Inbox {
         self.awaited = awaited;
     }
 
-    /// Whether nothing more is to come. What was corrupt may have been noise, so it is waited for.
+    /// True if no more replies are due. A corrupt one may have been noise, so the good one is still awaited.
     pub(super) fn is_complete(&self) -> bool {
         match &self.awaited {
             Awaited::Nothing => true,
@@ -93,20 +93,20 @@ impl Inbox {
         }
     }
 
-    /// Feeds `bytes` to the decoder and sorts in what it finds.
+    /// Feeds `bytes` to the decoder and sorts its packets into slots or the answer.
     pub(super) fn decode(&mut self, codec: &mut Codec, mut bytes: &[u8]) {
         loop {
             let taken = codec.push(bytes);
             self.drain(codec);
             bytes = bytes.get(taken..).unwrap_or_default();
-            // A drained decoder takes at least a byte; were it not so, this ends all the same.
+            // A drained decoder takes at least one byte; if it ever did not, the loop still ends here.
             if bytes.is_empty() || taken == 0 {
                 return;
             }
         }
     }
 
-    /// Sorts in what the decoder still finds.
+    /// Sorts the packets that the decoder still finds.
     pub(super) fn drain(&mut self, codec: &mut Codec) {
         while let Some(event) = codec.next_event() {
             match (event, &self.awaited) {
@@ -157,7 +157,7 @@ impl Inbox {
         self.awaited = Awaited::Answer { id: asked, question, answer };
     }
 
-    /// Marks the slot or answer of `id`, unless a good reply was already there.
+    /// Marks the slot or answer of `id` as corrupt, unless a good reply was already there.
     fn mark_corrupt(&mut self, id: ServoId) {
         match &mut self.awaited {
             Awaited::Feedback(_) => {
@@ -190,7 +190,7 @@ fn feedback(registers: &Registers, block: &[u8], alarms: u8) -> Option<Feedback>
         position: saturate(field(registers.present_position)?),
         speed: saturate(field(registers.present_speed)?),
         load: saturate(field(registers.present_load)?),
-        // A voltage or temperature beyond its type is beyond any limit, too.
+        // A voltage or temperature beyond its type is beyond every limit too.
         voltage_decivolt: u16::try_from(field(registers.present_voltage)?).unwrap_or(u16::MAX),
         temperature_c: u8::try_from(field(registers.present_temperature)?).unwrap_or(u8::MAX),
         alarms,
@@ -206,10 +206,10 @@ fn register_of(registers: &Registers, question: Question) -> Register {
     }
 }
 
-/// First address and number of the bytes that are read to answer `question`.
+/// First address and number of bytes to read in order to answer `question`.
 pub(super) fn asked_register(registers: &Registers, question: Question) -> (u16, u16) {
     let register = register_of(registers, question);
-    // A reply of two data bytes could be taken for the echo of its request where servos are asked one by one.
+    // Where servos are asked one by one, a reply of two data bytes could be taken for the echo of its request.
     let protocol = if registers.has_sync_read { Protocol::Dynamixel } else { Protocol::Feetech };
     (register.address, read_bytes(protocol, register))
 }

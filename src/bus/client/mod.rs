@@ -1,7 +1,7 @@
-//! One bus: what to send each cycle, and what came back.
+//! One bus: the bytes to send each cycle, and the replies.
 //!
-//! Comes in: goals and received bytes. Goes out: bytes to send, a [`Slot`] a servo, and how long to wait.
-//! Does no I/O and knows no clock; allocates nothing after construction; never panics.
+//! Takes goals and received bytes. Returns bytes to send, a [`Slot`] for each servo, and how long to wait.
+//! Does no I/O and has no clock; allocates nothing after construction; never panics.
 
 mod echo;
 mod inbox;
@@ -25,14 +25,14 @@ pub(super) use inbox::Answer;
 use inbox::{Awaited, Inbox, Wish};
 use read_mode::ReadMode;
 
-/// What a bus carried since the start, in exchanges. Single transactions are not counted.
+/// Traffic on one bus since the start, in exchanges. Single transactions are not counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Exchanges finished, those that could not be sent included.
+    /// Exchanges finished, including those that could not be sent.
     pub exchanges: u64,
     /// Bytes handed to the port.
     pub bytes_out: u64,
-    /// Bytes the port handed over, echo and noise included.
+    /// Bytes received from the port, including echo and noise.
     pub bytes_in: u64,
     /// Slots that stayed [`Slot::Missing`].
     pub missing: u64,
@@ -40,11 +40,11 @@ pub struct Counters {
     pub corrupt: u64,
 }
 
-/// How much longer than its bytes a single transaction may take. Outside the loop patience is cheap: only
-/// a silent servo costs it, and one that first stores a setting for good answers late.
+/// How much longer than its bytes a single transaction may take. A long timeout is cheap outside the loop: only
+/// a silent servo costs it, and a servo that first stores a setting permanently answers late.
 const TRANSACTION_PATIENCE: Duration = Duration::from_millis(20);
 
-/// The client's side of one bus.
+/// The client of one bus.
 #[derive(Debug)]
 pub(super) struct BusClient {
     bus: Bus,
@@ -57,26 +57,26 @@ pub(super) struct BusClient {
     fast_cost: CycleCost,
     reply_deadline: Duration,
     counters: Counters,
-    /// The servos, in the order of the ids, whose settings the next cycle's request writes anew.
+    /// For each servo, in the order of the ids: true if the next cycle's request writes its settings again.
     renewal: Vec<bool>,
-    /// What it sets their bus watchdogs to.
+    /// The bus watchdog value that the renewal writes.
     watchdog_units: Option<u8>,
     /// The servo that the next cycle's request restarts.
     restart: Option<ServoId>,
-    /// What the next cycle's request asks in the place of feedback.
+    /// The question that the next cycle's request asks instead of feedback.
     question: Option<Question>,
-    /// Where servos are asked one by one: the place of the one whose turn it is.
+    /// Where servos are asked one by one: index of the servo whose turn it is.
     turn: usize,
 }
 
 impl BusClient {
-    /// The client of `bus`, whose servos have `registers` and these `ids` (each once). All memory is taken
-    /// here. At most 242 servos fit a Feetech sync read; those behind would stay [`Slot::Missing`].
+    /// The client of `bus`, whose servos have `registers` and these `ids` (each once). Allocates all memory
+    /// here. At most 242 servos fit a Feetech sync read; any after those would stay [`Slot::Missing`].
     pub(super) fn new(bus: &Bus, registers: &'static Registers, ids: &[ServoId]) -> BusClient {
         let plain_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Plain);
         let fast_cost = cycle_cost(bus, registers, ids.len(), GroupRead::Fast);
-        // Settings are written anew with some cycles, the watchdog twice. Stuffing makes a packet longer by a third at
-        // most; 64 bytes hold any single request.
+        // Some cycles write the settings again, and the watchdog twice. Stuffing makes a packet longer by a third
+        // at most; 64 bytes hold any single request.
         let settings =
             registers.preparation.iter().map(|(register, _)| register).chain(&registers.bus_watchdog);
         let renewal_bytes: usize =
@@ -109,7 +109,7 @@ impl BusClient {
         &self.bus.name
     }
 
-    /// The registers of its servos.
+    /// The registers of the servos on this bus.
     pub(super) fn registers(&self) -> &'static Registers {
         self.inbox.registers
     }
@@ -117,10 +117,10 @@ impl BusClient {
     /// Begins an exchange and returns what to send, in one piece. `goals` are in the order of the ids; a
     /// servo without one goes limp.
     ///
-    /// Everything is said anew in every cycle, though most of it is what the servo holds already: so a
-    /// write that was lost on the line is put right by the next cycle.
+    /// Every cycle sends everything, though the servo already holds most of it: if a write is lost on the
+    /// line, the next cycle repairs it.
     ///
-    /// Settings before torque limit before goal before torque enable: a servo that wakes has its new limit and goal
+    /// The order is settings, torque limit, goal, torque enable: a servo that wakes has its new limit and goal
     /// and never jumps to an old one.
     pub(super) fn begin_cycle(&mut self, goals: &[ServoGoal]) -> &[u8] {
         let question = self.question.take();
@@ -157,7 +157,7 @@ impl BusClient {
         codec.sync_write(request, registers.goal_position, moving().map(position));
         codec.sync_write(request, registers.torque_enable, switched().map(enable));
         if let Some(id) = self.restart.take() {
-            // It may answer, so nobody is asked in this cycle: two would speak at once.
+            // The servo may answer the restart, so this cycle asks no servo: two would speak at once.
             codec.restart(request, id);
             self.inbox.expect(Awaited::Nothing);
             self.reply_deadline = Duration::ZERO;
@@ -167,13 +167,13 @@ impl BusClient {
         self.ask_for_feedback(renewal_bytes, question)
     }
 
-    /// Begins an exchange that only asks: nothing is written to any servo.
+    /// Begins an exchange that only reads: nothing is written to any servo.
     pub(super) fn begin_look(&mut self) -> &[u8] {
         self.restart(Awaited::Feedback(None));
         if self.inbox.ids.is_empty() { &[] } else { self.ask_for_feedback(0, None) }
     }
 
-    /// Ends the request of an exchange of which `extra_bytes` are not among those of every cycle.
+    /// Ends the request of an exchange; `extra_bytes` of it are not sent in every cycle.
     fn ask_for_feedback(&mut self, extra_bytes: usize, question: Option<Question>) -> &[u8] {
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
@@ -191,14 +191,15 @@ impl BusClient {
         &self.request
     }
 
-    /// Whether the servo whose turn it is has answered, where they are asked one by one.
+    /// Where servos are asked one by one: whether the servo whose turn it is has answered.
     pub(super) fn is_turn_over(&self) -> bool {
         !self.inbox.registers.has_sync_read
             && matches!(self.inbox.awaited, Awaited::Feedback(_))
             && self.inbox.slots.get(self.turn).is_some_and(Slot::is_good)
     }
 
-    /// How long after its request to wait for the servo whose turn it is; where all are asked at once, for all of them.
+    /// How long after its request to wait for the servo whose turn it is, or for all servos if all are asked at
+    /// once.
     pub(super) fn turn_deadline(&self) -> Duration {
         if self.inbox.registers.has_sync_read || !matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             return self.reply_deadline;
@@ -206,8 +207,8 @@ impl BusClient {
         reply_deadline(single_read_time(&self.bus, self.inbox.registers, self.request.len()))
     }
 
-    /// Begins the next servo's turn, where they are asked one by one, and returns what to send; none when all have had
-    /// theirs.
+    /// Begins the next servo's turn, where servos are asked one by one, and returns what to send; `None` when all
+    /// have had their turn.
     pub(super) fn begin_turn(&mut self) -> Option<&[u8]> {
         let Awaited::Feedback(question) = self.inbox.awaited else { return None };
         if self.inbox.registers.has_sync_read {
@@ -225,9 +226,9 @@ impl BusClient {
         Some(&self.request)
     }
 
-    /// Has the next cycle's request write anew to the servo number `index` what is written before a run, torque left
-    /// aside, and set its bus watchdog, which that has cleared, to `watchdog_units`, before its goals: a servo that has
-    /// started anew has forgotten it, and one that its watchdog has stopped takes goals again.
+    /// Has the next cycle's request write the settings, except torque, again to the servo number `index`. It clears
+    /// the servo's bus watchdog and sets it to `watchdog_units`, before the servo's goals: a servo that restarted
+    /// has lost both, and a servo that its watchdog stopped takes goals again.
     pub(super) fn renew(&mut self, index: usize, watchdog_units: Option<u8>) {
         if let Some(is_renewed) = self.renewal.get_mut(index) {
             *is_renewed = true;
@@ -235,17 +236,17 @@ impl BusClient {
         }
     }
 
-    /// Has the next cycle's request ask all servos this in the place of their feedback.
+    /// Has the next cycle's request ask all servos this question instead of their feedback.
     pub(super) fn ask(&mut self, question: Question) {
         self.question = Some(question);
     }
 
-    /// Has the next cycle's request restart the servo number `index`; no servo is asked in that cycle.
+    /// Has the next cycle's request restart the servo number `index`; that cycle asks no servo.
     pub(super) fn restart_servo(&mut self, index: usize) {
         self.restart = self.inbox.ids.get(index).copied();
     }
 
-    /// Begins a write of `units` to every servo's bus watchdog, which none answers. Nothing to send on a bus
+    /// Begins a write of `units` to every servo's bus watchdog; no servo answers it. Nothing to send on a bus
     /// whose servos have no watchdog.
     pub(super) fn begin_watchdog(&mut self, units: u8) -> &[u8] {
         self.restart(Awaited::Nothing);
@@ -257,7 +258,7 @@ impl BusClient {
         &self.request
     }
 
-    /// Begins a write that takes the torque off every servo, which none answers.
+    /// Begins a write that takes the torque off every servo; no servo answers it.
     pub(super) fn begin_limp(&mut self) -> &[u8] {
         self.restart(Awaited::Nothing);
         let Inbox { ids, registers, .. } = &self.inbox;
@@ -266,16 +267,16 @@ impl BusClient {
         &self.request
     }
 
-    /// An exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
+    /// Ends an exchange that could not be sent: every servo is [`Slot::Missing`], and is counted so.
     pub(super) fn miss_cycle(&mut self) -> &[Slot] {
         self.restart(Awaited::Feedback(None));
         self.finish()
     }
 
-    /// Begins a ping of `id`, on this bus or a stranger to it.
+    /// Begins a ping of `id`, which may be unknown on this bus.
     ///
-    /// On Feetech a servo whose only alarm is the voltage answers with the bytes of the request, which
-    /// could be an adapter's echo: [`Answer::Missing`]. Then a [`BusClient::begin_read`] settles it.
+    /// On Feetech, a servo whose only alarm is the voltage answers with the bytes of the request. They could be
+    /// an adapter's echo, so the answer is [`Answer::Missing`]; [`BusClient::begin_read`] then settles it.
     pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Wish::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
@@ -289,7 +290,7 @@ impl BusClient {
         self.end_transaction_request(read_bytes(self.bus.protocol, register))
     }
 
-    /// Begins a write of one register of `id`. A value the register cannot hold becomes the nearest one.
+    /// Begins a write of one register of `id`. A value that the register cannot hold becomes the nearest it can.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Wish::Write, answer: Answer::Missing });
         let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
@@ -316,12 +317,12 @@ impl BusClient {
         &self.request
     }
 
-    /// How long after sending to wait for replies to the request begun last.
+    /// How long after sending to wait for replies to the last request.
     pub(super) fn reply_deadline(&self) -> Duration {
         self.reply_deadline
     }
 
-    /// Takes received bytes, in pieces of any size. The echo of the request, if it comes, is dropped.
+    /// Takes received bytes, in pieces of any size. Drops the echo of the request, if there is one.
     pub(super) fn feed(&mut self, bytes: &[u8]) {
         if matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             self.counters.bytes_in += length(bytes);
@@ -331,12 +332,12 @@ impl BusClient {
         self.inbox.decode(&mut self.codec, rest);
     }
 
-    /// Whether all that is awaited is there.
+    /// True if every awaited reply has arrived.
     pub(super) fn is_complete(&self) -> bool {
         self.inbox.is_complete()
     }
 
-    /// Ends the exchange: one slot a servo, in the order of the ids.
+    /// Ends the exchange: one slot for each servo, in the order of the ids.
     pub(super) fn finish(&mut self) -> &[Slot] {
         if matches!(self.inbox.awaited, Awaited::Feedback(_)) {
             self.end_input();
@@ -362,7 +363,7 @@ impl BusClient {
         }
     }
 
-    /// Reads what still lies behind an incomplete packet, or what was held back as the echo's beginning.
+    /// Reads what still follows an incomplete packet, and any bytes held back because they could begin the echo.
     fn end_input(&mut self) {
         let held = self.echo.rest(&self.request);
         self.inbox.decode(&mut self.codec, held);
@@ -370,7 +371,7 @@ impl BusClient {
         self.inbox.drain(&mut self.codec);
     }
 
-    /// From sending to the last byte of the last reply, when all goes well, as replies are now asked for.
+    /// Time from sending to the last byte of the last reply if all goes well, with the present kind of read.
     pub(super) fn cycle_time(&self) -> Duration {
         self.cycle_cost().time
     }
@@ -389,23 +390,23 @@ impl BusClient {
         }
     }
 
-    /// How the next exchange will ask for replies.
+    /// Kind of read for the next exchange.
     pub(super) fn group_read(&self) -> GroupRead {
         self.read_mode.group_read()
     }
 
-    /// What the bus carried since the start.
+    /// Traffic on the bus since the start.
     pub(super) fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// Good packets from ids nobody asked, since the start: a second servo with a wrong id, perhaps.
+    /// Good packets from ids that were not asked, since the start: perhaps a second servo with a wrong id.
     pub(super) fn unknown_replies(&self) -> u64 {
         self.inbox.unknown
     }
 }
 
-/// Address and length of what every servo is asked for.
+/// Address and length that every servo is asked to send.
 fn asked_of(registers: &Registers, question: Option<Question>) -> (u16, u16) {
     match question {
         None => (registers.feedback_address, registers.feedback_bytes),

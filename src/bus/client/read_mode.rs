@@ -1,34 +1,34 @@
-//! When to use fast sync read.
+//! Decides when to use fast sync read.
 //!
-//! A fast reply is one packet that the servos write in turn, so one silent servo also silences those
-//! behind it, in every exchange. Plain sync read loses only the silent one. So: plain while any servo is
-//! missing, fast while all answer.
+//! A fast reply is one packet that the servos write in turn, so one silent servo also silences those after it, in
+//! every exchange. Plain sync read loses only the silent one. So the client reads plain while any servo is missing,
+//! and fast while all answer.
 
 use crate::bus::timing::GroupRead;
 
-/// Plain exchanges in a row that must bring every reply before the fast read is tried.
+/// Number of complete plain exchanges in a row before the client tries the fast read.
 ///
-/// A try that fails costs the servos behind the break one cycle's news. With 50 that is at most one cycle
-/// in 51, and yet the fast read is back within half a second at 100 Hz.
+/// A failed try costs the servos after the break one cycle's feedback. With 50 that is at most one cycle
+/// in 51, yet the fast read is back within half a second at 100 Hz.
 const WHOLE_CYCLES_BEFORE_FAST: u32 = 50;
 
-/// Tries in a row that may fail on a bus whose fast read never worked. All servos had answered the plain
-/// read until then, so it is the fast read that some of them do not know: their firmware is too old
-/// (XL330 learned it in version 46).
+/// Failed tries in a row after which a bus whose fast read never worked stays plain. All servos had answered the
+/// plain read until then, so some of them do not know the fast read: their firmware is too old (XL330 learned it in
+/// version 46).
 const TRIES: u32 = 3;
 
 #[derive(Debug)]
 pub(super) enum ReadMode {
-    /// Plain, after this many whole exchanges in a row.
+    /// Plain, after this many complete exchanges in a row.
     Plain { whole_cycles: u32, tries: u32 },
     /// Fast; it worked before when `tries` is 0.
     Fast { tries: u32 },
-    /// Plain for good.
+    /// Plain permanently.
     PlainOnly,
 }
 
 impl ReadMode {
-    /// A Dynamixel bus: plain until all servos are heard.
+    /// The mode of a Dynamixel bus at the start: plain until all servos are heard.
     pub(super) fn new() -> ReadMode {
         ReadMode::Plain { whole_cycles: 0, tries: 1 }
     }
@@ -40,7 +40,7 @@ impl ReadMode {
         }
     }
 
-    /// An exchange ended; whether it brought every reply.
+    /// Notes that an exchange ended, and whether it brought every reply.
     pub(super) fn end_cycle(&mut self, is_whole: bool) {
         *self = match *self {
             ReadMode::Plain { tries, .. } if !is_whole => ReadMode::Plain { whole_cycles: 0, tries },

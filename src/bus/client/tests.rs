@@ -185,7 +185,7 @@ fn replies_may_come_in_any_pieces_with_or_without_echo() {
         let echo = client.begin_cycle(&MOVING).to_vec();
         for echo in [&[][..], &echo] {
             let received = [echo, &replies].concat();
-            // Few enough cycles a client that the read stays a plain one.
+            // Each client runs so few cycles that the read stays plain.
             let mut client = client_with(protocol, &IDS);
             for split in 0..=received.len() {
                 if split % 40 == 0 {
@@ -229,7 +229,7 @@ fn replies_of_the_wrong_shape_are_corrupt() {
     assert_eq!(exchange(&mut sts, &feetech_status(1, 0, &[0; 7])), [Slot::Corrupt, Slot::Missing]);
     assert_eq!(exchange(&mut sts, &feetech_status(2, 0, &[])), [Slot::Missing, Slot::Corrupt]);
     let mut dynamixel = client(Protocol::Dynamixel);
-    // Error 4, data range, and no data; and the same with data, which no servo should send.
+    // Error 4, data range, without data; and the same with data, which no servo should send.
     assert_eq!(exchange(&mut dynamixel, &dynamixel_status(1, 4, &[])), [Slot::Corrupt, Slot::Missing]);
     let refusal = dynamixel_status(1, 4, &block(0, 0, 0));
     assert_eq!(exchange(&mut dynamixel, &refusal), [Slot::Corrupt, Slot::Missing]);
@@ -327,7 +327,7 @@ fn transactions_on_feetech() {
 fn a_false_header_holds_an_answer_up_only_until_the_deadline() {
     let mut client = client(Protocol::Feetech);
     client.begin_read(ServoId(1), FEETECH_STS.present_position);
-    // A header of a report, longer than all that follows.
+    // A report's header, which announces more bytes than follow.
     client.feed(&[0xFF, 0xFF, 0x01, 0x0A]);
     client.feed(&feetech_status(1, 0, &[0x18, 0x05, 0x77])[..]);
     let at_the_deadline = client.finish_transaction();
@@ -348,7 +348,7 @@ fn an_echo_is_silence() {
     }
 }
 
-/// With noise before it an echo is not recognised as one; it must still never pass for an answer.
+/// With noise before it, an echo is not recognised as one; it must still never pass for an answer.
 #[test]
 fn an_echo_in_noise_is_no_answer() {
     for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
@@ -422,7 +422,7 @@ fn any_goal() -> impl Strategy<Value = ServoGoal> {
         Just(ServoGoal::Keep),
         (any::<i32>(), any::<u16>())
             .prop_map(|(position, torque_limit)| ServoGoal::Move { position, torque_limit }),
-        // What needs most stuffing.
+        // Values that need the most stuffing.
         Just(ServoGoal::Move { position: 0xFD_FFFF, torque_limit: 0xFFFF }),
         Just(ServoGoal::Move { position: -3, torque_limit: 0xFFFF }),
     ]
@@ -455,7 +455,8 @@ proptest! {
     }
 }
 
-/// Sync writes of registers 98, 108 and 112 (e-manual: Bus Watchdog, in units of 20 ms, Profile Acceleration, Profile Velocity).
+/// Sync writes of registers 98, 108 and 112 (e-manual: Bus Watchdog, in units of 20 ms, Profile Acceleration,
+/// Profile Velocity).
 #[test]
 fn settings_and_watchdog_of_one_servo_come_before_the_goals_of_one_cycle() {
     let packet = |body: &[u8]| {
@@ -494,8 +495,8 @@ fn feetech_servos_have_no_watchdog_and_get_their_acceleration_anew() {
     assert!(client.begin_watchdog(0).is_empty());
 }
 
-/// The last packet of its cycle: ROBOTIS e-manual, Protocol 2.0, Reboot, the example for id 1; Feetech wiki, ft-scs
-/// 4.12, for id 1.
+/// The restart is the last packet of its cycle: ROBOTIS e-manual, Protocol 2.0, Reboot, the example for id 1;
+/// Feetech wiki, ft-scs 4.12, for id 1.
 #[test]
 fn a_restart_is_the_last_that_is_said_in_its_cycle_and_nobody_is_asked() {
     let reboot = vec![0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x08, 0x2F, 0x4E];
@@ -535,7 +536,7 @@ fn what_is_asked_in_the_place_of_feedback_comes_as_an_answer_a_servo() {
             client.feed(&[reply(1, 0, &[1]), reply(2, 0, &[0])].concat());
             assert!(client.is_complete());
             assert_eq!(client.finish(), told.map(Slot::Told));
-            // Feedback is no answer, and the next cycle asks for it again.
+            // Feedback is not an answer, and the next cycle asks for it again.
             assert!(matches!(
                 exchange(&mut client, &usual_replies(protocol))[..],
                 [Slot::Fresh(_), Slot::Fresh(_)]

@@ -3,7 +3,7 @@
 
 const POLYNOMIAL: u16 = 0x8005;
 
-/// The remainder each value of the high byte leaves.
+/// Remainder of each value of the high byte.
 static TABLE: [u16; 256] = table();
 
 const fn table() -> [u16; 256] {
@@ -26,11 +26,11 @@ const fn table() -> [u16; 256] {
     table
 }
 
-/// Carries `crc` on over `bytes`; start with 0.
+/// Continues `crc` over `bytes`; start with 0.
 pub(super) fn crc16(crc: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(crc, |crc, byte| {
         let [high, low] = crc.to_be_bytes();
-        // A byte is always inside a table of 256.
+        // A byte is always within a table of 256.
         let remainder = TABLE.get(usize::from(high ^ byte)).copied().unwrap_or_default();
         u16::from_be_bytes([low, 0]) ^ remainder
     })

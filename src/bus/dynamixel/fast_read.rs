@@ -3,8 +3,8 @@
 //! ```text
 //! FF FF FD 00 FE length 55 | error id data... crc | error id data... crc | ...
 //! ```
-//! One block a servo, in the order asked. Nothing is stuffed. Each servo's CRC is over everything before
-//! it, other servos' CRCs included; the last is so the packet's own.
+//! One block per servo, in the order asked. Nothing is stuffed. Each servo's CRC covers everything before
+//! it, other servos' CRCs included; so the last CRC is the packet's own.
 //! Source: DynamixelSDK 3.8.1, `group_fast_sync_read`; ROBOTIS e-manual, Fast Sync Read.
 
 use std::ops::Range;
@@ -15,7 +15,7 @@ use super::{HEAD_BYTES, LENGTH_END};
 /// Bytes of a block around its data: error, id, CRC.
 pub(crate) const BLOCK_FRAME_BYTES: usize = 4;
 
-/// The blocks of the fast reply whose header is in front of the window.
+/// The blocks of the fast reply whose header is at the front of the window.
 #[derive(Debug, Default)]
 pub(super) struct FastReply {
     servos: usize,
@@ -25,15 +25,15 @@ pub(super) struct FastReply {
     is_broken: bool,
 }
 
-/// What comes next in a fast reply. Ranges are counted from its header.
+/// The next item of a fast reply. Ranges count from its header.
 pub(super) enum FastStep {
-    /// The next block is not all here.
+    /// The next block is incomplete.
     Wait,
-    /// A block whose CRC holds.
+    /// A block with a good CRC.
     Block { error: u8, id: u8, data: Range<usize> },
-    /// A block whose CRC does not hold.
+    /// A block with a wrong CRC.
     CorruptBlock { id: u8 },
-    /// All blocks were read; whether all were good.
+    /// All blocks were read; `is_whole` if all were good.
     End { is_whole: bool },
 }
 
@@ -43,7 +43,7 @@ impl FastReply {
         FastReply { servos, data_bytes, ..FastReply::default() }
     }
 
-    /// Goes back to before the first block: another header is in front now.
+    /// Returns to before the first block: another header is at the front now.
     pub(super) fn restart(&mut self) {
         *self = FastReply::new(self.servos, self.data_bytes);
     }
@@ -53,7 +53,7 @@ impl FastReply {
         HEAD_BYTES + self.servos * self.block_bytes()
     }
 
-    /// What the packet's length field says: bytes behind it.
+    /// Value of the packet's length field: the bytes after it.
     pub(super) fn length_field(&self) -> usize {
         self.packet_bytes() - LENGTH_END
     }
@@ -77,9 +77,9 @@ impl FastReply {
         let received = u16::from_le_bytes([*crc_low, *crc_high]);
         let is_good = crc16(self.crc, body) == received;
         self.blocks_read += 1;
-        // Carry on from what this servo says the CRC is, even where the bytes received do not bear it
-        // out: it heard the bytes as they were sent. So one changed byte costs one block, and each later
-        // block is still judged by 16 bits of its own.
+        // Continue from the CRC that this servo sent, even if the received bytes do not match it: the servo heard
+        // the bytes as they were sent. So one changed byte costs one block, and each later block still has 16 check
+        // bits of its own.
         self.crc = crc16(received, &[*crc_low, *crc_high]);
         if is_good {
             FastStep::Block { error: *error, id: *id, data: start + 2..end - 2 }

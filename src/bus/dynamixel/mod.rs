@@ -1,12 +1,12 @@
 //! Dynamixel Protocol 2.0 packets, both ways.
 //!
-//! Comes in: what to ask, or received bytes. Goes out: bytes to send, or status packets. No I/O.
+//! Takes what to ask, or received bytes. Returns bytes to send, or status packets. No I/O.
 //! Source: ROBOTIS e-manual, `dxl/protocol2`.
 //!
 //! ```text
 //! FF FF FD 00  id  length (2)  instruction  [error]  parameters...  CRC (2)
 //! ```
-//! `length` counts what follows it; words are little endian. From the instruction to the last parameter
+//! `length` counts the bytes after it; words are little endian. From the instruction to the last parameter
 //! every `FF FF FD` is stuffed with one more `FD`, so that no data look like a header.
 
 mod crc;
@@ -22,7 +22,7 @@ pub(super) use fast_read::BLOCK_FRAME_BYTES;
 use fast_read::{FastReply, FastStep};
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
-/// What is stuffed, and what with.
+/// The sequence that is stuffed, and the byte added to it.
 const STUFFED: [u8; 3] = [0xFF, 0xFF, 0xFD];
 const STUFFING: u8 = 0xFD;
 const BROADCAST: u8 = 0xFE;
@@ -36,18 +36,18 @@ const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 const FAST_SYNC_READ: u8 = 0x8A;
 
-/// Bytes up to and with the length field.
+/// Bytes up to and including the length field.
 const LENGTH_END: usize = 7;
-/// Bytes up to and with the instruction.
+/// Bytes up to and including the instruction.
 const HEAD_BYTES: usize = 8;
 
 /// Bytes of a request around its parameters: header 4, id, length 2, instruction, CRC 2.
 pub(super) const REQUEST_FRAME_BYTES: usize = 10;
-/// Bytes of a status packet around its parameters: the same and the error byte.
+/// Bytes of a status packet around its parameters: those of a request and the error byte.
 pub(super) const STATUS_FRAME_BYTES: usize = 11;
 /// Bytes of a fast reply before its first block: header 4, id, length 2, instruction.
 pub(super) const FAST_HEAD_BYTES: usize = HEAD_BYTES;
-/// The error byte's alert: the hardware error register is not zero; the data are valid nevertheless.
+/// Alert bit of the error byte: the hardware error register is not zero; the data are still valid.
 pub(super) const ALERT: u8 = 0x80;
 
 /// Appends any instruction to one servo.
@@ -80,7 +80,7 @@ pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw
 }
 
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
-/// No servos give no packet.
+/// With no servos it appends no packet.
 pub(super) fn sync_write(
     out: &mut Vec<u8>,
     address: u16,
@@ -108,7 +108,7 @@ pub(super) fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[Serv
 }
 
 /// Appends a fast sync read: the servos answer with one packet that they write in turn, in the order of
-/// `ids`. A servo that does not answer leaves those behind it unheard.
+/// `ids`. If a servo does not answer, the servos after it are not heard.
 pub(super) fn fast_sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     group_read(out, FAST_SYNC_READ, address, bytes, ids);
 }
@@ -123,7 +123,7 @@ fn group_read(out: &mut Vec<u8>, instruction: u8, address: u16, bytes: u16, ids:
     packet.close(out);
 }
 
-/// A request being appended: where it begins.
+/// A request being appended: the index at which it begins.
 struct Packet {
     start: usize,
 }
@@ -156,7 +156,7 @@ impl Packet {
 
     /// Fills in the length and appends the CRC.
     fn close(&self, out: &mut Vec<u8>) {
-        // The CRC to come is counted. 253 servos with 8 bytes each are far from 65,535.
+        // The length includes the CRC to come. 253 servos with 8 bytes each are far from 65,535.
         let length = out.len().saturating_sub(self.start + LENGTH_END) + 2;
         let length = u16::try_from(length).unwrap_or(u16::MAX).to_le_bytes();
         for (field, byte) in out.iter_mut().skip(self.start + 5).zip(length) {
@@ -178,10 +178,10 @@ pub(super) struct Decoder {
 
 impl Decoder {
     /// A decoder for status packets of up to `parameters_max` parameter bytes, and for fast replies of up
-    /// to `servos_max` servos with as many bytes each. The tighter, the sooner noise that looks like a
-    /// header is seen through.
+    /// to `servos_max` servos with as many bytes each. Tighter limits reject noise that looks like a
+    /// header sooner.
     pub(super) fn new(parameters_max: usize, servos_max: usize) -> Decoder {
-        // Instruction, error and parameters, stuffed at worst after every third byte, and the CRC.
+        // Instruction, error and parameters, stuffed after every third byte in the worst case, and the CRC.
         let length_max = (parameters_max + 2) * 4 / 3 + 2;
         let length_max = length_max.min(usize::from(u16::MAX));
         let fast_bytes = FastReply::new(servos_max, parameters_max).packet_bytes();
@@ -195,28 +195,29 @@ impl Decoder {
         self.fast = None;
     }
 
-    /// A fast sync read of `bytes` bytes of `servos` servos has been asked: its reply gives a
-    /// [`Status`] for each servo's block as soon as it is there.
+    /// Prepares for the reply to a fast sync read of `bytes` bytes of `servos` servos: it gives a
+    /// [`Status`] for each servo's block as soon as the block is there.
     pub(super) fn expect_fast_reply(&mut self, servos: usize, bytes: usize) {
         let reply = FastReply::new(servos, bytes);
         self.fast = (reply.packet_bytes() <= self.capacity).then_some(reply);
     }
 
-    /// Takes as many bytes as fit and returns how many: more than none, once [`Decoder::next_event`] has
+    /// Takes as many bytes as fit and returns how many: at least one, if [`Decoder::next_event`] has
     /// been called until it gave `None`.
     pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         self.window.push(bytes)
     }
 
-    /// No more bytes will come: an incomplete packet no longer holds up what may lie behind its header.
+    /// Tells the decoder that no more bytes will come: it no longer waits for the rest of an incomplete packet and
+    /// searches the bytes after its header.
     pub(super) fn end_of_input(&mut self) {
         self.window.end();
     }
 
     /// The next packet, or `None` when more bytes are needed.
     ///
-    /// After anything but a good packet the search goes on from the very next byte, so a header found in
-    /// noise never swallows the packet behind it.
+    /// After anything but a good packet the search resumes at the very next byte, so a header found in
+    /// noise never swallows the packet after it.
     pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
         match self.find()? {
             Found::Corrupt(id) => Some(Event::Corrupt(ServoId(id))),
@@ -247,7 +248,7 @@ impl Decoder {
                     self.skip(packet_bytes);
                     return Some(Found::Packet { id, body, packet_bytes });
                 }
-                // Its blocks are handed out one by one while its header stays in front.
+                // The decoder hands out the blocks one by one while their header stays at the front.
                 Step::FastReply => match self.fast.as_mut()?.next_step(self.window.unread()) {
                     FastStep::Wait if self.window.is_ended() => self.skip(1),
                     FastStep::Wait => return None,
@@ -259,7 +260,7 @@ impl Decoder {
                     }
                     FastStep::Block { .. } | FastStep::CorruptBlock { .. } => {}
                     FastStep::End { is_whole: true } => self.skip(LENGTH_END + fast_length?),
-                    // Perhaps it was noise after all, with something good behind its header.
+                    // The header may have been noise, with a good packet after it.
                     FastStep::End { is_whole: false } => self.skip(1),
                 },
             }
@@ -275,25 +276,25 @@ impl Decoder {
     }
 }
 
-/// What [`Decoder::find`] found. Ranges are counted from the packet's header.
+/// What [`Decoder::find`] found. Ranges count from the packet's header.
 enum Found {
     /// A packet or block with a wrong CRC.
     Corrupt(u8),
-    /// A block of the fast reply, which is still in front of the window.
+    /// A block of the fast reply, which is still at the front of the window.
     Block { id: u8, error: u8, data: Range<usize> },
     /// A packet, just skipped; `body` is its error byte and parameters, still stuffed.
     Packet { id: u8, body: Range<usize>, packet_bytes: usize },
 }
 
-/// What the bytes at the front of the window are.
+/// What the bytes at the front of the window hold.
 enum Step {
-    /// The first byte begins no status packet.
+    /// The first byte does not begin a status packet.
     Noise,
-    /// They may begin one that is not all here.
+    /// The bytes may begin a packet that is not complete yet.
     Wait,
-    /// One with a wrong CRC, if it is one.
+    /// A packet with a wrong CRC, if it is a packet at all.
     Corrupt { id: u8 },
-    /// A good one, as in [`Found::Packet`].
+    /// A good packet, as in [`Found::Packet`].
     Packet { id: u8, body: Range<usize>, packet_bytes: usize },
     /// The header of the fast reply that is expected.
     FastReply,
@@ -312,7 +313,7 @@ fn scan(bytes: &[u8], length_max: usize, fast_length: Option<usize>) -> Step {
     if id == BROADCAST && Some(length) == fast_length {
         return Step::FastReply;
     }
-    // At least instruction, error and CRC. Servos answer with the broadcast id only to fast reads.
+    // A packet has at least instruction, error and CRC. Servos answer with the broadcast id only to fast reads.
     if id > Protocol::ID_MAX || !(4..=length_max).contains(&length) {
         return Step::Noise;
     }
@@ -324,7 +325,7 @@ fn scan(bytes: &[u8], length_max: usize, fast_length: Option<usize>) -> Step {
     Step::Packet { id, body: HEAD_BYTES..packet_bytes - 2, packet_bytes }
 }
 
-/// Takes the stuffing out of `body` in place.
+/// Removes the stuffing from `body` in place.
 fn unstuff(body: &mut [u8]) -> &[u8] {
     let (mut last, mut before_last) = (0, 0);
     let mut kept = 0;
@@ -332,7 +333,7 @@ fn unstuff(body: &mut [u8]) -> &[u8] {
     for index in 0..body.len() {
         let byte = body.get(index).copied().unwrap_or_default();
         if is_stuffing && byte == STUFFING {
-            // What follows is new: FF FF FD FD ends no FF FF FD.
+            // Matching restarts after the stuffing: FF FF FD FD does not end another FF FF FD.
             (before_last, last, is_stuffing) = (0, 0, false);
             continue;
         }

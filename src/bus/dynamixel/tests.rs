@@ -12,7 +12,7 @@ const SYNC_READ_REPLIES: [u8; 30] = [
     0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x08, 0x00, 0x55, 0x00, 0xA6, 0x00, 0x00, 0x00, 0x8C, 0xC0, //
     0xFF, 0xFF, 0xFD, 0x00, 0x02, 0x08, 0x00, 0x55, 0x00, 0x1F, 0x08, 0x00, 0x00, 0xBA, 0xBE,
 ];
-/// The same as a fast reply; CRCs from a bit-by-bit division outside this program.
+/// The same replies as one fast reply; CRCs from a bit-by-bit division outside this program.
 const FAST_REPLY: [u8; 24] = [
     0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x11, 0x00, 0x55, //
     0x00, 0x01, 0xA6, 0x00, 0x00, 0x00, 0x74, 0x3B, //
@@ -25,7 +25,7 @@ fn sent(encode: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     out
 }
 
-/// (id, error, data) of good packets; `None` in the place of the last two for corrupt ones.
+/// (id, error, data) of good packets; `None` instead of error and data for corrupt ones.
 type Found = (u8, Option<(u8, Vec<u8>)>);
 
 fn good(id: u8, data: &[u8]) -> Found {
@@ -85,7 +85,7 @@ fn requests_are_those_of_the_manual() {
         sent(|out| sync_read(out, 132, 4, &BOTH)),
         [0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x09, 0x00, 0x82, 0x84, 0x00, 0x04, 0x00, 0x01, 0x02, 0xCE, 0xFA]
     );
-    // The same but for instruction and CRC.
+    // The same except for instruction and CRC.
     assert_eq!(
         sent(|out| fast_sync_read(out, 132, 4, &BOTH)),
         [0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x09, 0x00, 0x8A, 0x84, 0x00, 0x04, 0x00, 0x01, 0x02, 0x4D, 0x72]
@@ -101,7 +101,7 @@ fn requests_are_those_of_the_manual() {
 
 #[test]
 fn requests_are_stuffed() {
-    // Goal position FF FF FD 00; length and CRC are of the stuffed packet.
+    // Goal position FF FF FD 00; length and CRC count the stuffed packet.
     assert_eq!(
         sent(|out| write(out, ONE, 116, 4, 0x00FD_FFFF)),
         [
@@ -109,7 +109,7 @@ fn requests_are_stuffed() {
             0xE7,
         ]
     );
-    // A second packet in the same buffer is a packet of its own.
+    // A second packet in the same buffer is separate from the first.
     let two = sent(|out| {
         write(out, ONE, 116, 2, 0xFFFF);
         ping(out, ONE);
@@ -267,7 +267,7 @@ fn no_flipped_bit_of_a_reply_gives_wrong_data() {
     }
 }
 
-/// One flipped bit costs one servo; only in a CRC, which the next servo's check starts from, two.
+/// One flipped bit costs one servo; in a CRC, with which the next servo's check starts, it costs two.
 #[test]
 fn a_flipped_bit_of_a_fast_reply_costs_its_own_block() {
     let datas = [[0x11; 6], [0xFF, 0xFF, 0xFD, 0, 1, 2], [0x33; 6], [0x44; 6]];
@@ -300,7 +300,7 @@ fn a_broken_crc_names_the_servo() {
     assert_eq!(decode_fast(2, 4, &bytes), [good(1, &[0xA6, 0, 0, 0]), (2, None)]);
 }
 
-/// Bytes drawn mostly from those headers are made of, so that false headers are common.
+/// Bytes drawn mostly from those that form headers, so that false headers are common.
 fn header_noise() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         4 => Just(vec![0xFF, 0xFF, 0xFD, 0x00]),

@@ -1,12 +1,12 @@
 //! Feetech FT-SCS packets, both ways.
 //!
-//! Comes in: what to ask, or received bytes. Goes out: bytes to send, or status packets. No I/O.
+//! Takes what to ask, or received bytes. Returns bytes to send, or status packets. No I/O.
 //! Source: Feetech wiki, `reference/protocol/ft-scs.md`, sections 2 to 4.
 //!
 //! ```text
 //! FF FF  id  length  instruction or alarms  parameters...  checksum
 //! ```
-//! `length` counts what follows it. The checksum is the complement of the sum of all from `id` on. There
+//! `length` counts the bytes after it. The checksum is the complement of the sum of all bytes from `id` on. There
 //! is no byte stuffing: data may hold `FF FF`, so a header alone proves nothing.
 
 use std::ops::Range;
@@ -28,7 +28,7 @@ const SYNC_WRITE: u8 = 0x83;
 
 /// Bytes of a packet around its parameters: header 2, id, length, instruction or alarms, checksum.
 pub(super) const FRAME_BYTES: usize = 6;
-/// Longest packet a servo is sent; the vendor's own libraries refuse more.
+/// Longest packet sent to a servo; the vendor's own libraries refuse longer ones.
 pub(super) const PACKET_BYTES_MAX: usize = 250;
 
 /// Appends any instruction to one servo, with at most 244 bytes of parameters.
@@ -61,7 +61,7 @@ pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw:
 
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 ///
-/// More servos than [`PACKET_BYTES_MAX`] has room for are spread over several packets; none gives none.
+/// If the servos exceed [`PACKET_BYTES_MAX`], they are spread over several packets; no servos give no packet.
 pub(super) fn sync_write(
     out: &mut Vec<u8>,
     address: u8,
@@ -90,14 +90,14 @@ pub(super) fn sync_write(
     }
 }
 
-/// How many packets [`sync_write`] makes for `servos` values of `bytes` bytes.
+/// How many packets [`sync_write`] makes for `servos` values of `bytes` bytes each.
 pub(super) fn sync_write_packets(servos: usize, bytes: u8) -> usize {
     let per_packet = (PACKET_BYTES_MAX - FRAME_BYTES - 2) / (1 + usize::from(bytes));
     servos.div_ceil(per_packet.max(1))
 }
 
 /// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
-/// the order of `ids`. At most 242 ids fit ([`PACKET_BYTES_MAX`]); those behind are not asked.
+/// the order of `ids`. At most 242 ids fit ([`PACKET_BYTES_MAX`]); any after those are not asked.
 pub(super) fn sync_read(out: &mut Vec<u8>, address: u8, bytes: u8, ids: &[ServoId]) {
     let start = open(out, BROADCAST, SYNC_READ);
     out.extend([address, bytes]);
@@ -113,7 +113,7 @@ fn open(out: &mut Vec<u8>, id: u8, instruction: u8) -> usize {
 
 /// Fills in the length and appends the checksum.
 fn close(out: &mut Vec<u8>, start: usize) {
-    // Header, id and length are not counted, the checksum to come is. Packets are at most 250 bytes.
+    // The length leaves out header, id and length, but includes the checksum. Packets are at most 250 bytes.
     let length = out.len().saturating_sub(start + 3);
     if let Some(field) = out.get_mut(start + 3) {
         *field = u8::try_from(length).unwrap_or(u8::MAX);
@@ -122,17 +122,17 @@ fn close(out: &mut Vec<u8>, start: usize) {
     out.push(sum);
 }
 
-/// Complement of the sum, over everything between header and checksum.
+/// Complement of the sum of everything between header and checksum.
 fn checksum(bytes: &[u8]) -> u8 {
     !bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))
 }
 
 /// Finds status packets in received bytes.
 ///
-/// A changed bit always changes the checksum. What 8 bits cannot exclude is a packet that is not there:
-/// one in 256 stretches of noise with a header and a plausible length passes. Data of a servo never hold
-/// such a header (`FF FF` would be a position beyond 32,000 counts), and a caller that knows the length
-/// it asked for turns away nearly all others.
+/// A changed bit always changes the checksum. 8 bits cannot exclude a false packet: one in 256 stretches of
+/// noise with a header and a plausible length passes. A servo's data never hold such a header (`FF FF` would be
+/// a position beyond 32,000 counts), and a caller that knows the length it asked for rejects nearly all the
+/// others.
 #[derive(Debug)]
 pub(super) struct Decoder {
     window: Window,
@@ -140,8 +140,8 @@ pub(super) struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder for status packets of up to `parameters_max` parameter bytes. The tighter, the sooner
-    /// noise that looks like a header is seen through.
+    /// A decoder for status packets of up to `parameters_max` parameter bytes. A tighter limit rejects noise that
+    /// looks like a header sooner.
     pub(super) fn new(parameters_max: usize) -> Decoder {
         let parameters_max = parameters_max.min(PACKET_BYTES_MAX - FRAME_BYTES);
         Decoder { window: Window::new(parameters_max + FRAME_BYTES), parameters_max }
@@ -152,21 +152,22 @@ impl Decoder {
         self.window.clear();
     }
 
-    /// Takes as many bytes as fit and returns how many: more than none, once [`Decoder::next_event`] has
+    /// Takes as many bytes as fit and returns how many: at least one, if [`Decoder::next_event`] has
     /// been called until it gave `None`.
     pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         self.window.push(bytes)
     }
 
-    /// No more bytes will come: an incomplete packet no longer holds up what may lie behind its header.
+    /// Tells the decoder that no more bytes will come: it no longer waits for the rest of an incomplete packet and
+    /// searches the bytes after its header.
     pub(super) fn end_of_input(&mut self) {
         self.window.end();
     }
 
     /// The next packet, or `None` when more bytes are needed.
     ///
-    /// After anything but a good packet the search goes on from the very next byte, so a header found in
-    /// noise never swallows the packet behind it.
+    /// After anything but a good packet the search resumes at the very next byte, so a header found in
+    /// noise never swallows the packet after it.
     pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
         while !self.window.unread().is_empty() {
             match scan(self.window.unread(), self.parameters_max) {
@@ -187,15 +188,15 @@ impl Decoder {
     }
 }
 
-/// What the bytes at the front of the window are.
+/// What the bytes at the front of the window hold.
 enum Step {
-    /// The first byte begins no status packet.
+    /// The first byte does not begin a status packet.
     Noise,
-    /// They may begin one that is not all here.
+    /// The bytes may begin a packet that is not complete yet.
     Wait,
-    /// One with a wrong checksum, if it is one.
+    /// A packet with a wrong checksum, if it is a packet at all.
     Corrupt(ServoId),
-    /// A good one; `parameters` is counted from its front.
+    /// A good packet; `parameters` counts from the front of the window.
     Good { id: ServoId, error: u8, parameters: Range<usize>, packet_bytes: usize },
 }
 
@@ -205,7 +206,7 @@ fn scan(bytes: &[u8], parameters_max: usize) -> Step {
         return if is_start { Step::Wait } else { Step::Noise };
     };
     let (id, length) = (*id, usize::from(*length));
-    // Servos never answer with the broadcast id: what has it is a request, echoed.
+    // Servos never answer with the broadcast id: a packet with it is an echoed request.
     if id > Protocol::ID_MAX || !(2..=parameters_max + 2).contains(&length) {
         return Step::Noise;
     }

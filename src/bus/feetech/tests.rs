@@ -20,7 +20,7 @@ fn sent(encode: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     out
 }
 
-/// (id, error, data) of good packets; `None` in the place of the last two for corrupt ones.
+/// (id, error, data) of good packets; `None` instead of error and data for corrupt ones.
 type Found = (u8, Option<(u8, Vec<u8>)>);
 
 fn drain(decoder: &mut Decoder, found: &mut Vec<Found>) {
@@ -118,7 +118,7 @@ fn replies_of_the_wiki_are_read() {
 
 #[test]
 fn alarms_are_data() {
-    // The ping reply of the wiki with the overload bit (0x20) set, and its checksum less by as much.
+    // The wiki's ping reply with the overload bit (0x20) set, and its checksum lower by as much.
     assert_eq!(decode(&[0xFF, 0xFF, 0x01, 0x02, 0x20, 0xDC]), [(1, Some((0x20, vec![])))]);
 }
 
@@ -149,7 +149,7 @@ fn the_echo_of_a_group_request_is_noise() {
     assert_eq!(decode(&bytes), both_replies());
 }
 
-/// Flips every single bit of servo 1's reply, with that of servo 2 behind it.
+/// Flips every single bit of servo 1's reply, which servo 2's reply follows.
 fn check_every_flipped_bit(alarms: u8, data: [u8; 8]) {
     let reply = feetech_status(1, alarms, &data);
     for bit in 0..reply.len() * 8 {
@@ -168,7 +168,7 @@ fn check_every_flipped_bit(alarms: u8, data: [u8; 8]) {
 fn no_flipped_bit_gives_wrong_data() {
     check_every_flipped_bit(0, DATA_1);
     check_every_flipped_bit(0x20, DATA_2);
-    // Data that is hard on a parser: headers, and a whole packet of another servo, inside.
+    // Data that are hard to parse: headers, and a complete packet of another servo, inside.
     check_every_flipped_bit(0, [0xFF; 8]);
     check_every_flipped_bit(0, [0xFF, 0xFF, 0x02, 0x02, 0x00, 0xFB, 0xFF, 0xFF]);
 }
@@ -181,7 +181,8 @@ fn a_broken_checksum_names_the_servo() {
 }
 
 proptest! {
-    /// All a servo can report: alarms, position, speed and load with their signs, voltage, temperature.
+    /// Every value that a servo can report: alarms, position, speed and load with their signs, voltage,
+    /// temperature.
     #[test]
     fn no_flipped_bit_of_any_report_gives_wrong_data(
         alarms in 0u8..0x40, position in 0u16..30_720, speed in 0u16..10_000, load in 0u16..=1000,
@@ -198,15 +199,15 @@ proptest! {
         decode_pieces(max, [bytes.as_slice()]);
     }
 
-    /// Bytes drawn mostly from those packets are made of, so that false headers are common.
+    /// Bytes drawn mostly from those that form packets, so that false headers are common.
     #[test]
     fn a_packet_behind_noise_is_found(
         noise in proptest::collection::vec(prop_oneof![3 => Just(0xFFu8), 2 => 0u8..12, 1 => any::<u8>()], 0..80),
         alarms in any::<u8>(),
         data in any::<[u8; 8]>(),
     ) {
-        // The noise may by chance hold a whole packet that reaches into the true one: a checksum of 8
-        // bits cannot tell. Leave those out: they end in a good packet of noise.
+        // By chance the noise may hold a complete packet that reaches into the true one: an 8-bit checksum
+        // cannot tell. Leave those cases out: they end in a good packet of noise.
         prop_assume!(decode(&noise).iter().all(|found| found.1.is_none()));
         let reply = feetech_status(7, alarms, &data);
         let expected = (7, Some((alarms, data.to_vec())));

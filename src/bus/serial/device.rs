@@ -1,4 +1,4 @@
-//! Opening the serial device of a bus, and saying why one cannot be opened.
+//! Opens the serial device of a bus, and says why one cannot be opened.
 
 use std::fmt;
 use std::io;
@@ -10,10 +10,10 @@ use serialport::{ErrorKind, SerialPort, TTYPort};
 use crate::model::{Bus, IMU_LINE, ImuSettings};
 use crate::platform::{descriptor, set_low_latency};
 
-/// Links to the adapters that are plugged in, named after maker and serial number (udev).
+/// Links to the connected adapters, named after maker and serial number (udev).
 const BY_ID: &str = "/dev/serial/by-id";
-/// A line rate further off than this share of the wanted one is not understood: a UART samples the last of a
-/// byte's 10 bits wrongly when the clocks differ by half a bit in 9.5, and both ends may be off.
+/// Largest error of the line rate, as a share of the wanted rate: a UART samples the last of a byte's 10 bits
+/// wrongly when the clocks differ by half a bit in 9.5, and both ends may be off.
 const BAUD_TOLERANCE: f64 = 0.02;
 
 /// The serial device of a bus.
@@ -25,7 +25,7 @@ pub struct Device {
     pub path: PathBuf,
     /// Line rate, bit/s.
     pub baud: u32,
-    /// How much later than the wire the adapter is expected to hand bytes over, microseconds.
+    /// Expected delay of the adapter beyond the time on the wire, microseconds.
     pub adapter_latency_us: u32,
 }
 
@@ -46,7 +46,7 @@ impl Device {
 /// Why the lines of a robot could not be opened: every fault found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct OpenError {
-    /// In the order of the buses; at least one.
+    /// Faults in the order of the buses; at least one.
     pub faults: Vec<OpenFault>,
 }
 
@@ -64,37 +64,37 @@ pub struct OpenFault {
     pub bus: String,
     /// The device.
     pub path: PathBuf,
-    /// What is wrong.
+    /// The fault.
     pub cause: OpenCause,
 }
 
-/// What is wrong with a device.
+/// The fault of a device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OpenCause {
     /// No such path.
     NotThere {
-        /// Adapters that are there.
+        /// Adapters that are connected.
         adapters: Vec<PathBuf>,
     },
-    /// This user may not.
+    /// This user has no permission.
     NotPermitted,
-    /// Another program has it.
+    /// Another program holds it.
     Busy,
     /// It is also the device of another bus.
     SharedWith {
         /// Name of that bus.
         bus: String,
     },
-    /// It cannot go at the bus's rate.
+    /// It cannot run at the bus's rate.
     OtherBaud {
         /// Rate wanted, bit/s.
         wanted: u32,
-        /// Rate it says it has then, bit/s.
+        /// Rate that it reports instead, bit/s.
         got: u32,
     },
-    /// It is no serial device, or does not work.
+    /// It is not a serial device, or does not work.
     Unusable {
-        /// What the system says.
+        /// Reason that the system gives.
         reason: String,
     },
 }
@@ -141,7 +141,7 @@ impl OpenCause {
     }
 }
 
-/// Opens all, or names every one that cannot be.
+/// Opens all devices, or names every one that cannot be opened.
 pub(super) fn open_all(devices: &[Device]) -> Result<Vec<TTYPort>, OpenError> {
     let mut ports = Vec::new();
     let mut faults = Vec::new();
@@ -164,7 +164,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
-/// Opens one: raw, 8N1, no flow control, exclusive, and never waiting.
+/// Opens one device: raw, 8N1, no flow control, exclusive, non-blocking.
 pub(crate) fn open(device: &Device) -> Result<TTYPort, OpenCause> {
     let settings = serialport::new(device.path.to_string_lossy(), device.baud).exclusive(true);
     let port = TTYPort::open(&settings).map_err(|error| match error.kind() {
@@ -187,7 +187,7 @@ pub(crate) fn open(device: &Device) -> Result<TTYPort, OpenCause> {
     Ok(port)
 }
 
-/// The adapters that are there, sorted.
+/// The connected adapters, sorted.
 fn adapters(folder: &Path) -> Vec<PathBuf> {
     let mut adapters: Vec<PathBuf> =
         folder.read_dir().into_iter().flatten().flatten().map(|entry| entry.path()).collect();

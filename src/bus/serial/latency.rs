@@ -1,15 +1,15 @@
-//! How long an adapter's driver holds back short replies, where it says so.
+//! How long an adapter's driver holds back short replies, if it reports that.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::device::Device;
 
-/// Where the system describes its serial devices.
+/// Path at which the system describes its serial devices.
 const DEVICES: &str = "/sys/class/tty";
 
-/// What to do when the driver holds replies back for longer than the robot file says. FTDI's does so for 16 ms
-/// unless told otherwise, which no loop of more than some 50 Hz bears.
+/// Advice when the driver holds replies back for longer than the robot file says. By default FTDI's driver does so
+/// for 16 ms, too long for a loop of more than some 50 Hz.
 pub(super) fn advice(device: &Device) -> Option<String> {
     advice_from(Path::new(DEVICES), device)
 }
@@ -29,7 +29,7 @@ fn advice_from(devices: &Path, device: &Device) -> Option<String> {
     ))
 }
 
-/// The setting's file and its value, ms; none where the driver has none.
+/// File and value of the setting, ms; `None` if the driver has none.
 fn latency_timer(devices: &Path, path: &Path) -> Option<(PathBuf, u64)> {
     let device = path.canonicalize().ok()?;
     let setting = devices.join(device.file_name()?).join("device/latency_timer");
@@ -41,7 +41,7 @@ fn latency_timer(devices: &Path, path: &Path) -> Option<(PathBuf, u64)> {
 mod tests {
     use super::*;
 
-    /// A description of /dev/null, as if it were an adapter, that says `timer`.
+    /// The advice for /dev/null, described as an adapter with this `timer`.
     fn advice_for(timer: &str) -> Option<String> {
         let folder = tempfile::tempdir().unwrap();
         let described = folder.path().join("null/device");

@@ -1,10 +1,10 @@
 //! Ports on real serial lines.
 //!
-//! Comes in: which device each bus is on. Goes out: bytes, without ever waiting for a line; one wait for all
-//! lines at once. A line that hangs up is gone, costs nothing while it is, and comes back by itself when its
-//! device does, with the same servos on it: a thread of its own tries to open it again and asks who is there,
-//! because both take milliseconds.
-//! After opening, nothing here allocates and no thread is needed for a line that works.
+//! Takes the device of each bus. Moves bytes without ever waiting for a single line; one wait covers all lines.
+//! A line that hangs up is gone and costs nothing while it is gone. It comes back by itself when its device does,
+//! with the same servos on it: a separate thread tries to reopen it and asks which servos are there, because both
+//! take milliseconds.
+//! After opening, nothing here allocates, and a line that works needs no thread.
 
 pub(crate) mod device;
 mod latency;
@@ -23,21 +23,21 @@ use crate::units::Time;
 pub use device::{Device, OpenCause, OpenError, OpenFault};
 use reopener::Reopener;
 
-/// Old input is thrown away in pieces of this size: as much as the system keeps of a line.
+/// Old input is discarded in pieces of this size: as much as the system keeps of a line.
 const PIECE_BYTES: usize = 4096;
-/// Pieces thrown away at most, so that a line that never falls silent cannot keep the loop.
+/// Most pieces discarded at once, so that a line that never falls silent cannot hold up the loop.
 const PIECES_MAX: usize = 16;
 
 /// A robot's serial lines, all open, none shared with another program.
 #[derive(Debug)]
 pub struct SerialPorts {
-    /// Each bus's line, and behind them that of the inertial measurement unit, if there is one; none while it is gone.
+    /// Each bus's line, then that of the inertial measurement unit, if there is one; `None` while a line is gone.
     lines: Vec<Option<TTYPort>>,
-    /// Place of the unit's line.
+    /// Index of the unit's line.
     imu: Option<usize>,
-    /// The buses' lines alone: nobody waits for the unit.
+    /// The buses' lines only: the loop never waits for the unit.
     poll_list: PollList,
-    /// None where a line that is lost is lost for good.
+    /// `None` if a lost line is lost for good.
     reopener: Option<Reopener>,
     /// Time 0 of the run, on the monotonic clock.
     start: Duration,
@@ -48,18 +48,18 @@ pub struct SerialPorts {
 }
 
 impl SerialPorts {
-    /// Opens the line of every bus, in the robot's order of buses: raw, 8N1, at its rate, for this program alone.
+    /// Opens the line of every bus, in the robot's order of buses: raw, 8N1, at its rate, exclusive.
     ///
     /// # Errors
-    /// Every device that cannot be used, and why. None is kept open then.
+    /// Every device that cannot be used, and why. Then no line stays open.
     pub fn open(devices: &[Device]) -> Result<SerialPorts, OpenError> {
         SerialPorts::open_with_imu(devices, None)
     }
 
-    /// The same, and the line of the inertial measurement unit.
+    /// Like [`SerialPorts::open`], with the line of the inertial measurement unit.
     ///
     /// # Errors
-    /// As [`SerialPorts::open`].
+    /// The same as [`SerialPorts::open`].
     pub fn open_with_imu(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts, OpenError> {
         let devices: Vec<Device> = buses.iter().chain(imu).cloned().collect();
         let lines = device::open_all(&devices)?;
@@ -79,7 +79,7 @@ impl SerialPorts {
         })
     }
 
-    /// The one line of `bus` of a robot of `count` buses, the others gone, on an open port: to ask who is on it.
+    /// On an open port, the one line of `bus` of a robot with `count` buses, the others gone: to ask who is on it.
     fn with_only(bus: usize, count: usize, port: TTYPort) -> SerialPorts {
         let mut poll_list = PollList::new(count);
         poll_list.set(bus, Some(&port));
@@ -99,12 +99,12 @@ impl SerialPorts {
         }
     }
 
-    /// Gives the line of `bus` back, if it is still there.
+    /// Returns the line of `bus`, if it is still there.
     fn into_line(mut self, bus: usize) -> Option<TTYPort> {
         self.lines.get_mut(bus).and_then(Option::take)
     }
 
-    /// What could be better about the lines, and how; a sentence each, for a person to read.
+    /// What could be better about the lines, and how; one sentence each, for a person to read.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -113,7 +113,7 @@ impl SerialPorts {
         self.lines.get(bus).and_then(Option::as_ref).ok_or(PortError::Gone { bus })
     }
 
-    /// Gives a line up, and has its device tried again.
+    /// Gives up a line and has its device tried again.
     fn lose(&mut self, bus: usize) -> PortError {
         if self.imu != Some(bus) {
             self.poll_list.set(bus, None);
@@ -125,7 +125,7 @@ impl SerialPorts {
         PortError::Gone { bus }
     }
 
-    /// Takes lines that are back into use.
+    /// Takes lines that have come back into use.
     fn take_back(&mut self) {
         while let Some((bus, port)) = self.reopener.as_ref().and_then(Reopener::returned) {
             if self.imu != Some(bus) {
@@ -148,7 +148,7 @@ impl Ports for SerialPorts {
     }
 
     fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
-        // An exchange begins here: it may find a line that was gone in the last one.
+        // An exchange begins here: it may use a line that was gone in the last one.
         self.take_back();
         let mut piece = [0; PIECE_BYTES];
         for _ in 0..PIECES_MAX {
@@ -164,7 +164,7 @@ impl Ports for SerialPorts {
         match rustix::io::write(line, bytes) {
             Ok(count) if count == bytes.len() => Ok(()),
             Ok(_) | Err(Errno::AGAIN | Errno::INTR) => {
-                // The line does not drain. Goals that leave it later would be old ones; a request cut short
+                // The line does not drain. Goals that left it later would be old; a request cut short
                 // shows as missing replies.
                 let _ = tcflush(line, QueueSelector::OFlush);
                 Ok(())
@@ -178,7 +178,7 @@ impl Ports for SerialPorts {
             return Ok(0);
         }
         match rustix::io::read(descriptor(self.line(bus)?), into) {
-            // A line that is there and has nothing would say so; this is the end of one that was hung up.
+            // A working line with no data would report that; this is the end of a line that was hung up.
             Ok(0) => Err(self.lose(bus)),
             Ok(count) => Ok(count),
             Err(Errno::AGAIN | Errno::INTR) => Ok(0),
@@ -194,7 +194,7 @@ impl Ports for SerialPorts {
     fn wait_for_input(&mut self, deadline: Time) {
         self.poll_list.wait_until(self.start + Duration::from_nanos(deadline.0));
         for bus in 0..self.imu.unwrap_or(self.lines.len()) {
-            // Without this, a line that is hung up would end every wait at once.
+            // Without this, a line that has hung up would end every wait at once.
             if self.poll_list.readiness(bus) == Readiness::HungUp {
                 self.lose(bus);
             }

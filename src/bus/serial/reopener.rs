@@ -1,4 +1,4 @@
-//! Opens lost lines again, beside the loop, and gives back those that have the same servos on them.
+//! Opens lost lines again, outside the loop, and returns those that still have the same servos.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
@@ -27,15 +27,15 @@ pub(super) struct Reopener {
 #[derive(Debug)]
 struct Shared {
     devices: Vec<Device>,
-    /// Whose servos are on the lines; none before they have been identified for the first time.
+    /// The robot whose servos are on the lines; empty before they have been identified for the first time.
     robot: OnceLock<Robot>,
-    /// What was last found wrong with the line of each bus. The loop stays away from it.
+    /// The last fault found on the line of each bus. The loop never locks it.
     strangers: Mutex<Vec<Option<String>>>,
 }
 
 impl Reopener {
     pub(super) fn start(devices: Vec<Device>) -> Reopener {
-        // A line is in one place at a time, so that neither channel is ever full.
+        // A line is in only one place at a time, so neither channel is ever full.
         let (lost, losses) = bounded(devices.len());
         let (returns, returned) = bounded(devices.len());
         let strangers = Mutex::new(vec![None; devices.len()]);
@@ -45,18 +45,18 @@ impl Reopener {
         Reopener { lost: Some(lost), returned, shared, thread: Some(thread) }
     }
 
-    /// Lines that are lost from now on come back only with the servos of `robot`.
+    /// From now on a lost line comes back only with the servos of `robot`.
     pub(super) fn expect(&self, robot: &Robot) {
         let _ = self.shared.robot.set(robot.clone());
     }
 
-    /// What was found wrong with lines that were open again, a sentence each.
+    /// Faults found on lines that were open again, a sentence each.
     pub(super) fn strangers(&self) -> Vec<String> {
         let strangers = self.shared.strangers.lock().unwrap_or_else(PoisonError::into_inner);
         strangers.iter().flatten().cloned().collect()
     }
 
-    /// Has the line of `bus` closed and its device tried again. Never waits.
+    /// Closes the line of `bus` and has its device tried again. Never waits.
     pub(super) fn hand_over(&self, bus: usize, port: TTYPort) {
         if let Some(lost) = &self.lost {
             let _ = lost.try_send((bus, port));
@@ -88,7 +88,7 @@ fn reopen(shared: &Shared, losses: &Receiver<(usize, TTYPort)>, returns: &Sender
         };
         match loss {
             Ok((bus, port)) => {
-                // The system keeps a device's name taken until the dead line is closed.
+                // The system keeps the device's name occupied until the dead line is closed.
                 drop(port);
                 lost.push(bus);
             }
@@ -103,17 +103,17 @@ fn reopen(shared: &Shared, losses: &Receiver<(usize, TTYPort)>, returns: &Sender
 }
 
 impl Shared {
-    /// Gives a line back that was opened again, if the servos of `bus` are on it. Only reads.
+    /// Returns a reopened line if the servos of `bus` are on it. Only reads.
     fn recognise(&self, bus: usize, port: TTYPort) -> Option<TTYPort> {
         let Some(robot) = self.robot.get() else { return Some(port) };
         if bus >= robot.buses.len() {
-            // An inertial measurement unit has no name to ask for.
+            // An inertial measurement unit has no identity to ask for.
             return Some(port);
         }
         let mut buses = Buses::new(robot, SerialPorts::with_only(bus, robot.buses.len(), port));
         let found = match buses.company(robot, bus) {
             Company::Own => return buses.into_ports().into_line(bus),
-            // They may have no power yet.
+            // The servos may have no power yet.
             Company::Nobody => return None,
             Company::Stranger(found) => found,
         };

@@ -5,14 +5,14 @@ use serialport::SerialPort;
 
 use super::*;
 
-/// The far end of a line, and the device for the near one.
+/// The far end of a line, and the device of the near end.
 fn line(bus: &str, baud: u32) -> (TTYPort, Device) {
     let (far, near) = TTYPort::pair().unwrap();
     let path = PathBuf::from(near.name().unwrap());
     (far, Device { bus: bus.into(), path, baud, adapter_latency_us: 1000 })
 }
 
-/// Far enough away never to come in a test that works.
+/// A time so late that a working test never reaches it.
 fn much_later(ports: &mut SerialPorts) -> Time {
     ports.now() + Duration::from_secs(60)
 }
@@ -123,7 +123,7 @@ fn a_line_hung_up_is_gone_and_ends_no_wait_but_the_first() {
 fn a_line_that_does_not_drain_takes_no_time() {
     let (_far, device) = line("legs", 1_000_000);
     let mut ports = SerialPorts::open(&[device]).unwrap();
-    // Nobody reads: the terminal is full after a while.
+    // No program reads the far end: the terminal is full after a while.
     for _ in 0..1000 {
         ports.send(0, &[0x55; 700]).unwrap();
     }
@@ -143,7 +143,7 @@ fn the_imus_line_is_read_without_waiting_and_ends_no_wait() {
     let mut ports = SerialPorts::open_with_imu(&[bus], Some(&imu)).unwrap();
     assert_eq!(ports.receive_imu(&mut [0; 8]), Ok(0));
     far.write_all(b"here").unwrap();
-    // They are not looked at, so that a wait for servos lasts as if they were not there.
+    // The wait for servos ignores these bytes and lasts as long as without them.
     let deadline = ports.now() + Duration::from_millis(2);
     ports.wait_for_input(deadline);
     assert!(ports.now() >= deadline);
@@ -158,7 +158,7 @@ fn the_imus_line_is_read_without_waiting_and_ends_no_wait() {
     drop(far);
     assert_eq!(ports.receive_imu(&mut piece), Err(PortError::ImuGone));
     assert_eq!(ports.receive(0, &mut piece), Ok(0), "the bus is there");
-    // Without one there is nothing to read, and nothing is wrong.
+    // Without a unit there is nothing to read, and no error.
     let (_far, bus) = line("arms", 1_000_000);
     assert_eq!(SerialPorts::open(&[bus]).unwrap().receive_imu(&mut piece), Ok(0));
 }
