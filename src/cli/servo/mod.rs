@@ -130,9 +130,9 @@ pub(super) struct Consent {
     yes: bool,
 }
 
-/// Does what `command` says.
+/// Carries out `command`.
 pub(super) fn servo(command: &ServoCommand) -> Result<()> {
-    // A write under way is finished.
+    // On Ctrl-C a write under way is finished.
     interrupt::catch()?;
     match command {
         ServoCommand::Read { which, register } => registers::read(which, register.as_deref()),
