@@ -1,4 +1,4 @@
-//! The command line: what the user typed, and which command does it.
+//! The command line: parses what the user typed, and calls the command.
 
 #[macro_use]
 mod say;
@@ -49,13 +49,13 @@ use crate::output::Place;
 
 /// Everything was done as asked.
 const COMPLETED: u8 = 0;
-/// Anything that has no code of its own.
+/// Any result without a code of its own.
 const FAILED: u8 = 1;
 /// A file or an option is wrong; nothing was touched.
 const BAD_INPUT: u8 = 2;
 /// Safety stopped the robot.
 const STOPPED_BY_SAFETY: u8 = 3;
-/// A replay found nothing wrong, but could not judge all of the run.
+/// A replay found nothing wrong, but could not judge the whole run.
 const NOT_ALL_JUDGED: u8 = 4;
 /// The robot fell and lies limp.
 const FALLEN: u8 = 5;
@@ -218,7 +218,7 @@ enum Command {
 }
 
 impl Command {
-    /// The files that it is given, the one it is about first.
+    /// The files in its arguments, the main one first.
     fn files(&self) -> Vec<&Path> {
         let (about, others): (_, Vec<&Option<PathBuf>>) = match self {
             Command::Check { robot, urdf } => (robot, vec![urdf]),
@@ -274,7 +274,7 @@ struct UnitArguments {
 }
 
 impl UnitArguments {
-    /// Lets simulated joints turn freely where that was asked for, or where the file has no body.
+    /// Lets simulated joints turn freely if the user asked for it, or if the file has no body.
     fn take_physics_off(&self, robot: &mut Robot, unit: Option<&UnitFile>) {
         let is_simulated = ports::is_simulated(self, unit).unwrap_or_default();
         if is_simulated && (self.no_physics || robot.physics.is_none()) {
@@ -517,12 +517,12 @@ impl From<Ik> for Method {
     }
 }
 
-/// Writes `text` to its place: all of it, or nothing.
+/// Writes all of `text` to its place, or nothing.
 fn write_whole(place: &Place, text: &str) -> anyhow::Result<()> {
     place.write(text.as_bytes()).with_context(|| format!("{} could not be written", place.path().display()))
 }
 
-/// Parses the command line, does what it says, and returns the exit code.
+/// Parses the command line, carries out the command, and returns the exit code.
 pub fn main() -> ExitCode {
     let arguments = match refusal::parse() {
         Ok(arguments) => arguments,

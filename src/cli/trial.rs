@@ -1,4 +1,4 @@
-//! `hippocamp try`: how a robot falls, over many pushes; and what becomes of it while everything goes wrong.
+//! `hippocamp try`: how a robot falls, over many pushes; and how it copes while everything goes wrong.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ struct Json<'a> {
     trials: &'a [Tried],
 }
 
-/// Tries what is to be tried.
+/// Runs the trials that the options ask for.
 pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
     if options.faults.is_some() {
         return try_faults(options);
@@ -67,7 +67,7 @@ pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
     }
 }
 
-/// Tries falls, and says how they went.
+/// Tries falls, and prints the results.
 fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let mut outputs = Outputs::of_reading([robot_file]);
     let mut place = |option: &str, path: &Option<PathBuf>| {
@@ -141,7 +141,7 @@ fn headline(options: &TryArguments, robot_file: &Path, trials: &Trials) -> Strin
     )
 }
 
-/// A bar on a terminal; elsewhere nothing but the end.
+/// Draws a progress bar on a terminal; elsewhere prints only the end.
 #[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done: u64, of: u64) {
     let mut err = std::io::stderr().lock();
@@ -155,14 +155,14 @@ fn show(done: u64, of: u64) {
     let _ = err.flush();
 }
 
-/// The trial with the hardest push of these.
+/// The trial with the hardest push among these.
 fn hardest<'t>(option: &str, what: &str, trials: impl Iterator<Item = &'t Tried>) -> Result<&'t Scene> {
     let hardest = trials.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
     let none = || BadInput(format!("{option}: none of these trials was {what}; more of them may have one"));
     Ok(&hardest.ok_or_else(none)?.scene)
 }
 
-/// Draws `scene`, met in each of these ways, one below the other.
+/// Draws `scene`, once for each response to it, one below the other.
 fn write_picture(
     place: &Place,
     trials: &Trials,
