@@ -25,7 +25,7 @@ pub(super) struct TryArguments {
     /// The robot file; with --faults as many as wanted.
     #[arg(required = true, value_name = "ROBOT")]
     pub(super) robots: Vec<PathBuf>,
-    /// Try faults in the place of falls: "random" draws them anew for each episode; a file of a folder of findings is
+    /// Try faults instead of falls: "random" draws new ones for each episode; a file of a folder of findings is
     /// played with --episode.
     #[arg(long, value_name = "random|FILE", conflicts_with_all = ["runs", "is_json", "picture", "kept"])]
     pub(super) faults: Option<PathBuf>,

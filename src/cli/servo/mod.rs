@@ -22,7 +22,7 @@ pub(super) enum ServoCommand {
     Read {
         #[command(flatten)]
         which: Which,
-        /// Its name; none for all registers.
+        /// Its name; leave it out to read all registers.
         register: Option<String>,
     },
     /// Writes a register by name, in the unit 'servo read' shows.
@@ -52,7 +52,7 @@ pub(super) enum ServoCommand {
         /// The file (TOML); must not be there yet.
         file: PathBuf,
     },
-    /// Gives the servo the settings that a file of 'servo backup' holds, byte for byte, id and rate included.
+    /// Restores the settings in a file of 'servo backup', byte for byte, id and rate included.
     #[command(after_help = "Example: hippocamp servo restore /dev/ttyUSB0 1 left_hip.toml")]
     Restore {
         #[command(flatten)]
@@ -83,21 +83,21 @@ pub(super) enum ServoCommand {
         #[command(flatten)]
         consent: Consent,
     },
-    /// Makes where the shaft stands now the middle of the servo's counts.
+    /// Makes the shaft's present position the middle of the servo's counts.
     Center {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
         consent: Consent,
     },
-    /// Starts the servo anew, as after power-on: clears an overload, for one.
+    /// Restarts the servo, as after power-on: this clears an overload, for example.
     Reboot {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
         consent: Consent,
     },
-    /// Takes every setting back to what the factory set, but for id and rate.
+    /// Resets every setting to the factory value, except id and rate.
     Reset {
         #[command(flatten)]
         which: Which,
