@@ -17,7 +17,7 @@ pub(crate) fn nearest_u8(value: f64) -> u8 {
     u8::try_from(round_to_i64(value).clamp(0, 255)).unwrap_or(u8::MAX)
 }
 
-/// Seconds as whole nanoseconds, 0 for what is negative or NaN.
+/// Seconds as whole nanoseconds, 0 for negative values and NaN.
 pub(crate) fn nanoseconds(seconds: f64) -> u64 {
     u64::try_from(round_to_i64(seconds * 1e9)).unwrap_or(0)
 }

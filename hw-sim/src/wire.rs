@@ -110,7 +110,7 @@ impl Wire {
         self.next.map(|(at, _)| at)
     }
 
-    /// When the first burst under way or to come will have crossed whole.
+    /// When the first burst, under way or pending, will have crossed completely.
     pub(crate) fn next_burst_end_ns(&self) -> Option<u64> {
         let ahead = self.bursts.iter().filter(|burst| burst.sent < burst.bytes.len());
         ahead.map(|burst| burst.end_ns).min()
@@ -120,7 +120,7 @@ impl Wire {
         self.baud
     }
 
-    /// The host talks and listens at this rate from now on; what is under way goes on at the rate it began with.
+    /// Sets the rate at which the host talks and listens from now on; a burst under way keeps its own rate.
     pub(crate) fn set_baud(&mut self, baud: u32) {
         self.baud = baud.max(1);
     }

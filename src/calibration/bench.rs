@@ -125,7 +125,7 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         }
     }
 
-    /// The servo of a joint as the robot file has it.
+    /// The servo of a joint, with the settings of the robot file.
     pub(super) fn servo(&self, joint: usize) -> Result<Servo, CalibrateError> {
         self.robot.joints[joint].servo.ok_or_else(|| CalibrateError::lost(self.robot, joint))
     }

@@ -253,13 +253,13 @@ impl Command {
     }
 }
 
-/// Which built robot, and whether it is there.
+/// Options that name the built robot and its devices, or ask for a simulated one.
 #[derive(Debug, clap::Args)]
 struct UnitArguments {
     /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's (paths in /dev/serial/by-id stay the same).
+    /// Serial device of a bus, instead of the unit file's (paths in /dev/serial/by-id stay the same).
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
     /// Run on simulated buses, even where the unit file names devices.
@@ -308,7 +308,7 @@ struct DoctorArguments {
     /// The unit file [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's.
+    /// Serial device of a bus, instead of the unit file's.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
     /// Print all of it as JSON.
@@ -344,7 +344,7 @@ struct ImuArguments {
     /// The unit file [default: the robot file's name with .unit.toml for .toml].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of the unit, as imu=PATH, in the place of the unit file's.
+    /// Serial device of the unit, as imu=PATH, instead of the unit file's.
     #[arg(long = "port", value_name = "imu=PATH")]
     ports: Vec<ports::PortOption>,
 }
@@ -357,10 +357,10 @@ struct CalibrateArguments {
     /// The unit file to write [default: the robot file's name with .unit.toml for .toml].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's; kept there if it has none.
+    /// Serial device of a bus, instead of the unit file's; kept there if it has none.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
-    /// Forget what is known of these joints, or of all if none is named, and calibrate them again.
+    /// Forget the calibration of these joints, or of all if none is named, and calibrate them again.
     #[arg(long, value_name = "JOINT", num_args = 0..)]
     again: Option<Vec<String>>,
     /// Ask nothing: measure the pose once the robot is still, write cures into the servos, and take a joint's
@@ -374,7 +374,7 @@ struct CalibrateArguments {
 struct MonitorArguments {
     /// The robot file.
     robot: PathBuf,
-    /// Print a line of JSON each time, in the place of a table.
+    /// Print a line of JSON each time instead of a table.
     #[arg(long = "json")]
     is_json: bool,
     /// End after this many seconds [default: at Ctrl-C].
@@ -434,7 +434,7 @@ struct SimArguments {
     /// Joints whose servo is mounted the other way round than the robot file says.
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     reversed: Vec<String>,
-    /// Where the limp joints are at the start, how the horns were put on, and all other chance.
+    /// Seed for the start angles of the limp joints, the mounting of the horns, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Let the joints turn freely, even where the robot file has a [physics] section.
@@ -467,15 +467,15 @@ struct RunArguments {
     /// For a figure: the pose to take, one of those that 'hippocamp check' lists [default: stand].
     #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed", "stroke"])]
     pose: Option<String>,
-    /// How long to walk, or to go on with a stroke, show or pose, in seconds, before slowing down.
-    /// [default: 20; a show goes on until it is told to end]
+    /// How long to walk, or to perform a stroke, show or pose, in seconds, before slowing down.
+    /// [default: 20; a show runs until you end it]
     #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
     walk_for_s: Option<f64>,
     #[command(flatten)]
     driver: drivers::DriverArguments,
     #[command(flatten)]
     unit: UnitArguments,
-    /// Where the limp joints of the simulated robot are at the start, and all other chance.
+    /// Seed for the start angles of the simulated robot's limp joints, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
           allow_negative_numbers = true, value_parser = seed)]
     seed: u64,

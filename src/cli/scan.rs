@@ -25,7 +25,7 @@ pub(super) struct ScanArguments {
     /// Look at this rate only (bit/s); may be given several times [default: all that servos have].
     #[arg(long = "baud", value_name = "BAUD")]
     bauds: Vec<u32>,
-    /// Look for servos of this language only.
+    /// Look for servos with this protocol only.
     #[arg(long, value_enum)]
     protocol: Option<Language>,
     /// Look at these ids only, such as 1-20,40.
@@ -33,7 +33,7 @@ pub(super) struct ScanArguments {
     ids: Ids,
 }
 
-/// The language of servos, as it is typed.
+/// The protocol of servos, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Language {
     /// Dynamixel Protocol 2.0.

@@ -34,16 +34,16 @@ pub(super) struct TryArguments {
     /// How many trials.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     runs: u64,
-    /// Chance behind all of them: pushes, speeds, friction.
+    /// Seed of all trials: of their pushes, speeds and friction.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = super::seed)]
     pub(super) seed: u64,
     /// Print every trial and the figures as JSON.
     #[arg(long = "json")]
     is_json: bool,
-    /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
+    /// Draw one fall, passive and with the reflex, to this file (SVG): under the hardest push that made it fall.
     #[arg(long, value_name = "FILE")]
     pub(super) picture: Option<PathBuf>,
-    /// Draw how it kept its feet against the hardest push that did not throw it, to this file (SVG).
+    /// Draw how it kept its feet against the hardest push that did not make it fall, to this file (SVG).
     #[arg(long, value_name = "FILE")]
     pub(super) kept: Option<PathBuf>,
 }

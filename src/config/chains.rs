@@ -10,7 +10,7 @@ use super::unique::Unique;
 use super::{arms, ball, meters, physics};
 use crate::model::{Joint, hinges_in_place, is_ball_joint};
 
-/// Largest accepted error in the length of an axis; the axis is then normalised.
+/// Largest accepted difference of an axis's length from 1; the length is then made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
 
 /// A shorter last link has no reliable direction.

@@ -48,14 +48,14 @@ pub enum FaultKind {
     BrownOut,
     /// The servo restarts, once.
     Reset,
-    /// The supply of the whole bus has another voltage.
+    /// The supply of the whole bus changes to the given voltage.
     LowVoltage {
         /// The voltage, V.
         volts: f64,
     },
     /// Something pushes the trunk.
     Push(ScriptedPush),
-    /// The servo has another temperature; afterwards it cools as it would.
+    /// The servo has the given temperature; afterwards it cools normally.
     Hot {
         /// The temperature, °C.
         celsius: f64,

@@ -21,7 +21,7 @@ const PROTECTION_CURRENT_MAX: i64 = 500;
 pub(super) struct Protection {
     /// Time with more drive than the overload torque, s.
     loaded_s: f64,
-    /// The drive at which the overload began; 0 while there is none.
+    /// The drive at which the overload began; `None` while there is no overload.
     overload: Option<f64>,
     /// Time with more current than the protection current, s.
     current_s: f64,

@@ -191,13 +191,13 @@ pub(super) struct CampaignArguments {
     /// How long, in virtual hours, all robots together.
     #[arg(long, value_name = "H", default_value_t = 1.0, requires = "faults", value_parser = hours)]
     pub(super) hours: f64,
-    /// Where findings and what is done are kept; made if it is not there.
+    /// Folder for findings and finished episodes; made if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "campaign-findings", requires = "faults")]
     pub(super) out: PathBuf,
-    /// Go on with what is kept there, of the same robots in the same order and the same seed.
+    /// Continue the campaign in that folder, with the same robots in the same order and the same seed.
     #[arg(long, requires = "faults")]
     pub(super) resume: bool,
-    /// Play only the episode with this number, and say all of it.
+    /// Play only the episode with this number, and print all of it.
     #[arg(long, value_name = "N", requires = "faults")]
     pub(super) only: Option<u64>,
     /// Play the episode of this file, of a folder of findings; its faults are those of --faults FILE.

@@ -23,7 +23,7 @@ use pad::Pad;
 /// Smallest allowed limit on a pad's silence: one cycle of the slowest loop.
 const SILENCE_SMALLEST_S: f64 = 0.1;
 
-/// Who drives.
+/// Options that choose the driver.
 #[derive(Debug, clap::Args)]
 pub(super) struct DriverArguments {
     /// Drive by this motion script (TOML; see docs/scripts.md).

@@ -1,4 +1,4 @@
-//! `hippocamp servo`: one servo read, written, given another id or rate, centred, reset, kept in a file.
+//! `hippocamp servo`: reads, writes, centres, resets or backs up one servo, or changes its id or rate.
 
 mod backup;
 mod change;
@@ -13,7 +13,7 @@ use super::interrupt;
 use super::scan::Language;
 use crate::model::Protocol;
 
-/// What is done with one servo.
+/// A command for one servo.
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum ServoCommand {
     /// Reads a register by name, or all of them.
@@ -106,7 +106,7 @@ pub(super) enum ServoCommand {
     },
 }
 
-/// Which servo.
+/// Options that identify a servo.
 #[derive(Debug, clap::Args)]
 pub(super) struct Which {
     /// The serial device, such as /dev/ttyUSB0 or a path in /dev/serial/by-id.
@@ -117,12 +117,12 @@ pub(super) struct Which {
     /// Its rate, bit/s [default: found].
     #[arg(long)]
     baud: Option<u32>,
-    /// Its language [default: found].
+    /// Its protocol [default: found].
     #[arg(long, value_enum)]
     protocol: Option<Language>,
 }
 
-/// Whether to ask first.
+/// The option to write without asking.
 #[derive(Debug, clap::Args)]
 pub(super) struct Consent {
     /// Write without asking.

@@ -36,7 +36,7 @@ pub(super) struct SetupArguments {
     /// none.
     #[arg(long, value_name = "FILE")]
     pub(super) unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's; written to the unit file.
+    /// Serial device of a bus, instead of the unit file's; written to the unit file.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<PortOption>,
     /// Do not ask: wait for each servo to appear, and set it up.
