@@ -23,7 +23,7 @@ use super::unit;
 use super::{BadInput, COMPLETED, FAILED, FALLEN, RunArguments, STOPPED_BY_SAFETY, Several, write_whole};
 use crate::bus::{SerialPorts, SimPorts};
 use crate::capability::{Capability, HorseCapability};
-use crate::config::UnitFile;
+use crate::config::{RobotFile, UnitFile};
 use crate::input::read_text;
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
@@ -114,8 +114,9 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     #[cfg(debug_assertions)]
     let file = file.map(provoke::Sink::new);
     let recorder = recording.as_ref().zip(file);
-    let recorder =
-        recorder.map(|(of, file)| recorder_into(file, of.name(), robot, &plan, options)).transpose()?;
+    let recorder = recorder
+        .map(|(of, file)| recorder_into(file, of.name(), &loaded.file, &plan, options))
+        .transpose()?;
     let ended = said_afterwards(|| match ports {
         AnyPorts::Simulated(ports) => Ok(run_recorded(robot, plan, ports, recorder, terminal(None))?),
         AnyPorts::Serial(ports, guard) => {
@@ -343,26 +344,31 @@ fn keep(recording: &mut RecordingFile, report: &mut Report) {
 fn recorder_into(
     sink: impl Write + Send + 'static,
     name: &str,
-    robot: &Robot,
+    file: &RobotFile,
     plan: &RunPlan,
     options: &RunArguments,
 ) -> Result<Recorder> {
     // A recording that outgrows a limit of the system breaks off; it must not kill the controller.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("signals could not be caught")?;
-    let robot_text = read_text(&options.robot)
-        .with_context(|| format!("{} could not be read again", options.robot.display()))?;
     // A virtual run is the same at any time of day, and so is its recording.
     let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
     let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let header = RunHeader::new(
-        robot,
+        &file.robot,
         plan,
         &options.robot.display().to_string(),
         u64::try_from(started_ns).unwrap_or_default(),
     );
-    Recorder::start(robot, header, robot_text, name.to_owned(), sink, options.unit.is_virtual)
-        .context("the recording could not be started")
+    Recorder::start(
+        &file.robot,
+        header,
+        file.text().to_owned(),
+        name.to_owned(),
+        sink,
+        options.unit.is_virtual,
+    )
+    .context("the recording could not be started")
 }
 
 fn write_report(place: &Place, report: &Report) -> Result<()> {

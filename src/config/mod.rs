@@ -111,6 +111,11 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
+    /// The text it was read from.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
     /// A fault at a key path such as `motion.stand_height_mm` or `chain[1].joint[3].range_deg` (list indices from
     /// 0), with its line and value: for faults that only later checks can find.
     pub fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {

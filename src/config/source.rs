@@ -72,6 +72,10 @@ impl Source {
         Source { file: file.to_owned(), text: text.to_owned(), lines: Lines::of(text), top: table(document) }
     }
 
+    pub(super) fn text(&self) -> &str {
+        &self.text
+    }
+
     /// A fault at a key; if the key is not set, at the section that lacks it.
     pub(super) fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
         self.fault_in(self.nearest_line(key), key.to_owned(), self.find(key), expected.into())

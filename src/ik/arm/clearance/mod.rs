@@ -24,8 +24,10 @@ const RETURN_S: f64 = 2.0;
 /// More than the distance there should be, as a share of it: safety may hold single joints back, which turns an arm a
 /// little otherwise than was found good here.
 const RESERVE_SHARE: f64 = 0.25;
-/// Corrections in one cycle.
+/// Most times all pairs are looked at in one cycle, and most corrections: each takes some tens of microseconds, and the
+/// loop has milliseconds.
 const PASSES: u32 = 8;
+const CORRECTIONS_MAX: u64 = 48;
 /// Distances this much short of what they should be are good, m.
 const GOOD_M: f64 = 1e-6;
 
@@ -120,20 +122,27 @@ impl Clearance {
     }
 
     fn part(&mut self, mode: Mode) {
+        let most = self.corrections + CORRECTIONS_MAX;
         for _ in 0..PASSES {
-            let mut corrections = 0;
+            let before = self.corrections;
+            let mut corrections = before;
             self.visit_pairs(
                 |a, b, near, short_m| {
+                    if corrections < most {
+                        near.part(a, b, short_m);
+                    }
                     corrections += 1;
-                    near.part(a, b, short_m);
                 },
                 mode,
                 GOOD_M,
             );
-            if corrections == 0 {
+            self.corrections = corrections.min(most);
+            if corrections == before {
                 return;
             }
-            self.corrections += corrections;
+            if corrections > most {
+                break;
+            }
         }
         // Where that did not help, who is too near stays where it is: then all distances are what they were.
         for _ in 0..=self.arms.len() {
