@@ -1,6 +1,6 @@
-//! What the controller computes: inverse kinematics of a leg and of an arm, and a cycle's stages up to the bus.
+//! The controller's computations: inverse kinematics of a leg and of an arm, and a cycle's stages up to the bus.
 //!
-//! `cargo bench --bench compute`. Compare figures of one run only: machines differ, and drift.
+//! `cargo bench --bench compute`. Compare results of one run only: machines differ, and drift.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
@@ -80,7 +80,7 @@ fn leg(bencher: Bencher, name: &str) {
     });
 }
 
-/// One leg whose target stays: the finish alone, one step of it.
+/// One leg whose target stays: only the finish, one step of it.
 #[divan::bench]
 fn leg_that_stands(bencher: Bencher) {
     let (robot, plan, targets) = targets_of_a_period();
@@ -98,7 +98,7 @@ fn leg_that_stands(bencher: Bencher) {
     });
 }
 
-/// One leg, from limp poses to targets it does not reach: sweeps, finish and the search of all cells.
+/// One leg, from limp poses to targets out of its reach: sweeps, finish and the search of all cells.
 #[divan::bench(args = [0, 1])]
 fn leg_out_of_reach(bencher: Bencher, leg: usize) {
     let (robot, _, _) = targets_of_a_period();
@@ -133,7 +133,7 @@ fn four_legs(bencher: Bencher) {
     });
 }
 
-/// A horse that trots as it is told, and its command.
+/// A horse that trots on command, and its command.
 fn driven() -> (Robot, Drive, Command) {
     let (robot, plan, _) = trotting();
     let trot = plan.settings.gaits.iter().position(|gait| gait.name == "trot").unwrap();
@@ -145,7 +145,7 @@ fn driven() -> (Robot, Drive, Command) {
     (robot, drive, command)
 }
 
-/// Following a command that is being done, four legs' targets, and their inverse kinematics.
+/// Following an unchanged command: four legs' targets, and their inverse kinematics.
 #[divan::bench]
 fn targets_and_four_legs(bencher: Bencher) {
     let (robot, mut drive, command) = driven();
@@ -162,7 +162,7 @@ fn targets_and_four_legs(bencher: Bencher) {
     });
 }
 
-/// The cycle in which something new is asked: plans are made and looked through until one fits, or none does now.
+/// The cycle in which a new command comes: makes and checks plans until one fits, or none does now.
 #[divan::bench(args = ["stand", "walk", "gallop-left", "auto"])]
 fn a_new_command(bencher: Bencher, gait: &str) {
     let (robot, drive, command) = driven();
@@ -172,7 +172,7 @@ fn a_new_command(bencher: Bencher, gait: &str) {
         .bench_local_refs(|drive| drive.step(robot.period_s(), Some(black_box(new))));
 }
 
-/// Ports that answer each request at once with what was once answered: no wire, no wait.
+/// Ports that answer each request at once with a stored answer: no wire, no wait.
 struct Canned {
     replies: Vec<Vec<u8>>,
     pending: Vec<bool>,
@@ -208,7 +208,7 @@ impl Ports for Canned {
     fn wait_until(&mut self, _: Time) {}
 }
 
-/// Simulated ports that keep what was received last on each bus.
+/// Simulated ports that keep the last bytes received on each bus.
 struct Tap {
     inner: SimPorts,
     received: Vec<Vec<u8>>,
@@ -398,7 +398,8 @@ fn eight_arms_from_cold(bencher: Bencher) {
     });
 }
 
-/// The weight of a horse shared over its feet, from one cycle of a trot to the next; and with no answer to start from.
+/// Distributes the weight of a horse over its feet, from one cycle of a trot to the next; or without a previous
+/// solution.
 #[divan::bench(args = ["trot", "anew"])]
 fn standing(bencher: Bencher, case: &str) {
     let (robot, plan, targets) = targets_of_a_period();
@@ -427,8 +428,8 @@ fn standing(bencher: Bencher, case: &str) {
     });
 }
 
-/// The weight of a figure shared over the corners of its soles, from one cycle to the next on its way from standing to
-/// leaning and back; and with no answer to start from.
+/// Distributes the weight of a figure over the corners of its soles, from one cycle to the next on its way from
+/// standing to leaning and back; or without a previous solution.
 #[divan::bench(args = ["lean", "anew"])]
 fn standing_figure(bencher: Bencher, case: &str) {
     const CYCLES: u32 = 300;

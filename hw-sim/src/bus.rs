@@ -1,4 +1,4 @@
-//! One bus: adapter, line, servos. In: what the host sends and scripted faults. Out: bytes at the host.
+//! One bus: adapter, line, servos. In: bytes from the host and scripted faults. Out: bytes for the host.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use crate::supply::Supply;
 use crate::wire::{Crossed, Talker, Wire};
 use crate::{dynamixel, feetech};
 
-/// A packet with a pause this long in it is given up, so that noise cannot swallow the packet after it.
-/// Our choice; the makers state none.
+/// A packet with a pause this long inside is dropped, so that noise cannot swallow the packet after it. Our
+/// choice; the makers state none.
 const PACKET_PAUSE_NS: u64 = 10_000_000;
 /// Most bytes of one piece of noise.
 const NOISE_BYTES_MAX: usize = 8;
@@ -23,23 +23,23 @@ const NOISE_BYTES_MAX: usize = 8;
 /// put before them (FTDI AN232B-04).
 const HANDOVER_BYTES_MAX: usize = 62;
 
-/// Finds requests in what crosses the line; all servos hear the same, so they share it.
+/// Finds requests in the bytes that cross the line; all servos hear the same, so they share one decoder.
 #[derive(Debug)]
 enum Decoder {
     Dynamixel(dynamixel::packet::Decoder),
     Feetech(feetech::packet::Decoder),
 }
 
-/// A request that every servo of a bus has heard whole, as it crossed the line.
+/// A request that every servo of a bus has heard complete, as it crossed the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HeardRequest {
     /// When its last byte had crossed, ns since power-up.
     pub at_ns: u64,
-    /// Id it is for; 0xFE for all.
+    /// Id of its addressee; 0xFE for all.
     pub id: u8,
     /// Instruction, in the protocol's own numbers.
     pub instruction: u8,
-    /// What follows the instruction, without checksum or stuffing.
+    /// Bytes after the instruction, without checksum or stuffing.
     pub parameters: Vec<u8>,
 }
 
@@ -51,18 +51,18 @@ pub(crate) struct Bus {
     pub(crate) faults: BusFaults,
     pub(crate) supply: Supply,
     protocol: Protocol,
-    /// Register code of the host's rate; none where the servos know no such rate.
+    /// Register code of the host's rate; `None` if the servos know no such rate.
     baud_code: Option<i64>,
     decoder: Decoder,
     last_byte_ns: u64,
-    /// A byte of the host was spoilt since the last whole request.
+    /// True if a byte from the host was corrupted since the last complete request.
     is_spoilt: bool,
     latency_ns: u64,
-    /// Until when the host is sending what it has handed over.
+    /// Time until which the adapter sends the bytes it already has from the host.
     host_until_ns: u64,
-    /// Bytes for the host with the time each gets there, in order.
+    /// Bytes for the host with the arrival time of each, in order.
     inbox: VecDeque<(u64, u8)>,
-    /// Requests so far; none unless they are wanted.
+    /// Requests so far; `None` unless the caller wants them kept.
     pub(crate) requests: Option<Vec<HeardRequest>>,
     rng: Pcg64Mcg,
 }
@@ -111,20 +111,20 @@ impl Bus {
         self.inbox.partition_point(|&(at, _)| at <= now_ns)
     }
 
-    /// When the host gets its next byte, which may have been already.
+    /// When the host gets its next byte; may be in the past.
     pub(crate) fn first_arrival_ns(&self) -> Option<u64> {
         self.inbox.front().map(|&(at, _)| at)
     }
 
-    /// When to look here next, for a host that is served in pieces: when a burst has crossed, or the adapter has
-    /// a piece to hand over.
+    /// Next time to look at this bus, for a host that is served in pieces: when a burst has crossed, or the
+    /// adapter has a piece to hand over.
     pub(crate) fn next_handover_ns(&self) -> Option<u64> {
         let piece = self.inbox.len().min(HANDOVER_BYTES_MAX).checked_sub(1);
         let arrival = piece.and_then(|last| self.inbox.get(last)).map(|&(at, _)| at);
         arrival.into_iter().chain(self.wire.next_burst_end_ns()).min()
     }
 
-    /// The host talks and listens at this rate from now on, bit/s.
+    /// Sets the rate at which the host talks and listens from now on, bit/s.
     pub(crate) fn set_host_baud(&mut self, baud: u32) {
         self.wire.set_baud(baud);
         self.baud_code = self.protocol.baud_code(baud);
@@ -138,7 +138,7 @@ impl Bus {
         if self.is_unplugged(now_ns) { Err(Unplugged) } else { Ok(()) }
     }
 
-    /// Gives a servo a supply it can run on, or takes it away, and with it what it still had to say.
+    /// Switches a servo's supply on or off; when off, the servo's unsent bytes are dropped.
     pub(crate) fn set_power(&mut self, place: usize, has_power: bool, now_ns: u64) {
         let was_awake = self.servos[place].is_awake();
         self.servos[place].set_power(has_power, now_ns);
@@ -147,7 +147,7 @@ impl Bus {
         }
     }
 
-    /// Disconnects a servo, if there is one at this place: what it still had to say is not said.
+    /// Disconnects the servo at this index, if there is one; its unsent bytes are dropped.
     pub(crate) fn pull_servo_out(&mut self, place: usize) {
         if let Some(servo) = self.servos.get_mut(place) {
             servo.pull_out();
@@ -155,18 +155,18 @@ impl Bus {
         }
     }
 
-    /// When something next happens here by itself.
+    /// When the next event on this bus happens by itself.
     pub(crate) fn next_ns(&self) -> Option<u64> {
         self.wire.next_ns().into_iter().chain(self.faults.next_unplug_ns()).min()
     }
 
-    /// Lets that happen.
+    /// Carries out that event.
     pub(crate) fn step(&mut self) {
         let wire_ns = self.wire.next_ns();
         if let Some(unplug_ns) = self.faults.next_unplug_ns()
             && wire_ns.is_none_or(|at| unplug_ns <= at)
         {
-            // What was under way in either direction is lost with the adapter.
+            // Bytes on their way in either direction are lost with the adapter.
             self.faults.take_unplug();
             self.wire.cut(Talker::Host);
             self.host_until_ns = unplug_ns;
@@ -186,7 +186,7 @@ impl Bus {
         }
     }
 
-    /// Servos hear the host; they know their own kind's status packets and pass over them.
+    /// Lets the servos hear the host; they recognise status packets of their own kind and skip them.
     fn listen(&mut self, crossed: Crossed) {
         let is_late = crossed.at_ns > self.last_byte_ns + PACKET_PAUSE_NS;
         self.last_byte_ns = crossed.at_ns;
@@ -224,7 +224,7 @@ impl Bus {
         }
     }
 
-    /// After a request: which servos took what was not meant for them.
+    /// Notes, after a request, which servos took a command that was not meant for them.
     fn note_misled(&mut self) {
         let is_spoilt = std::mem::take(&mut self.is_spoilt);
         for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
@@ -234,7 +234,7 @@ impl Bus {
         }
     }
 
-    /// Keeps a request for those who look on, if any do.
+    /// Stores a request if the caller wants requests kept.
     fn keep(&mut self, at_ns: u64, id: u8, instruction: u8, parameters: &[u8]) {
         if let Some(requests) = &mut self.requests {
             requests.push(HeardRequest { at_ns, id, instruction, parameters: parameters.to_vec() });
@@ -246,8 +246,9 @@ impl Bus {
         self.servos.iter().position(|servo| servo.id() == id)
     }
 
-    /// Which servos understand the line: awake, right baud, and not silent by a fault. In groups in which no two
-    /// have the same id: those that have do not know of each other, and talk at the same time.
+    /// Servos that understand the line: awake, at the right baud rate, and not silenced by a fault. They come
+    /// in groups in which no two have the same id: servos with equal ids do not know of each other, and talk
+    /// at the same time.
     fn hearers(&self, now_ns: u64) -> Vec<Vec<bool>> {
         let mut groups = vec![vec![false; self.servos.len()]];
         let mut with_id = [0_usize; 256];
@@ -273,19 +274,19 @@ impl Bus {
         Some(servo.baud_code()) == self.baud_code
     }
 
-    /// Has servos whose script says so take another id for their own.
+    /// Makes servos take another id for their own if the fault script says so.
     fn mistake_ids(&mut self, now_ns: u64) {
         for (servo, home_id) in self.servos.iter_mut().zip(&self.faults.home_ids) {
             servo.wrong_id = self.faults.wrong_id(now_ns, *home_id);
         }
     }
 
-    /// Voltage at the servos, V: what a fault says, or the supply.
+    /// Voltage at the servos, V: the one a fault forces, or the supply's.
     pub(crate) fn volts(&self, now_ns: u64) -> f64 {
         self.faults.volts(now_ns).unwrap_or_else(|| self.supply.volts())
     }
 
-    /// The id a fault script knows the servo by: the one it was built with.
+    /// The id by which a fault script names the servo: the one it was built with.
     pub(crate) fn home_id(&self, servo: usize) -> u8 {
         self.faults.home_ids[servo]
     }
@@ -298,7 +299,7 @@ impl Bus {
                 Slot::Talk { servo, mut bytes, delay_ns, starts_packet } => {
                     let id = self.home_id(servo);
                     at += delay_ns + self.faults.late_ns(at, id);
-                    // It answers one request after the other.
+                    // A servo answers one request after the other.
                     at = at.max(self.wire.busy_until_ns(Talker::Servo(servo)));
                     if self.faults.flips_a_bit(at, id) {
                         let place = self.rng.random_range(0..bytes.len() * 8);

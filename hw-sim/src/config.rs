@@ -1,8 +1,8 @@
-//! What a world is built of: buses, their servos, and how both are set up.
+//! The parts of a world: buses, their servos, and the settings of both.
 
 use std::fmt;
 
-/// The language of a bus.
+/// The protocol of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
     /// ROBOTIS Dynamixel Protocol 2.0.
@@ -12,8 +12,8 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// Where in a reply's bytes that begin behind the header, the id and the length; of bytes that do not begin a packet,
-    /// at once.
+    /// Number of the first byte in a reply that follows header, id and length; 0 for bytes that do not begin
+    /// a packet.
     pub(crate) fn first_said(self, starts_packet: bool) -> usize {
         match self {
             _ if !starts_packet => 0,
@@ -79,16 +79,16 @@ impl fmt::Display for Protocol {
 pub struct BusConfig {
     /// Name that fault scripts use.
     pub name: String,
-    /// Language of every servo on it.
+    /// Protocol of every servo on it.
     pub protocol: Protocol,
-    /// Line rate of the host and of every servo at power-on, bit/s. One of the rates the protocol knows.
+    /// Line rate of the host and of every servo at power-on, bit/s. Must be a rate of the protocol.
     pub baud: u32,
     /// Time from a byte leaving the line to the host seeing it, µs.
     pub adapter_latency_us: u32,
     /// Supply voltage without current, V, above 0.
     pub supply_v: f64,
-    /// Resistance of the supply with its wires and plugs, ohm, 0 to 10: what the voltage at the servos sags by for each
-    /// ampere they draw.
+    /// Resistance of the supply with its wires and plugs, ohm, 0 to 10: the voltage at the servos sags by
+    /// this much for each ampere they draw.
     pub supply_ohm: f64,
     /// The servos; ids are unique on a bus.
     pub servos: Vec<ServoConfig>,
@@ -103,6 +103,6 @@ pub struct ServoConfig {
     pub id: u8,
     /// Time from the request's last bit to the reply's first, µs: even, 0..=508 (the register counts 2 µs).
     pub return_delay_us: u32,
-    /// Where the shaft stands at power-on, encoder counts; finite, may lie outside 0..=4095.
+    /// Shaft position at power-on, encoder counts; finite, may lie outside 0..=4095.
     pub position_counts: f64,
 }

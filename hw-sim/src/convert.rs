@@ -1,9 +1,12 @@
-//! The only places where a number may lose range or fraction. In: any number. Out: the nearest one that fits.
+//! The only functions in which a number may lose range or fraction. In: any number. Out: the nearest one that
+//! fits.
 
-/// Largest whole number that is made of any other: some can be added to it, and its sign changed.
+/// Largest whole number that a conversion returns: callers can still add to it and negate it without
+/// overflow.
 const LARGEST: i64 = 1 << 61;
 
-/// Nearest whole number; at most 2^61 in size, and NaN becomes 0. A body that a script throws far enough measures anything.
+/// Nearest whole number; at most 2^61 in size, and NaN becomes 0. A script can throw a body so far that its
+/// measurements have any size.
 #[expect(clippy::cast_possible_truncation, reason = "`as` saturates, and the value is already whole")]
 pub(crate) fn round_to_i64(value: f64) -> i64 {
     (value.round() as i64).clamp(-LARGEST, LARGEST)
@@ -14,12 +17,12 @@ pub(crate) fn nearest_u8(value: f64) -> u8 {
     u8::try_from(round_to_i64(value).clamp(0, 255)).unwrap_or(u8::MAX)
 }
 
-/// Seconds as whole nanoseconds, 0 for what is negative or NaN.
+/// Seconds as whole nanoseconds, 0 for negative values and NaN.
 pub(crate) fn nanoseconds(seconds: f64) -> u64 {
     u64::try_from(round_to_i64(seconds * 1e9)).unwrap_or(0)
 }
 
-/// The low byte of a sum: checksums are defined by it.
+/// The low byte of a sum, as checksums are defined.
 pub(crate) fn low_byte(value: u32) -> u8 {
     value.to_le_bytes()[0]
 }

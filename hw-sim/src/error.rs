@@ -1,10 +1,10 @@
-//! Why a world cannot be built, or a bus not used.
+//! Why a world cannot be built, or a bus cannot be used.
 
 use crate::body::BodyError;
 use crate::config::Protocol;
 use crate::faults::FaultError;
 
-/// The bus's adapter is not there: a scripted unplug is under way.
+/// The bus's adapter is gone: a scripted unplug is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the adapter is unplugged")]
 pub struct Unplugged;
@@ -24,7 +24,7 @@ pub enum BuildError {
         /// Models there are.
         known: String,
     },
-    /// The model speaks another language than its bus.
+    /// The model speaks another protocol than its bus.
     #[error("bus `{bus}`, servo {id}: {model} speaks {speaks}, the bus speaks {expected}")]
     WrongProtocol {
         /// Bus name.
@@ -33,19 +33,19 @@ pub enum BuildError {
         id: u8,
         /// Model asked for.
         model: String,
-        /// What the model speaks.
+        /// Protocol of the model.
         speaks: Protocol,
-        /// What the bus speaks.
+        /// Protocol of the bus.
         expected: Protocol,
     },
-    /// An id no servo can have.
+    /// An id that no servo can have.
     #[error("bus `{bus}`: id {id} is not possible; {protocol} servos have 0 to {max}")]
     BadId {
         /// Bus name.
         bus: String,
         /// The id.
         id: u8,
-        /// Language of the bus.
+        /// Protocol of the bus.
         protocol: Protocol,
         /// Highest possible id.
         max: u8,
@@ -64,42 +64,42 @@ pub enum BuildError {
         /// The name.
         bus: String,
     },
-    /// A line rate the protocol, or one of the models, does not know.
+    /// A line rate that the protocol, or one of the models, does not have.
     #[error("bus `{bus}`: {baud} bit/s is not possible; its servos know {known}")]
     BadBaud {
         /// Bus name.
         bus: String,
         /// The rate.
         baud: u32,
-        /// Rates there are.
+        /// Allowed rates.
         known: String,
     },
-    /// A number out of its range.
+    /// A number outside its range.
     #[error("bus `{bus}`: {key} is {value}; expected {expected}")]
     BadNumber {
         /// Bus name.
         bus: String,
-        /// Which field, with the servo where it is one of a servo.
+        /// The field, with the servo if it is one of a servo.
         key: String,
         /// Its value.
         value: String,
-        /// What it may be.
+        /// Allowed values.
         expected: &'static str,
     },
-    /// An inertial measurement unit that cannot be.
+    /// An impossible setting of the inertial measurement unit.
     #[error("inertial measurement unit: {key} is {value}; expected {expected}")]
     BadImu {
-        /// Which field.
+        /// The field.
         key: &'static str,
         /// Its value.
         value: String,
-        /// What it may be.
+        /// Allowed values.
         expected: String,
     },
     /// Faults on buses or servos that do not exist.
     #[error(transparent)]
     Faults(#[from] FaultError),
-    /// A body that cannot be.
+    /// An impossible body.
     #[error(transparent)]
     Body(#[from] BodyError),
 }

@@ -1,16 +1,17 @@
 //! Simulated servo buses that speak the same bytes as real ones.
 //!
-//! In: bytes the host sends, and the passing of virtual time. Out: the bytes that reach the host, each at the
-//! time it would on a real line, and the ground truth of every shaft and register for tests.
-//! Never: a global, or a call to the controller's code; and, but for [`pty`], which serves other programs in
-//! real time, a real clock or a wait. The codecs here are written from the makers' manuals alone, so that they
-//! are a second opinion on the controller's own.
+//! In: bytes the host sends, and the passing of virtual time. Out: the bytes that reach the host, each at the time
+//! it would on a real line, and the true state of every shaft and register for tests. Never uses a global or the
+//! controller's code; and, except for [`pty`], which serves other programs in real time, never a real clock or a
+//! wait. The codecs here are written from the makers' manuals alone, so that they are a second opinion on the
+//! controller's own.
 //!
-//! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when
-//! each byte crosses, and what two talkers do to each other), `dynamixel` and `feetech` (packets, and what a
-//! servo answers), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (what
-//! their current leaves of the voltage), `imu` (what feels how the trunk lies and turns), [`body`] (where joint torque meets joint motion: free shafts, or a robot on the
-//! ground), [`faults`] (what goes wrong, and when).
+//! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when each byte
+//! crosses, and what happens when two talk at once), `dynamixel` and `feetech` (packets, and the answers of
+//! servos), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (how the
+//! current of the servos lowers their voltage), `imu` (senses the attitude and rotation of the trunk), [`body`]
+//! (where joint torque meets joint motion: free shafts, or a robot on the ground), [`faults`] (what goes wrong, and
+//! when).
 //!
 //! ```
 //! use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};

@@ -1,6 +1,6 @@
-//! Servo models as data. Performance: ROBOTIS e-manual model pages (stall torque, current and no-load speed at
-//! the stated voltage); Feetech wiki product pages ST-3215-C001, ST-3215-C018, ST-3250-C001.
-//! Inertia and friction the makers do not publish: they are measured by others, or estimates, and marked so.
+//! Servo models as data. Performance: ROBOTIS e-manual model pages (stall torque, current and no-load speed at the
+//! stated voltage); Feetech wiki product pages ST-3215-C001, ST-3215-C018, ST-3250-C001. The makers do not publish
+//! inertia and friction: the values are measurements by others, or estimates, and are marked so.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ pub(crate) const COUNTS_PER_TURN: i64 = 4096;
 pub struct Model {
     /// Name in configurations.
     pub name: &'static str,
-    /// Language it speaks.
+    /// Its protocol.
     pub protocol: Protocol,
     /// Supply voltage of the figures below, V.
     pub nominal_voltage_v: f64,
@@ -29,13 +29,13 @@ pub struct Model {
     pub reflected_inertia_kg_m2: f64,
     /// Coulomb friction of the gearbox, N m (where not measured, estimate: 0.02 of stall torque).
     pub friction_nm: f64,
-    /// Share of the torque from outside that the gearbox at rest holds by itself.
+    /// Share of the external torque that the gearbox at rest holds by itself.
     pub holding_share: f64,
     /// Free play of the shaft, rad.
     pub backlash_rad: f64,
     /// Counts of the position registers in one turn of the shaft.
     pub counts_per_turn: f64,
-    /// Of Feetech's SCS series: a potentiometer, 10 bit, the high byte first.
+    /// True for Feetech's SCS series: a potentiometer, 10 bit, the high byte first.
     pub(crate) is_scs: bool,
     pub(crate) table: &'static [Register],
     pub(crate) changes: &'static [Change],
@@ -85,24 +85,24 @@ const fn model(
 
 use Protocol::{Dynamixel, Feetech};
 
-/// Measured on the STS3215 (kscalelabs/sysid, STS_3215_12V_20250317, model M4: 0.30), and taken for all.
+/// Measured on the STS3215 (kscalelabs/sysid, STS_3215_12V_20250317, model M4: 0.30), and used for all models.
 const HOLDING_SHARE: f64 = 0.30;
 
 /// An STS3215. Friction: Rhoban/bam, params/feetech_sts3215_7_4V (0.052 N m), and kscalelabs/sysid,
 /// STS_3215_12V_20250317 (0.053). Inertia: the same two (0.028 and 0.027 kg m²). Backlash: about 1 degree
-/// (TheRobotStudio/SO-ARM100#134). With the gain of its position loop these make 2.4 degrees of error under 1.5 kg at
-/// 10 cm and 45 degrees, and 1.8 to 2.6 were measured (same place).
+/// (TheRobotStudio/SO-ARM100#134). With the gain of its position loop these give an error of 2.4 degrees under 1.5
+/// kg at 10 cm and 45 degrees; 1.8 to 2.6 were measured (same source).
 const fn sts3215(model: Model) -> Model {
     Model { friction_nm: 0.052, backlash_rad: degrees(1.0), ..model }
 }
 
-/// Every model there is. Dynamixel inertias are guessed from gear ratio and motor size, so that a bare shaft
-/// comes to rest without ringing. The STS3215 stall current at 12 V and the STS3250's are estimates too. Backlash:
-/// ROBOTIS states 0.25 degrees for the XM430, which is taken for the XL series; STS3250: data sheet, at most 0.5;
-/// SCS0009: estimate.
+/// All models. Dynamixel inertias are guesses from gear ratio and motor size, so that a bare shaft comes to rest
+/// without ringing. The STS3215 stall current at 12 V and the STS3250's are estimates too. Backlash: ROBOTIS states
+/// 0.25 degrees for the XM430, used here for the XL series too; STS3250: data sheet, at most 0.5; SCS0009:
+/// estimate.
 ///
-/// No maker states a dead time. STS3250's data sheet gives 1 ms as the longest period of its position loop: a goal is
-/// taken at the next step of the motor, which is as long.
+/// No maker states a dead time. STS3250's data sheet gives 1 ms as the longest period of its position loop: here a
+/// goal takes effect at the next motor step, which has the same length.
 pub static MODELS: [Model; 8] = [
     model("XL330-M288", Dynamixel, 5.0, (0.52, 1.47), 103.0, 0.001, dynamixel_x::XL330_M288),
     model("XL430-W250", Dynamixel, 11.1, (1.4, 1.3), 57.0, 0.003, dynamixel_x::XL430_W250),
@@ -140,7 +140,7 @@ impl Model {
         self.stall_torque_nm / self.no_load_speed_rad_s
     }
 
-    /// Time from power or a restart until it hears and answers, ns. Feetech wiki, ft-scs 4.12: about 1800 ms.
+    /// Time from power-on or a restart until it hears and answers, ns. Feetech wiki, ft-scs 4.12: about 1800 ms.
     /// ROBOTIS states none; 0.4 s were measured on an XC330 (ROBOTIS-GIT/emanual issue 1698).
     pub(crate) fn start_ns(&self) -> u64 {
         match self.protocol {
@@ -149,8 +149,8 @@ impl Model {
         }
     }
 
-    /// Supply below which it stops to run and starts anew when there is more, V: its processor's own limit. No maker
-    /// states it: estimate for a 3.3 V processor behind a regulator.
+    /// Supply below which it stops; it restarts when the supply is higher again, V. This is the limit of its
+    /// processor. No maker states it: estimate for a 3.3 V processor behind a regulator.
     pub(crate) fn brown_out_v(&self) -> f64 {
         3.0
     }

@@ -2,9 +2,9 @@
 
 use crate::model::Model;
 
-/// Temperature of a servo that has done nothing, °C.
+/// Temperature of a servo that has not moved yet, °C.
 pub(crate) const REST_TEMPERATURE_C: f64 = 30.0;
-/// How far a servo held at stall warms in the end, K. Estimate: makers give limits of 70 to 80 °C and advise
+/// Final temperature rise of a servo held at stall, K. Estimate: makers give limits of 70 to 80 °C and advise
 /// against more than a fifth of stall torque for long.
 const STALL_HEATING_K: f64 = 120.0;
 /// Time constant of warming, s. Estimate for a case of some 60 g.
@@ -19,7 +19,7 @@ pub(crate) enum Drive {
     Duty(f64),
 }
 
-/// What changes in a motor.
+/// The state of a motor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motor {
     /// Share of the supply applied, -1..=1.
@@ -35,8 +35,8 @@ impl Motor {
         Motor { duty: 0.0, torque_nm: 0.0, temperature_c: REST_TEMPERATURE_C }
     }
 
-    /// Torque of this step, N m: the straight line from stall torque to no-load speed, scaled with the supply
-    /// by duty, while the back-EMF term depends on speed alone.
+    /// Torque of this step, N m: the straight line from stall torque to no-load speed. Duty scales it with the
+    /// supply, while the back-EMF term depends on speed alone.
     pub(crate) fn torque(&mut self, model: &Model, drive: Drive, supply_v: f64, speed_rad_s: f64) -> f64 {
         (self.duty, self.torque_nm) = match drive {
             Drive::Off => (0.0, 0.0),
@@ -48,13 +48,13 @@ impl Motor {
         self.torque_nm
     }
 
-    /// Winding current, A, signed as the torque.
+    /// Winding current, A, with the sign of the torque.
     pub(crate) fn current_a(&self, model: &Model) -> f64 {
         self.torque_nm / model.stall_torque_nm * model.stall_current_a
     }
 
-    /// Current it draws from the supply, A: the bridge turns the duty's share of the voltage into the winding's
-    /// current. Negative while it brakes into the supply.
+    /// Supply current, A: the bridge converts the duty's share of the voltage into the winding's current. Negative
+    /// while the motor brakes into the supply.
     pub(crate) fn supply_current_a(&self, model: &Model) -> f64 {
         self.duty * self.current_a(model)
     }

@@ -1,11 +1,10 @@
 //! Serves a [`World`] to other programs: every bus, and the inertial measurement unit, on a pseudo-terminal, in real
 //! time.
 //!
-//! In: bytes a program writes to a bus's terminal. Out: the servos' bytes, when they would have arrived. The
-//! bus is there under one path, a symbolic link, as an adapter is under `/dev/serial/by-id`: while a fault
-//! script has the adapter out, the terminal behind it is hung up, and afterwards there is a new one.
-//! The line rate is the one the program has set, and only servos set to the same understand it.
-//! One thread serves all buses. Linux only.
+//! In: bytes a program writes to a bus's terminal. Out: the servos' bytes, when they would have arrived. Each bus
+//! has one path, a symbolic link, as an adapter has under `/dev/serial/by-id`. While a fault script has the adapter
+//! out, the terminal behind the link is hung up; afterwards there is a new one. The line rate is the one the
+//! program has set, and only servos set to the same rate understand it. One thread serves all buses. Linux only.
 
 use std::fs;
 use std::io;
@@ -27,9 +26,9 @@ use rustix::time::{ClockId, clock_gettime};
 use crate::error::Unplugged;
 use crate::world::World;
 
-/// The server looks at least this often whether it is to stop and whether an adapter comes or goes, ns.
+/// Longest time between checks for a stop and for adapters that come or go, ns.
 const LOOK_EVERY_NS: u64 = 5_000_000;
-/// What the link to the inertial measurement unit is called.
+/// Name of the link to the inertial measurement unit.
 const IMU_LINK: &str = "imu";
 /// Bytes moved at once; a terminal holds no more.
 const PIECE_BYTES: usize = 4096;
@@ -57,17 +56,17 @@ impl std::fmt::Debug for Shared {
 }
 
 impl PtyServer {
-    /// Serves `world` from now on. Each bus is there as `folder` / its name when this returns. The world's clock
-    /// goes on from where it stands.
+    /// Serves `world` from now on. When this returns, each bus is at `folder` / its name. The world's clock
+    /// continues from its present time.
     ///
     /// # Errors
-    /// When there is no terminal to be had, or a link cannot be made in `folder`.
+    /// If the system has no free terminal, or a link cannot be made in `folder`.
     pub fn start(world: World, folder: &Path) -> io::Result<PtyServer> {
         PtyServer::start_prepared(world, folder, || {})
     }
 
-    /// The same from a thread that does `prepare` first: such as to ask the system for a priority, since no other
-    /// program delays the servos of a real line.
+    /// The same from a thread that calls `prepare` first. It may ask the system for a priority, for example, since
+    /// on a real line no other program delays the servos.
     ///
     /// # Errors
     /// As [`PtyServer::start`].
@@ -105,12 +104,13 @@ impl PtyServer {
         &self.links
     }
 
-    /// Where programs find the inertial measurement unit; none where there is none.
+    /// The path of the inertial measurement unit; `None` if the world has none.
     pub fn imu_path(&self) -> Option<&Path> {
         self.imu_link.as_deref()
     }
 
-    /// Looks at the world, brought up to the present, while it is being served. Be quick: it waits meanwhile.
+    /// Calls `look` with the world, advanced to the present, while it is being served. `look` should be quick: the
+    /// world waits meanwhile.
     pub fn with_world<R>(&self, look: impl FnOnce(&mut World) -> R) -> R {
         look(&mut self.shared.present_world())
     }
@@ -138,10 +138,10 @@ impl Shared {
     }
 }
 
-/// What hangs on a line.
+/// The device on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// A bus, by its place in the world.
+    /// A bus, by its index in the world.
     Bus(usize),
     /// The inertial measurement unit.
     Imu,
@@ -181,11 +181,11 @@ impl End {
 struct Line {
     end: End,
     link: PathBuf,
-    /// None while the adapter is out.
+    /// `None` while the adapter is out.
     terminal: Option<Terminal>,
 }
 
-/// Takes a link to a terminal away. Anything else of that name is somebody's, and stays.
+/// Removes a link to a terminal. Anything else of that name belongs to the user, and stays.
 fn clear(link: &Path) -> io::Result<()> {
     match fs::symlink_metadata(link) {
         Err(_) => Ok(()),
@@ -219,17 +219,17 @@ impl Line {
         Ok(())
     }
 
-    /// Hangs up on whoever has the terminal open.
+    /// Hangs up on every program that has the terminal open.
     fn pull_out(&mut self) {
         self.terminal = None;
         let _ = clear(&self.link);
     }
 
-    /// Moves what has come in either direction.
+    /// Moves the waiting bytes in both directions.
     fn exchange(&mut self, world: &mut World, piece: &mut [u8]) {
         match (self.end.is_unplugged(world), &self.terminal) {
             (true, Some(_)) => self.pull_out(),
-            // If there is no terminal to be had now, there may be one the next time.
+            // If the system has no free terminal now, it may have one the next time.
             (false, None) => drop(self.plug_in()),
             _ => {}
         }
@@ -243,14 +243,14 @@ impl Line {
             let _ = self.end.send(world, piece.get(..count).unwrap_or_default());
         }
         while let Ok(count @ 1..) = self.end.receive(world, piece) {
-            // Bytes a program leaves no room for are lost, as on any line without flow control.
+            // Bytes that a program leaves no room for are lost, as on any line without flow control.
             let _ = rustix::io::write(&terminal.master, piece.get(..count).unwrap_or_default());
         }
     }
 }
 
 impl Terminal {
-    /// A pair, raw already, so that nothing is echoed; and the path of the end for programs.
+    /// Opens a pair, already raw so that nothing is echoed; returns it and the path of the end for programs.
     fn open() -> io::Result<(Terminal, PathBuf)> {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&master)?;
@@ -290,7 +290,7 @@ fn wait_for_programs(lines: &[Line], time: Duration) {
     let mut masters: Vec<PollFd<'_>> =
         terminals.map(|terminal| PollFd::new(&terminal.master, PollFlags::IN)).collect();
     let Ok(timeout) = Timespec::try_from(time) else { return };
-    // Woken early, by a signal or a fault, the server only looks sooner.
+    // If a signal or a fault wakes it early, the server only looks sooner.
     let _ = poll(&mut masters, Some(&timeout));
 }
 

@@ -1,4 +1,5 @@
-//! What the servos of a bus say after a request, in order. In: nothing. Out: the data both protocols hand to the bus.
+//! The replies of the servos of a bus after a request, in order. In: nothing. Out: the data both protocols hand to
+//! the bus.
 
 /// One stretch of the line after a request; each begins where the one before ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -7,20 +8,20 @@ pub(crate) enum Slot {
     Talk {
         /// Index on the bus.
         servo: usize,
-        /// What it says.
+        /// The bytes.
         bytes: Vec<u8>,
-        /// How long it waits before.
+        /// How long it waits first, ns.
         delay_ns: u64,
-        /// This slot starts a packet (a fast sync read is one packet by many servos).
+        /// True if this slot starts a packet (a fast sync read is one packet by many servos).
         starts_packet: bool,
     },
-    /// Nobody talks for as long as a reply of this many bytes, and a guard time, would take.
+    /// No servo talks for as long as a reply of this many bytes, and a guard time, would take.
     Missing {
-        /// Length of the reply that does not come.
+        /// Length of the missing reply.
         bytes: usize,
     },
 }
 
-/// How much longer than a missing reply the next servo waits before it takes its turn, ns.
-/// The makers do not state it; 100 µs is our choice, short against a client's own patience.
+/// Extra time beyond a missing reply before the next servo takes its turn, ns. The makers do not state it; 100 µs
+/// is our choice, short compared with a client's timeout.
 pub(crate) const MISSING_GUARD_NS: u64 = 100_000;

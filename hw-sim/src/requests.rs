@@ -1,14 +1,14 @@
-//! What servos make of bytes, without a line or a clock.
+//! How servos read bytes, without a line or a clock.
 
 use crate::config::Protocol;
 use crate::dynamixel::packet::Heard;
 use crate::{dynamixel, feetech};
 
-/// A request as a servo takes it: id, instruction, and parameters without stuffing or checksum.
+/// A request as a servo reads it: id, instruction, and parameters without stuffing or checksum.
 pub type Request = (u8, u8, Vec<u8>);
 
-/// The requests that servos of `protocol` find in `bytes` which come without a pause. One that is not whole at the end
-/// may hold up others behind its header until more bytes, or a pause, have come.
+/// The requests that servos of `protocol` find in `bytes`, if these come without a pause. An incomplete request at
+/// the end may hold up others behind its header until more bytes, or a pause, come.
 pub fn requests_in(protocol: Protocol, bytes: &[u8]) -> Vec<Request> {
     match protocol {
         Protocol::Dynamixel => {

@@ -12,9 +12,9 @@ use crate::{body::ShaftState, dynamixel, feetech};
 /// Whether a servo runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Power {
-    /// No supply, or too little.
+    /// No supply, or not enough.
     Off,
-    /// It starts: deaf and limp until then.
+    /// Starting: deaf and limp until the time given.
     Starting {
         until_ns: u64,
     },
@@ -25,35 +25,36 @@ enum Power {
 pub(crate) struct Servo {
     pub(crate) model: &'static Model,
     pub(crate) registers: RegisterFile,
-    /// What only a servo of this family has.
+    /// State that only a servo of this family has.
     pub(crate) dynamixel: dynamixel::State,
     pub(crate) feetech: feetech::State,
-    /// Is it connected?
+    /// True if it is connected.
     pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
     /// Shaft position as the encoder sees it, counts, from the last motor step.
     pub(crate) encoder_counts: i64,
-    /// Whole turns the position register leaves out, counts.
+    /// Whole turns that the position register leaves out, counts.
     pub(crate) turns_left_out: i64,
-    /// Errors that have switched the torque off for good (Dynamixel).
+    /// True if an error has switched the torque off until a reboot (Dynamixel).
     pub(crate) is_shut_down: bool,
     /// When it last heard an instruction packet, ns (Dynamixel).
     pub(crate) heard_ns: u64,
-    /// The id it takes for its own by a fault.
+    /// The id that a fault makes it take for its own.
     pub(crate) wrong_id: Option<u8>,
-    /// The last goal position that a host wrote and it took, and how many it has taken since it was built.
+    /// The last goal position that a host wrote and the servo accepted, and how many it has accepted since it was
+    /// built.
     pub(crate) goal_taken: Option<i64>,
     pub(crate) goals_taken: u64,
-    /// What it took last was meant for another, or was spoilt on the line.
+    /// True if the last goal it accepted was meant for another servo, or was corrupted on the line.
     pub(crate) is_misled: bool,
-    /// It has taken a goal from the request at hand.
+    /// True if it has accepted a goal from the present request.
     pub(crate) takes_now: bool,
     power: Power,
-    /// Registers of RAM that hold something else than its table says whenever it starts.
+    /// Values that registers of RAM get at every start instead of their table's.
     pub(crate) starts_with: Vec<(u16, i64)>,
 }
 
-/// What a servo feels in one motor step.
+/// The conditions of a servo in one motor step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings {
     /// Virtual time, ns.
@@ -64,7 +65,7 @@ pub(crate) struct Surroundings {
     pub(crate) supply_v: f64,
     /// Temperature forced by a fault, °C.
     pub(crate) celsius: Option<f64>,
-    /// A fault makes it find too much load.
+    /// True if a fault makes it detect an overload.
     pub(crate) is_overloaded: bool,
 }
 
@@ -99,7 +100,7 @@ impl Servo {
         servo
     }
 
-    /// Makes every register what it was when the servo left its maker.
+    /// Resets every register to its value as shipped.
     pub(crate) fn make_new(&mut self) {
         self.registers = RegisterFile::new(self.model.registers());
         self.dynamixel = dynamixel::State::default();
@@ -107,7 +108,7 @@ impl Servo {
         self.forget();
     }
 
-    /// Connects it: it starts from what is in its EEPROM.
+    /// Connects it: it starts with the content of its EEPROM.
     pub(crate) fn plug_in(&mut self) {
         (self.is_plugged_in, self.power) = (true, Power::On);
         self.forget();
@@ -119,13 +120,13 @@ impl Servo {
         self.forget();
     }
 
-    /// Whether it hears, answers and can turn.
+    /// True if it hears, answers and can turn.
     pub(crate) fn is_awake(&self) -> bool {
         self.power == Power::On
     }
 
-    /// Gives it a supply it can run on or takes it away. When it comes back the servo starts anew; one that is not
-    /// plugged in has none.
+    /// Switches its supply on or off. When the supply returns, the servo restarts; a servo that is not plugged in
+    /// has none.
     pub(crate) fn set_power(&mut self, is_on: bool, now_ns: u64) {
         let is_on = is_on && self.is_plugged_in;
         match self.power {
@@ -143,13 +144,13 @@ impl Servo {
         }
     }
 
-    /// Starts anew: away for as long as its model takes, and then with what it held in RAM forgotten.
+    /// Restarts: silent for the start time of its model, then with its RAM lost.
     pub(crate) fn restart(&mut self, now_ns: u64) {
         self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
         self.forget();
     }
 
-    /// What was in RAM is gone.
+    /// Loses the content of RAM.
     fn forget(&mut self) {
         self.is_shut_down = false;
         self.turns_left_out = 0;
@@ -163,7 +164,7 @@ impl Servo {
         }
     }
 
-    /// The shaft this servo starts with.
+    /// The initial state of this servo's shaft.
     pub(crate) fn shaft(&self, config: &ServoConfig) -> ShaftState {
         ShaftState {
             position_rad: config.position_counts / self.model.counts_per_rad(),
@@ -178,7 +179,7 @@ impl Servo {
         self.registers.get(address)
     }
 
-    /// Reads a register that has one byte.
+    /// Reads a one-byte register.
     pub(crate) fn byte(&self, address: u16) -> u8 {
         low_byte(u32::try_from(self.get(address)).unwrap_or(0))
     }
@@ -197,7 +198,7 @@ impl Servo {
     /// Register code of the line rate it listens at now.
     pub(crate) fn baud_code(&self) -> i64 {
         match self.model.protocol {
-            // Set to another protocol it understands nothing at any rate.
+            // A servo set to another protocol understands nothing at any rate.
             Protocol::Dynamixel if self.get(dynamixel_x::PROTOCOL_TYPE) != 2 => -1,
             Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
             Protocol::Feetech => self.get(feetech_sts::BAUD),
@@ -248,14 +249,14 @@ impl Servo {
         }
     }
 
-    /// A host has written this goal position, and it was taken.
+    /// Notes that a host has written this goal position, and that the servo accepted it.
     pub(crate) fn note_goal(&mut self, counts: i64) {
         self.goal_taken = Some(counts);
         self.goals_taken += 1;
         self.takes_now = true;
     }
 
-    /// Is the bridge closed?
+    /// True if the bridge is closed.
     pub(crate) fn is_torque_on(&self) -> bool {
         self.is_awake()
             && match self.model.protocol {

@@ -1,5 +1,5 @@
 //! The half-duplex line. In: bursts of bytes with a start time. Out: each byte at the time its stop bit ends,
-//! garbled if anybody else was talking. Knows no packets.
+//! garbled if two talked at once. Knows no packets.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 /// Bits a byte takes: start, eight data, stop (8N1, both makers).
 const BITS_PER_BYTE: u64 = 10;
 
-/// Who drives the line.
+/// The device that drives the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Talker {
     Host,
@@ -22,7 +22,7 @@ pub struct WireStatistics {
     pub bytes_from_host: u64,
     /// Bytes the servos put on the line, noise included.
     pub bytes_from_servos: u64,
-    /// Bytes spoilt by two talkers at once, or by a change of the host's rate while they crossed.
+    /// Bytes corrupted by two talkers at once, or by a change of the host's rate while they crossed.
     pub bytes_garbled: u64,
     /// Time with a byte on the line, ns.
     pub busy_ns: u64,
@@ -31,11 +31,11 @@ pub struct WireStatistics {
 #[derive(Debug)]
 struct Burst {
     talker: Talker,
-    /// Line rate it is sent at, bit/s.
+    /// Line rate of the burst, bit/s.
     baud: u32,
     start_ns: u64,
     end_ns: u64,
-    /// When the byte at `sent` will have crossed; kept, because it is asked for far more often than it changes.
+    /// When the byte at `sent` will have crossed; stored, because it is read far more often than it changes.
     byte_end_ns: u64,
     bytes: Vec<u8>,
     sent: usize,
@@ -47,16 +47,16 @@ pub(crate) struct Crossed {
     pub(crate) talker: Talker,
     pub(crate) at_ns: u64,
     pub(crate) byte: u8,
-    /// It is not the byte that was sent.
+    /// True if it is not the byte that was sent.
     pub(crate) is_spoilt: bool,
 }
 
 #[derive(Debug)]
 pub(crate) struct Wire {
-    /// The host's line rate, bit/s: no servo at another understands it, so none talks at another.
+    /// The host's line rate, bit/s. A servo at another rate does not understand it, so none talks at another.
     baud: u32,
     bursts: Vec<Burst>,
-    /// The byte that crosses next: when, and of which burst.
+    /// The byte that crosses next: its time, and the index of its burst.
     next: Option<(u64, usize)>,
     busy_until_ns: u64,
     statistics: WireStatistics,
@@ -72,7 +72,7 @@ impl Wire {
         self.statistics
     }
 
-    /// Time `count` bytes take at the host's rate, ns, rounded up.
+    /// Time that `count` bytes take at the host's rate, ns, rounded up.
     pub(crate) fn duration_ns(&self, count: usize) -> u64 {
         duration_ns(count, self.baud)
     }
@@ -89,7 +89,7 @@ impl Wire {
         end_ns
     }
 
-    /// When a talker will have said all that it still has to say, ns; 0 if that is nothing.
+    /// When a talker will have sent all its bytes, ns; 0 if it has none.
     pub(crate) fn busy_until_ns(&self, talker: Talker) -> u64 {
         let own = self.bursts.iter().filter(|burst| burst.talker == talker);
         own.map(|burst| burst.end_ns).max().unwrap_or_default()
@@ -110,7 +110,7 @@ impl Wire {
         self.next.map(|(at, _)| at)
     }
 
-    /// When the first burst under way or to come will have crossed whole.
+    /// When the first burst, under way or pending, will have crossed completely.
     pub(crate) fn next_burst_end_ns(&self) -> Option<u64> {
         let ahead = self.bursts.iter().filter(|burst| burst.sent < burst.bytes.len());
         ahead.map(|burst| burst.end_ns).min()
@@ -120,7 +120,7 @@ impl Wire {
         self.baud
     }
 
-    /// The host talks and listens at this rate from now on; what is under way goes on at the rate it began with.
+    /// Sets the rate at which the host talks and listens from now on; a burst under way keeps its own rate.
     pub(crate) fn set_baud(&mut self, baud: u32) {
         self.baud = baud.max(1);
     }

@@ -1,4 +1,4 @@
-//! A limp robot that is watched while a person has their hands on it.
+//! A limp robot under observation while a person moves it.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use crate::units::Time;
 
 /// Time between two looks.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// A servo unheard for longer than this is gone, s.
+/// A servo that has not answered for longer than this is gone, s.
 const LOST_AFTER_S: f64 = 1.0;
-/// A hand turns a joint by less than this from one look to the next, turns of the horn: what is further off is a damaged
-/// reply that passed its checksum.
+/// A hand turns a joint by less than this between two looks, turns of the horn: a larger change is a damaged reply
+/// that passed its checksum.
 const LOOK_TURNS: f64 = 1.0 / 24.0;
 
 /// The robot, its buses, and the person.
@@ -21,9 +21,9 @@ pub(super) struct Bench<'b, P, H> {
     pub(super) buses: Buses<P>,
     pub(super) person: &'b mut H,
     slots: Vec<Slot>,
-    /// What each servo last said, counts.
+    /// Last reported position of each servo, counts.
     said: Vec<Option<f64>>,
-    /// Where each servo was last heard to stand by two replies that agree, counts.
+    /// Last position of each servo that two replies confirmed, counts.
     counts: Vec<Option<f64>>,
     unheard_s: Vec<f64>,
     looked: Time,
@@ -45,10 +45,10 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         }
     }
 
-    /// Waits for the time of the next look, and looks; how long after the last one, s.
+    /// Waits for the time of the next look, and looks; returns the time since the last one, s.
     ///
     /// # Errors
-    /// When the person wants to stop, or a servo is not heard any more.
+    /// If the person wants to stop, or a servo no longer answers.
     pub(super) fn look(&mut self) -> Result<f64, CalibrateError> {
         let before = self.looked;
         self.buses.ports_mut().wait_until(before + LOOK_EVERY);
@@ -79,7 +79,7 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         Ok(dt_s)
     }
 
-    /// Where the joint's servo stands, counts; looks until it is heard.
+    /// Position of the joint's servo, counts; looks until the servo answers.
     pub(super) fn count(&mut self, joint: usize) -> Result<f64, CalibrateError> {
         loop {
             self.look()?;
@@ -89,21 +89,21 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         }
     }
 
-    /// Where the joint's servo was last heard to stand, counts.
+    /// Last confirmed position of the joint's servo, counts.
     pub(super) fn last_count(&self, joint: usize) -> Option<f64> {
         self.counts[joint]
     }
 
-    /// Lets the robot be for `time`.
+    /// Waits for `time` without looking at the robot.
     pub(super) fn pause(&mut self, time: Duration) {
         let until = self.buses.ports_mut().now() + time;
         self.buses.ports_mut().wait_until(until);
         self.looked = self.buses.ports_mut().now();
     }
 
-    /// What the person answers to `words`, trimmed, in small letters.
+    /// The person's answer to `words`, trimmed, in lower case.
     pub(super) fn ask(&mut self, words: &str) -> Result<String, CalibrateError> {
-        // What was said before the question is no answer to it: a stray Enter must not turn a joint.
+        // Input from before the question is no answer to it: a stray Enter must not turn a joint.
         while self.person.answer().is_some() {}
         self.person.hear(words);
         loop {
@@ -114,7 +114,7 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         }
     }
 
-    /// Whether the person says yes to `words`.
+    /// True if the person says yes to `words`.
     pub(super) fn ask_whether(&mut self, words: &str) -> Result<bool, CalibrateError> {
         loop {
             match self.ask(&format!("{words} [y/n]"))?.as_str() {
@@ -125,14 +125,14 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
         }
     }
 
-    /// The servo of a joint as the robot file has it.
+    /// The servo of a joint, with the settings of the robot file.
     pub(super) fn servo(&self, joint: usize) -> Result<Servo, CalibrateError> {
         self.robot.joints[joint].servo.ok_or_else(|| CalibrateError::lost(self.robot, joint))
     }
 }
 
-/// Whether a joint turned by hand can have gone from one count to the other between two looks, the encoder's seam
-/// included. `turn` is a whole turn, counts.
+/// True if a joint turned by hand can have gone from one count to the other between two looks, also across the
+/// encoder's seam. `turn` is a full turn, counts.
 fn agree(before: f64, count: f64, turn: f64) -> bool {
     let off = (count - before).abs();
     off.min((turn - off).abs()) <= LOOK_TURNS * turn

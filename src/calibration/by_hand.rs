@@ -1,4 +1,4 @@
-//! Each joint turned by hand from end to end: its sign, and its seam.
+//! Sweeps: a person turns each joint by hand from end to end, which shows its sign and its seam.
 
 use super::bench::Bench;
 use super::sweep::{Stage, Sweep, Swept};
@@ -8,10 +8,10 @@ use crate::bus::Ports;
 use crate::config::Unit;
 use crate::model::Servo;
 
-/// A sweep over less than this share of the joint's range is worth a word.
+/// A sweep over less than this share of the joint's range gets a note.
 const SHORT_SHARE: f64 = 0.7;
 
-/// Has every joint swept of which `unit` does not say yet how it is mounted.
+/// Has the person sweep every joint in `unit` whose mounting direction is still unknown.
 pub(super) fn sweep_all<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     unit: &mut Unit,
@@ -33,13 +33,13 @@ pub(super) fn sweep_all<P: Ports, H: Person>(
     if to_mount.is_empty() {
         return Ok(());
     }
-    // Where they stand in the marked pose will be another count.
+    // After remounting, their count in the marked pose will differ.
     unit.joints.retain(|entry| !to_mount.contains(&entry.name));
     bench.person.keep(unit)?;
     Err(CalibrateError::Mount { joints: to_mount })
 }
 
-/// Sweeps the joint in this place of `unit` and keeps what comes of it; false where its servo must be mounted anew.
+/// Sweeps the joint at this index of `unit` and saves the result; false if its servo must be remounted.
 fn sweep_one<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     unit: &mut Unit,
@@ -76,12 +76,13 @@ fn sweep_one<P: Ports, H: Person>(
         if !is_unattended && !bench.ask_whether("Bring it there and hold it. Write it?")? {
             return Ok(false);
         }
-        // A hand may have moved it since.
+        // A hand may have moved the joint since.
         let mut sweep = sweep;
         let count = bench.count(index)?;
         sweep.see(count, 0.0);
         let from_marked = sweep.at();
-        // Whoever is interrupted between servo and file must not find a zero of counts that are no more.
+        // If an interruption comes between servo and file, the file must not hold a zero in counts that no longer
+        // apply.
         let mut entry = unit.joints.remove(place);
         bench.person.keep(unit)?;
         let middle = centre_one(bench, index)?;
@@ -92,7 +93,7 @@ fn sweep_one<P: Ports, H: Person>(
     }
 }
 
-/// Watches a joint until it has been from end to end.
+/// Watches a joint until it has been turned from end to end.
 fn watch<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joint: usize,

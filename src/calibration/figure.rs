@@ -1,4 +1,4 @@
-//! A robot as a stick figure of letters, seen from the side: for a person who is to bring a real one into that pose.
+//! A robot as a stick figure of letters, seen from the side: it shows a person the pose to bring the real one into.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ const COLUMNS: usize = 64;
 const ROWS: usize = 22;
 const LETTER_ASPECT: f64 = 2.0;
 
-/// Lines that draw `robot` with its joints at `pose_rad`: x to the right, so that it looks to the right, z up. What is
-/// nearer, on its right side, is drawn over what is behind it.
+/// Lines that draw `robot` with its joints at `pose_rad`: x to the right, so that it looks to the right, z up.
+/// Nearer parts, those on its right side, cover the parts behind them.
 pub fn figure(robot: &Robot, pose_rad: &[f64]) -> Vec<String> {
     let limbs: Vec<Vec<DVec3>> = robot
         .chains
@@ -50,7 +50,7 @@ pub fn figure(robot: &Robot, pose_rad: &[f64]) -> Vec<String> {
     lines
 }
 
-/// A line, of `letter` or of what goes that way.
+/// A line drawn in `letter`, or in letters that follow its direction.
 fn draw(sheet: &mut [Vec<char>], from: (f64, f64), to: (f64, f64), letter: Option<char>) {
     let (right, down) = (to.0 - from.0, to.1 - from.1);
     let letter = letter.unwrap_or(match (right.abs(), LETTER_ASPECT * down.abs()) {
@@ -92,7 +92,7 @@ mod tests {
         assert!(lines.len() <= ROWS && lines.iter().all(|line| line.len() <= COLUMNS), "{lines:#?}");
         let count =
             |letter: char| lines.iter().flat_map(|line| line.chars()).filter(|of| *of == letter).count();
-        // The legs of both sides lie over each other: two feet and eight joints are seen.
+        // The legs of both sides coincide: two feet and eight joints are visible.
         assert_eq!((count('*'), count('o')), (2, 8), "{lines:#?}");
         // The fore legs are in front, at the right; the feet are below the trunk.
         let trunk = lines.iter().position(|line| line.contains('=')).unwrap();
@@ -106,7 +106,7 @@ mod tests {
         assert!(sheet.iter().all(|row| row[1] == '|'));
         draw(&mut sheet, (0.0, 2.0), (8.0, 2.0), None);
         assert_eq!(sheet[2], vec!['-'; 9]);
-        // Off the sheet is no reason to panic.
+        // Off the sheet must not panic.
         draw(&mut sheet, (-5.0, -5.0), (90.0, f64::NAN), None);
     }
 }

@@ -1,7 +1,7 @@
-//! A unit set up and its place in the body found, with a person's help.
+//! Sets up an inertial measurement unit and finds its orientation in the body, with a person's help.
 //!
-//! Comes in: its line, a person who tilts the robot, what the robot file expects. Goes out: a unit that measures at the
-//! rate it should, and what its unit file is to say. Nothing else is touched.
+//! In: its line, a person who tilts the robot, the settings of the robot file. Out: a unit that measures at the
+//! right rate, and its entry for the unit file. Touches nothing else.
 
 use std::time::Duration;
 
@@ -14,28 +14,28 @@ use crate::imu::{
 };
 use crate::model::ImuSettings;
 
-/// Rates to listen at: what is likely first.
+/// Rates to listen at, likely ones first.
 const BAUDS: [u32; 9] = [115_200, 921_600, 9_600, 230_400, 460_800, 57_600, 38_400, 19_200, 4_800];
-/// How long to listen at each: a unit out of its box says something ten times a second; then, for one that was made
-/// slower, for longer.
+/// How long to listen at each rate. A unit out of its box sends ten times a second; the second, longer time is for
+/// one that was set to a slower rate.
 const LISTEN: [Duration; 2] = [Duration::from_millis(350), Duration::from_millis(1200)];
-/// How many good frames show that a rate is right: by chance one in 256 is good.
+/// Number of good frames that show that a rate is right: one in 256 is good by chance.
 const FRAMES_LEAST: usize = 3;
 /// Time between two commands, and after the last.
 const PAUSE: Duration = Duration::from_millis(60);
-/// How long its rate is measured.
+/// How long the output rate is measured.
 const RATE_TIME: Duration = Duration::from_millis(1000);
-/// Share its rate may be off by.
+/// Largest relative error of the rate.
 const RATE_TOLERANCE: f64 = 0.1;
 /// How long each pose is measured.
 const POSE_TIME: Duration = Duration::from_millis(800);
-/// A unit that turns faster than this is not held still, rad/s; its own offset is far below.
+/// A unit that turns faster than this is not held still, rad/s; its own offset is far below this.
 const STILL_RAD_S: f64 = 0.15;
-/// Least and most a guided tilt may be, rad: 10 to 80 degrees.
+/// Least and largest guided tilt, rad: 10 to 80 degrees.
 const TILTS_RAD: (f64, f64) = (0.175, 1.4);
-/// How far what should agree may be apart, rad: 12 degrees; hands are not exact.
+/// Largest difference between angles that should agree, rad: 12 degrees; hands are not exact.
 const AGREE_RAD: f64 = 0.21;
-/// How long the line rests between looks.
+/// Pause between looks at the line.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Why a unit could not be set up.
@@ -44,21 +44,21 @@ pub enum ImuSetupError {
     /// Its line cannot be used.
     #[error(transparent)]
     Line(#[from] ImuLineError),
-    /// Nothing that could be understood.
+    /// No data that could be understood.
     #[error(
         "no unit was heard at any of its line rates: check its power, and that its TX goes to the adapter's RX; if it \
          was set up by another program, that its protocol is the standard one"
     )]
     Silent,
-    /// It does not do what it was told.
+    /// It does not follow its settings.
     #[error(
         "the unit was set to {wanted_hz} measurements a second and makes {found_hz:.0}: check that the adapter's TX goes \
          to its RX, and try again"
     )]
     Rate {
-        /// What it was told, Hz.
+        /// The rate it was set to, Hz.
         wanted_hz: f64,
-        /// What was counted, Hz.
+        /// The rate that was counted, Hz.
         found_hz: f64,
     },
     /// It fell silent.
@@ -67,12 +67,12 @@ pub enum ImuSetupError {
     /// A tilt too small or too large.
     #[error("{what}: it was tilted by {tilt_deg:.0} degrees; expected 10 to 80. Begin again")]
     Tilt {
-        /// Which.
+        /// The tilt.
         what: &'static str,
-        /// By how much, degrees.
+        /// Its angle, degrees.
         tilt_deg: f64,
     },
-    /// The two tilts cannot both have been what was asked for.
+    /// The two tilts contradict each other: they cannot both be the ones asked for.
     #[error(
         "nose down and left side down do not go together ({off_deg:.0} degrees off a right angle, or one of them was the \
          other way round): begin again, and tilt it straight"
@@ -81,41 +81,41 @@ pub enum ImuSetupError {
         /// How far from a right angle, degrees.
         off_deg: f64,
     },
-    /// Its turn rates fit neither way.
+    /// Its angular rates fit the tilts with neither sign.
     #[error(
         "its turn rates do not go with its tilts: set the unit back to its factory settings with its maker's program, and \
          begin again"
     )]
     Rates,
-    /// Its angles are of other axes than its accelerations.
+    /// Its angles use other axes than its accelerations.
     #[error(
         "its angles do not go with its accelerations ({off_deg:.0} degrees apart): set its installation direction to \
          horizontal with its maker's program, and begin again"
     )]
     Angles {
-        /// How far apart, degrees.
+        /// Angle between the two, degrees.
         off_deg: f64,
     },
-    /// The person wants no more.
+    /// The person stopped.
     #[error("broken off; nothing was kept")]
     Left,
 }
 
-/// What was found of a unit.
+/// What was found about a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoundImu {
-    /// Line rate it is set to now, bit/s.
+    /// Its present line rate, bit/s.
     pub baud: u32,
     /// Roll, pitch and yaw of the unit in the body, degrees.
     pub rpy_deg: [f64; 3],
-    /// It tells its turn rates with the other sign.
+    /// True if it reports its angular rates with the opposite sign.
     pub rates_reversed: bool,
 }
 
-/// Finds the unit on `line`, sets it up as `settings` says, and has `person` tilt the robot to find how it is built in.
+/// Finds the unit on `line`, sets it up as `settings` says, and has `person` tilt the robot to find its mounting.
 ///
 /// # Errors
-/// Why not; a unit that was set up already stays so.
+/// The reason; a unit that was already set up stays so.
 pub fn set_up(
     line: &mut impl ImuLine,
     settings: &ImuSettings,
@@ -137,7 +137,7 @@ pub fn set_up(
     judge(settings, &level, &nose, &left)
 }
 
-/// The line rate the unit talks at.
+/// The line rate at which the unit talks.
 fn find(line: &mut impl ImuLine, person: &mut impl Person) -> Result<u32, ImuSetupError> {
     for time in LISTEN {
         for baud in BAUDS {
@@ -152,7 +152,7 @@ fn find(line: &mut impl ImuLine, person: &mut impl Person) -> Result<u32, ImuSet
                     decoder.push(byte).is_some_and(|frame| !matches!(frame, Frame::Other(0x5A..))),
                 );
             })?;
-            // At a wrong rate a good one comes now and then.
+            // At a wrong rate a good frame comes now and then.
             if good >= FRAMES_LEAST && good * 22 > count {
                 return Ok(baud);
             }
@@ -161,7 +161,7 @@ fn find(line: &mut impl ImuLine, person: &mut impl Person) -> Result<u32, ImuSet
     Err(ImuSetupError::Silent)
 }
 
-/// Has it send what is wanted, at the rates that are wanted, and keep that.
+/// Sets what it sends, and its rates, and has it save that.
 fn configure(line: &mut impl ImuLine, settings: &ImuSettings) -> Result<(), ImuSetupError> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "one of a few small numbers")]
     let rate = rate_code(settings.rate_hz.round() as u32);
@@ -192,7 +192,7 @@ fn configure(line: &mut impl ImuLine, settings: &ImuSettings) -> Result<(), ImuS
     Ok(())
 }
 
-/// Hands every byte of the next `time` to `hear`.
+/// Passes every byte of the next `time` to `hear`.
 fn listen(line: &mut impl ImuLine, time: Duration, mut hear: impl FnMut(u8)) -> Result<(), ImuSetupError> {
     let end = line.now() + time;
     let mut piece = [0; 512];
@@ -211,12 +211,12 @@ fn listen(line: &mut impl ImuLine, time: Duration, mut hear: impl FnMut(u8)) -> 
     }
 }
 
-/// A pose, and how the unit came to it, in the unit's axes.
+/// A pose, and the rotation that led to it, in the unit's axes.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pose {
-    /// Up, unit length.
+    /// Direction of up, unit length.
     up: DVec3,
-    /// Its turn since the pose before, by its turn rates, rad.
+    /// Its rotation since the last pose, from its angular rates, rad.
     turn_rad: DVec3,
     last: RawSample,
 }
@@ -228,7 +228,7 @@ struct Tilts<'t, L, P> {
 }
 
 impl<L: ImuLine, P: Person> Tilts<'_, L, P> {
-    /// Says what is wanted, waits for a line that says it is done, and measures.
+    /// Asks for the pose, waits for a line that confirms it, and measures.
     fn pose(&mut self, wanted: &str) -> Result<Pose, ImuSetupError> {
         let mut turn_rad = DVec3::ZERO;
         self.person.hear(&format!("{wanted} Then press Enter."));
@@ -240,7 +240,7 @@ impl<L: ImuLine, P: Person> Tilts<'_, L, P> {
             if self.person.answer().is_none() {
                 continue;
             }
-            // What was measured before is still on its way.
+            // Measurements from before are still on their way.
             turn_rad += self.watch(PAUSE)?.1;
             let (samples, turn) = self.watch(POSE_TIME)?;
             turn_rad += turn;
@@ -257,7 +257,7 @@ impl<L: ImuLine, P: Person> Tilts<'_, L, P> {
         }
     }
 
-    /// All measurements of the next `time`, and the turn in them, rad.
+    /// All measurements of the next `time`, and the rotation over it, rad.
     fn watch(&mut self, time: Duration) -> Result<(Vec<RawSample>, DVec3), ImuSetupError> {
         let (begun, mut samples) = (self.line.now(), Vec::new());
         let sampler = &mut self.sampler;
@@ -269,9 +269,10 @@ impl<L: ImuLine, P: Person> Tilts<'_, L, P> {
     }
 }
 
-/// How the unit is built in, from where up was in its axes.
+/// The mounting of the unit, from the direction of up in its axes in each pose.
 fn judge(settings: &ImuSettings, level: &Pose, nose: &Pose, left: &Pose) -> Result<FoundImu, ImuSetupError> {
-    // Away from the side that is lowered, level: the body's -x with the nose down, its -y with the left side down.
+    // The level direction away from the lowered side: the body's -x with the nose down, its -y with the left side
+    // down.
     let aside = |pose: &Pose, what: &'static str| {
         let tilt_rad = level.up.angle_between(pose.up);
         if !(TILTS_RAD.0..=TILTS_RAD.1).contains(&tilt_rad) {
@@ -285,10 +286,10 @@ fn judge(settings: &ImuSettings, level: &Pose, nose: &Pose, left: &Pose) -> Resu
     if off_rad.abs() > AGREE_RAD || x.cross(y).dot(z) < 0.0 {
         return Err(ImuSetupError::Crooked { off_deg: off_rad.to_degrees().abs() });
     }
-    // Both tilts have an equal say in where forward is.
+    // Both tilts contribute equally to the forward direction.
     let forward = (x + y.cross(z)).normalize();
     let rotation = DQuat::from_mat3(&DMat3::from_cols(forward, z.cross(forward), z).transpose()).normalize();
-    // Up turns against the unit: a turn by v takes up from u to u + u x v.
+    // Up turns against the unit: a rotation by v takes up from u to u + u x v.
     let agrees = |pose: &Pose| pose.turn_rad.dot(pose.up.cross(level.up));
     let (with_nose, with_left) = (agrees(nose), agrees(left));
     if with_nose * with_left <= 0.0 {
@@ -306,7 +307,7 @@ fn judge(settings: &ImuSettings, level: &Pose, nose: &Pose, left: &Pose) -> Resu
         }
     }
     let (yaw, pitch, roll) = rotation.to_euler(EulerRot::ZYX);
-    // Hands and accelerometers are not better than this.
+    // Hands and accelerometers are not more exact than this.
     let rounded = |angle: f64| (angle.to_degrees() * 10.0).round() / 10.0 + 0.0;
     Ok(FoundImu {
         baud: settings.baud,

@@ -1,8 +1,9 @@
-//! From servos that answer to a robot that knows where its joints are and which way they turn.
+//! Calibration: takes a robot whose servos answer, and finds where its joints are and which way they turn.
 //!
-//! Comes in: a robot file, what is known of the built one, a person with their hands on it. Goes out: its [`Unit`],
-//! kept after every step, so that whoever is interrupted goes on from there. Three steps, all but the last limp: every
-//! joint in the marked pose; each joint by hand from end to end; each joint a little by its own motor.
+//! In: a robot file, the known calibration of the built robot, a person who moves it by hand. Out: its [`Unit`],
+//! saved after every step, so that an interrupted calibration can continue from there. Three steps, all limp except
+//! the last: all joints in the marked pose; each joint by hand from end to end; each joint a little by its own
+//! motor.
 
 mod bench;
 mod by_hand;
@@ -27,34 +28,34 @@ pub use figure::figure;
 pub use imu::{FoundImu, ImuSetupError, set_up as set_up_imu};
 pub use pose::{marked_pose_rad, ways};
 
-/// How often a person is listened to while nothing is watched.
+/// How often to check for the person's input while no joint is watched.
 const LISTEN_EVERY: Duration = Duration::from_millis(20);
 
-/// Who has their hands on the robot.
+/// The person who moves the robot by hand.
 pub trait Person {
-    /// Hears, or reads, a line of words.
+    /// Shows the person a line of words.
     fn hear(&mut self, words: &str);
 
-    /// A line they have said since last asked, if any. Must not block.
+    /// The next line of the person's input, if any. Must not block.
     fn answer(&mut self) -> Option<String>;
 
-    /// Whether they want to stop.
+    /// True if the person wants to stop.
     fn wants_to_stop(&mut self) -> bool;
 
-    /// Keeps what is known so far, whole or not at all.
+    /// Saves what is known so far, completely or not at all.
     ///
     /// # Errors
-    /// Why it could not.
+    /// The reason why it could not.
     fn keep(&mut self, unit: &Unit) -> io::Result<()>;
 }
 
-/// Why a calibration is not complete. What was kept stays good: run again, it goes on from there.
+/// Why a calibration is not complete. Saved results stay valid: the next run continues from there.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrateError {
-    /// The servos are not those of the robot file.
+    /// The servos do not match the robot file.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// A servo did not take or tell something.
+    /// A servo did not accept a value or did not answer.
     #[error(transparent)]
     Transaction(#[from] TransactionError),
     /// A servo fell silent.
@@ -67,7 +68,7 @@ pub enum CalibrateError {
         /// The servo's id, in words.
         id: String,
     },
-    /// A servo was to take where it stands for its middle, and did not.
+    /// A servo did not make its present position its middle count as asked.
     #[error(
         "{joint}: its servo was to take where it stands for count {middle:.0}, and says {found:.0}: hold it still; if \
          that does not help, update its firmware"
@@ -75,9 +76,9 @@ pub enum CalibrateError {
     NotCentred {
         /// Name of the joint.
         joint: String,
-        /// Count it says.
+        /// Count that it reports.
         found: f64,
-        /// Count it should say.
+        /// Count that it should report.
         middle: f64,
     },
     /// Servos whose seam lies in the joint's range.
@@ -108,10 +109,10 @@ pub enum CalibrateError {
         /// Why.
         reason: String,
     },
-    /// The person had enough.
+    /// The person stopped.
     #[error("ended before it was complete")]
     Left,
-    /// What is known could not be kept.
+    /// The results could not be saved.
     #[error("the unit file could not be written: {0}")]
     Keep(#[from] io::Error),
 }
@@ -130,15 +131,15 @@ impl CalibrateError {
 /// How a calibration ended.
 #[derive(Debug)]
 pub struct Ended {
-    /// Whether it is complete, or why not.
+    /// Ok if it is complete, else the reason why not.
     pub result: Result<(), CalibrateError>,
-    /// True if no servo can have torque left: all have heard the end of the last turn.
+    /// True if no servo can still have torque: all have confirmed the end of the last turn.
     pub is_end_heard: bool,
 }
 
-/// Goes on with the calibration of the robot of the robot file `robot`, of which `unit` is known, and seals the unit
-/// with `day` when all is done. Where it `is_unattended`, nobody is asked: the pose is measured as soon as the robot is
-/// still, cures are written, and a joint's direction is that of its sweep. `operator` may stop a powered turn.
+/// Continues the calibration of the robot of the robot file `robot`, of which `unit` is known, and seals the unit
+/// with `day` when all is done. If it `is_unattended`, it asks no one: it measures the pose as soon as the robot is
+/// still, writes cures, and takes a joint's direction from its sweep. `operator` may stop a powered turn.
 pub fn calibrate<P: Ports>(
     robot: &Robot,
     unit: &mut Unit,
@@ -173,7 +174,7 @@ pub fn calibrate<P: Ports>(
     Ended { result: sealed, is_end_heard }
 }
 
-/// Waits for a line from the person, with nothing said to any servo.
+/// Waits for a line from the person, without talking to any servo.
 fn listen<P: Ports>(
     buses: &mut Buses<P>,
     person: &mut impl Person,

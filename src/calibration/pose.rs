@@ -1,7 +1,7 @@
-//! The marked pose, and which way the end of a limb goes when a joint turns, in words.
+//! The marked pose, and words for the direction in which the end of a limb moves when a joint turns.
 //!
-//! The marked pose is the middle of every joint's range: a person finds it halfway between a joint's ends, a straight arm
-//! of a rig is in it, and it is where a horn sits best, furthest from the seam of its encoder on both sides.
+//! The marked pose is the middle of every joint's range. A person finds it halfway between a joint's ends; a
+//! straight arm of a rig is in it; and a horn sits best there, furthest from the seam of its encoder on both sides.
 
 use glam::{DQuat, DVec3};
 
@@ -9,7 +9,7 @@ use crate::model::{Joint, Robot};
 
 /// Small turn for the direction of motion, rad.
 const PROBE_RAD: f64 = 1e-4;
-/// An end that moves less than this share of its limb's length a radian turns on the spot.
+/// An end that moves less than this share of its limb's length per radian turns on the spot.
 const ON_THE_SPOT: f64 = 0.1;
 
 /// The marked pose, rad, in the order of the joints.
@@ -17,8 +17,8 @@ pub fn marked_pose_rad(robot: &Robot) -> Vec<f64> {
     robot.joints.iter().map(Joint::middle_rad).collect()
 }
 
-/// Where the end of its limb goes when joint number `joint` turns forward from the marked pose, in words that follow
-/// "its end goes"; and where it goes when it turns back.
+/// Direction in which the end of its limb moves when joint number `joint` turns forward from the marked pose, in
+/// words that follow "its end goes"; and the direction when it turns back.
 pub fn ways(robot: &Robot, joint: usize) -> [String; 2] {
     let Some(chain) = robot.chains.iter().find(|chain| chain.joints.contains(&joint)) else {
         return ["forward".to_owned(), "back".to_owned()];

@@ -1,4 +1,4 @@
-//! Each joint turned a little by its own motor: it goes, and it goes the right way.
+//! Each joint turned a little by its own motor: checks that it turns, and in the right direction.
 
 use super::bench::Bench;
 use super::zero::zero_count;
@@ -10,16 +10,17 @@ use crate::model::{Joint, Robot, Servo};
 use crate::run::Operator;
 use crate::telemetry::Outcome;
 
-/// How far a joint is turned, rad; less where its range is less.
+/// How far a joint turns, rad; less if its range is less.
 const TURN_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Torque while it does, share of stall torque.
+/// Torque during the turn, share of stall torque.
 const TORQUE_SHARE: f64 = 0.2;
-/// How long it is held there, s: long enough to come to rest.
+/// How long the joint is held there, s: long enough to come to rest.
 const HOLD_S: f64 = 0.3;
-/// Less than this share of the way is no turn: friction and load keep every servo a little off its goal.
+/// A joint that covers less than this share of the way did not turn: friction and load keep every servo a little
+/// off its goal.
 const TURNED_SHARE: f64 = 0.5;
 
-/// Turns every joint that is not checked yet. True in the second place if all servos have heard its end.
+/// Turns every joint that is not checked yet. The second value is true if all servos have confirmed its end.
 pub(super) fn check_all<P: Ports, H: Person>(
     robot: &Robot,
     mut buses: Buses<P>,
@@ -63,8 +64,7 @@ pub(super) fn check_all<P: Ports, H: Person>(
     (if stuck.is_empty() { Ok(()) } else { Err(CalibrateError::Stuck { joints: stuck }) }, true)
 }
 
-/// Turns one joint and keeps what comes of it: false where it did not turn. Gives the buses back unless something is
-/// wrong.
+/// Turns one joint and saves the result: false if it did not turn. Gives the buses back unless an error occurred.
 fn check_one<P: Ports, H: Person>(
     robot: &Robot,
     mut buses: Buses<P>,
@@ -141,7 +141,7 @@ fn check_one<P: Ports, H: Person>(
     }
 }
 
-/// The robot with its servos as `unit` has them, and little torque.
+/// The robot with its servos as in `unit`, and little torque.
 fn as_built(robot: &Robot, unit: &Unit) -> Robot {
     let mut built = robot.clone();
     built.safety.torque_share = built.safety.torque_share.min(TORQUE_SHARE);
@@ -154,8 +154,8 @@ fn as_built(robot: &Robot, unit: &Unit) -> Robot {
     built
 }
 
-/// A little further from `start_rad` towards the farther end of the joint's range, and within it; none where that
-/// would be a long way, from far outside the range.
+/// A point a little further from `start_rad` towards the farther end of the joint's range, and within it; `None` if
+/// the start is so far outside the range that it would be a long way.
 fn goal_rad(joint: &Joint, start_rad: f64) -> Option<f64> {
     let (low, high) = joint.goal_range_rad();
     let turn_rad = if start_rad <= joint.middle_rad() { TURN_RAD } else { -TURN_RAD };

@@ -1,30 +1,32 @@
-//! One joint turned by hand from end to end: which way its servo counts, and whether its encoder's seam is on the way.
+//! A person turns one joint by hand from end to end: shows which way its servo counts, and whether its encoder's
+//! seam is on the way.
 
-/// Counts a hand that holds a joint still lets it move.
+/// Movement of a joint that still counts as held still, counts.
 const STILL_COUNTS: f64 = 4.0;
 /// How long it must be still at its second end, s.
 const REST_S: f64 = 0.5;
-/// How long it must be still near its middle before it begins: the way there is no turn forward, s.
+/// How long it must be still near its middle before it begins, s: so the way there does not count as the turn
+/// forward.
 const BEGIN_REST_S: f64 = 0.3;
-/// A turn shows its direction after this share of half the joint's range, but at most [`TURN_MOST`] counts.
+/// The direction of a turn is clear after this share of half the joint's range, but at most [`TURN_MOST`] counts.
 const TURN_SHARE: f64 = 0.4;
 /// 10 degrees of 4096 counts a turn.
 const TURN_MOST: f64 = 114.0;
 
-/// Where a sweep stands.
+/// The present stage of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Stage {
     /// The joint is too far from its middle to begin.
     ToMiddle,
-    /// It is to be turned forward.
+    /// Waiting for the turn forward.
     Forward,
-    /// It has been, and is to be turned back, to its other end.
+    /// The turn forward is done; waiting for the turn back, to the other end.
     Back,
     /// It rests at its other end.
     Done(Swept),
 }
 
-/// What a sweep has shown.
+/// The result of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swept {
     /// Counts fall when the joint turns forward.
@@ -33,35 +35,35 @@ pub(super) struct Swept {
     pub(super) has_seam: bool,
     /// Counts from end to end.
     pub(super) travel: f64,
-    /// Where it rests, counts from where it was in the marked pose.
+    /// Position where it rests, counts from the marked pose.
     pub(super) end: f64,
 }
 
-/// A joint that is watched while a person turns it.
+/// A joint under observation while a person turns it.
 #[derive(Debug, Clone)]
 pub(super) struct Sweep {
-    /// Counts of a turn, and of half the joint's range.
+    /// Counts in a turn, and in half the joint's range.
     turn: f64,
     half: f64,
-    /// The last raw count; and how far that is from the marked pose when whole turns are counted.
+    /// The last raw count; and its distance from the marked pose, counting whole turns.
     raw: Option<f64>,
     at: f64,
     stage: Stage,
-    /// Where it began, and its lowest and highest place since.
+    /// Start position, and lowest and highest position since.
     start: f64,
     low: f64,
     high: f64,
-    /// +1 where the first turn was to higher counts.
+    /// +1 if the first turn was to higher counts.
     sign: f64,
     has_seam: bool,
-    /// Where it was when it last moved, and how long ago that is, s.
+    /// Position when it last moved, and time since then, s.
     rest_at: f64,
     rest_s: f64,
 }
 
 impl Sweep {
-    /// Of a joint whose servo stood at `zero_pose` in the marked pose, with `half` counts from there to either end of
-    /// its range, and `turn` counts in a turn.
+    /// For a joint whose servo was at `zero_pose` in the marked pose, with `half` counts from there to either end
+    /// of its range, and `turn` counts in a turn.
     pub(super) fn new(zero_pose: f64, half: f64, turn: f64) -> Sweep {
         Sweep {
             turn,
@@ -75,17 +77,17 @@ impl Sweep {
             sign: 1.0,
             has_seam: false,
             rest_at: 0.0,
-            // One that is still in the marked pose may begin at once.
+            // A joint that is still in the marked pose may begin at once.
             rest_s: BEGIN_REST_S,
         }
     }
 
-    /// How far it is from where it was in the marked pose, counts, whole turns counted.
+    /// Its distance from the marked pose, counts, counting whole turns.
     pub(super) fn at(&self) -> f64 {
         self.at
     }
 
-    /// The servo is at `count`, `dt_s` after it was looked at before.
+    /// Notes that the servo is at `count`, `dt_s` after the last look.
     pub(super) fn see(&mut self, count: f64, dt_s: f64) -> Stage {
         let step = count - self.raw.unwrap_or(count);
         // The shorter way round.
@@ -131,7 +133,8 @@ mod tests {
 
     use super::*;
 
-    /// The stages of a joint of 400 counts either way that goes along `ways` from the marked pose, at `zero` there.
+    /// The stages of a joint of 400 counts either way that moves along `ways` from the marked pose, at count `zero`
+    /// there.
     fn stages(zero: f64, ways: &[f64]) -> Vec<Stage> {
         let mut sweep = Sweep::new(zero, 400.0, 4096.0);
         let mut at: f64 = 0.0;
@@ -166,7 +169,7 @@ mod tests {
     #[test]
     fn a_joint_at_its_end_goes_to_the_middle_first() {
         let mut sweep = Sweep::new(2048.0, 400.0, 4096.0);
-        // From its high end past the middle, where it rests: the way there is no turn forward.
+        // From its high end past the middle, where it rests: the way there does not count as the turn forward.
         let mut count = 2448.0;
         while count > 1950.0 {
             assert_eq!(sweep.see(count, 0.02), Stage::ToMiddle, "{count}");

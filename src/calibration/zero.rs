@@ -1,4 +1,4 @@
-//! The marked pose: where each servo stands in it, and whether that leaves the joint's range clear of the seam.
+//! The marked pose: the count of each servo in it, and whether that keeps the joint's range clear of the seam.
 
 use std::time::Duration;
 
@@ -8,23 +8,24 @@ use crate::bus::Ports;
 use crate::config::{Unit, UnitJoint};
 use crate::model::{Joint, Robot, Servo};
 
-/// Looks over which a pose is measured: a fifth of a second.
+/// Number of looks over which a pose is measured: a fifth of a second.
 const LOOKS: usize = 10;
-/// A joint that moves by more than this meanwhile is not held still: about a degree, counts.
+/// A joint that moves by more than this during the measurement is not held still: about a degree, counts.
 const STILL_COUNTS: f64 = 12.0;
-/// Where nobody says when, the robot counts as in the pose once it has been still for so many times in a row.
+/// Unattended, the robot counts as in the pose once it has been still this many times in a row.
 const STILL_TIMES: usize = 5;
-/// This much room beside the joint's range lets a hand push it past its ends without crossing the seam, rad.
+/// Margin beside the joint's range: a hand may push the joint this far past its ends without crossing the seam,
+/// rad.
 const MARGIN_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// A servo measures anew within this time.
+/// Time within which a servo measures again.
 const SETTLE: Duration = Duration::from_millis(100);
-/// A servo that was centred stands this near to its middle count: a hand is never quite still.
+/// A centred servo is this close to its middle count: a hand is never quite still.
 const CENTRED_COUNTS: f64 = 20.0;
 
-/// Where the seam of a servo's encoder is.
+/// The position of a servo encoder's seam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seam {
-    /// In the joint's range: the joint cannot be used so.
+    /// In the joint's range: the joint cannot be used like this.
     Inside,
     /// Beside it: a hand could push the joint there.
     Near,
@@ -32,7 +33,7 @@ pub(super) enum Seam {
     Away,
 }
 
-/// Where the seam is when the middle of the joint's range is at `count`.
+/// The position of the seam if the middle of the joint's range is at `count`.
 pub(super) fn seam(joint: &Joint, servo: &Servo, count: f64) -> Seam {
     let half = 0.5 * (joint.range_rad.1 - joint.range_rad.0) / servo.count_rad();
     let (first, last) = (f64::from(servo.model.count_range.0), f64::from(servo.model.count_range.1));
@@ -44,14 +45,14 @@ pub(super) fn seam(joint: &Joint, servo: &Servo, count: f64) -> Seam {
     }
 }
 
-/// The zero count of a joint whose servo, mounted as `servo` says, stands at `count` in the marked pose; to a tenth.
+/// The zero count of a joint whose servo, mounted as in `servo`, is at `count` in the marked pose; to a tenth.
 pub(super) fn zero_count(joint: &Joint, servo: &Servo, count: f64) -> f64 {
     let at_zero = Servo { zero_count: 0.0, ..*servo };
     (10.0 * (count - at_zero.count_of(joint.middle_rad()))).round() / 10.0
 }
 
-/// Measures the zero counts of all joints that are not in `unit` yet; joints whose servos must be mounted anew are
-/// named in the error, and the others are kept.
+/// Measures the zero counts of all joints that are not in `unit` yet. The error names joints whose servos must be
+/// remounted; the others are saved.
 pub(super) fn measure<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     unit: &mut Unit,
@@ -90,7 +91,7 @@ pub(super) fn measure<P: Ports, H: Person>(
             }),
         }
     }
-    // In the robot's order, whatever was measured when.
+    // In the robot's order, whatever the order of measurement.
     unit.joints.sort_by_key(|entry| robot.joints.iter().position(|joint| joint.name == entry.name));
     bench.person.keep(unit)?;
     if to_mount.is_empty() {
@@ -118,7 +119,7 @@ fn show_pose<P: Ports, H: Person>(bench: &mut Bench<'_, P, H>, missing: &[usize]
     }
 }
 
-/// Where the servos of `joints` stand, once all of them are held still.
+/// Positions of the servos of `joints`, once all of them are held still.
 fn still_counts<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joints: &[usize],
@@ -146,7 +147,7 @@ fn still_counts<P: Ports, H: Person>(
     }
 }
 
-/// Means over some looks; or the joint that moves.
+/// Mean positions over some looks; or the joint that moves.
 fn counts_if_still<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joints: &[usize],
@@ -162,7 +163,7 @@ fn counts_if_still<P: Ports, H: Person>(
     for (seen, &joint) in seen.iter().zip(joints) {
         let turn = bench.servo(joint)?.model.counts_per_turn;
         let Some(&first) = seen.first() else { return Ok(Err(joint)) };
-        // A shaft that trembles about the seam is at 4095 and at 0.
+        // A shaft that trembles at the seam alternates between 4095 and 0.
         let ways: Vec<f64> =
             seen.iter().map(|count| count - first).map(|way| way - turn * (way / turn).round()).collect();
         let (low, high) =
@@ -209,7 +210,7 @@ fn centre<P: Ports, H: Person>(
     Ok(true)
 }
 
-/// Has the servo of `joint` take where it stands for its middle, and looks whether it did; the middle count.
+/// Makes the present position of `joint`'s servo its middle count, and checks it; returns the middle count.
 pub(super) fn centre_one<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joint: usize,

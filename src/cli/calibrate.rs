@@ -1,4 +1,4 @@
-//! `hippocamp calibrate`: a person, their hands on the robot, and the unit file.
+//! `hippocamp calibrate`: guides a person who moves the robot by hand, and writes the unit file.
 
 use std::io;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest,
 use crate::model::Robot;
 use crate::output::{Outputs, Writing};
 
-/// Calibrates the robot, or goes on with it; returns the exit code.
+/// Calibrates the robot, or continues a calibration; returns the exit code.
 pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     let robot = config::load(&options.robot)?.robot;
     let path = options.unit.clone().unwrap_or_else(|| default_unit_path(&options.robot));
@@ -65,7 +65,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     }
 }
 
-/// What is known of the robot, without what is to be done again; none where nothing is left to do.
+/// The unit's known calibration, without the parts to be done again; `None` if nothing is left to do.
 fn unit_to_go_on_with(
     options: &CalibrateArguments,
     robot: &Robot,
@@ -100,7 +100,7 @@ fn unit_to_go_on_with(
             let mut built = robot.clone();
             file.apply(&mut built)?;
             if unit.calibrated_on.is_some() {
-                // What was changed since cannot be told from what was measured.
+                // The measurements do not show what was changed since.
                 file.check_calibrated(&built, &options.robot)
                     .context("it cannot be gone on from here: calibrate all joints anew with --again")?;
                 if again.is_none() {
@@ -115,7 +115,7 @@ fn unit_to_go_on_with(
     Ok(Some(unit))
 }
 
-/// The day it is now, UTC.
+/// Today's date, UTC.
 fn today() -> Result<Date> {
     let day = OffsetDateTime::now_utc().date();
     let year = u16::try_from(day.year()).context("the clock")?;
@@ -125,10 +125,10 @@ fn today() -> Result<Date> {
 /// A person at a terminal, or a script in their place.
 pub(super) struct AtTerminal {
     path: PathBuf,
-    /// Something was kept; the file of before it lies beside it.
+    /// True if something was saved; the previous file lies beside it.
     is_kept: bool,
     signals: Signals,
-    /// What is typed; none where nobody is asked.
+    /// Lines typed by the person; `None` if the command asks nothing.
     lines: Option<Receiver<String>>,
     has_enough: bool,
 }
@@ -150,7 +150,7 @@ impl Person for AtTerminal {
             Ok(line) => Some(line),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                // Nobody will answer any more.
+                // No more answers will come.
                 self.has_enough = true;
                 None
             }

@@ -1,4 +1,4 @@
-//! `hippocamp check`: what the robot is and what it can do.
+//! `hippocamp check`: prints what the robot is and what it can do.
 
 use std::path::Path;
 
@@ -110,7 +110,7 @@ fn print_gaits(robot: &Robot, horse: &HorseMotion, capability: &HorseCapability)
     print_own_gaits(&horse.gaits);
 }
 
-/// Names the gaits that come from the robot file, if any do.
+/// Prints the gaits that come from the robot file, if there are any.
 fn print_own_gaits(gaits: &[Gait]) {
     let built_in = Gait::built_in();
     let own = gaits.iter().filter(|gait| !built_in.contains(gait)).map(|gait| {
@@ -149,7 +149,7 @@ fn print_tempos(tentacle: &TentacleMotion, capability: &TentacleCapability) {
     }
 }
 
-/// What each joint holds up in its worst pose.
+/// Prints the load that each joint holds up in its worst pose.
 fn print_loads(robot: &Robot, tentacle: &TentacleMotion, loads: &[Load]) {
     let carried = match tentacle.carrier {
         Carrier::Servos => "its servos alone".to_owned(),
@@ -173,7 +173,7 @@ fn is_heavy(load: &Load) -> bool {
     load.share_of_stall.is_some_and(|share| share > LASTING_SHARE)
 }
 
-/// The poses of a figure, and where its centre of mass is over its feet.
+/// Prints the poses of a figure, and where its centre of mass is over its feet.
 fn print_poses(figure: &FigureMotion, capability: &FigureCapability) {
     say!();
     say!(
@@ -196,7 +196,7 @@ fn print_poses(figure: &FigureMotion, capability: &FigureCapability) {
     }
 }
 
-/// What each joint holds.
+/// Prints the load that each joint holds.
 fn print_load_table(robot: &Robot, loads: &[Load]) {
     say!("{:<24} {:>16}  {:>9}", "joint", "load N m", "of stall");
     for load in loads {

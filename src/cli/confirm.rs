@@ -1,4 +1,4 @@
-//! Nothing is written to a servo without saying so first.
+//! Asks for consent before a command writes to a servo.
 
 use std::io::IsTerminal;
 
@@ -6,10 +6,10 @@ use anyhow::Result;
 
 use super::{BadInput, interrupt, say};
 
-/// Says `what` is about to be done and asks whether to, unless `yes`.
+/// Prints that `what` is about to be done and asks for consent, unless `yes`.
 ///
 /// # Errors
-/// When the answer is no, or there is nobody to ask.
+/// If the answer is no, or no one is there to ask.
 pub(super) fn confirm(what: &str, yes: bool) -> Result<()> {
     if yes {
         say!("{what}");

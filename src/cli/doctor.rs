@@ -1,4 +1,4 @@
-//! `hippocamp doctor`: what is wrong with a real robot, and what to do.
+//! `hippocamp doctor`: finds what is wrong with a real robot, and how to mend it.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::config::{self, ConfigError, UnitFile, default_unit_path};
 use crate::doctor::{Line, Lines, Verdict, examine};
 use crate::model::Robot;
 
-/// All that was found.
+/// All findings.
 #[derive(Serialize)]
 struct Report<'r> {
     robot: &'r str,
@@ -21,7 +21,7 @@ struct Report<'r> {
     lines: &'r [Line],
 }
 
-/// Looks at the robot and prints what it finds; returns the exit code.
+/// Examines the robot and prints the findings; returns the exit code.
 pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     let stop = interrupt::catch()?;
     let mut robot = config::load(&options.robot)?.robot;
@@ -40,7 +40,7 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     let mut files = Lines::new(&mut tell);
     look_at_files(&mut robot, &options.robot, unit.as_ref(), &mut files);
     let mut lines = files.into_all();
-    // After the unit file, which may say at which rate it talks.
+    // Read after the unit file, which may give the IMU's baud rate.
     let imu = ports::imu_device(&robot, &ports);
     lines.extend(examine(&robot, &devices, imu.as_ref(), stop, &mut tell));
     let count = |verdict| lines.iter().filter(|line| line.verdict == verdict).count();
@@ -58,7 +58,7 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
     Ok(if faults == 0 { COMPLETED } else { FAILED })
 }
 
-/// The unit file against the robot file. What it says of the servos goes into `robot`.
+/// Checks the unit file against the robot file, and applies its servo data to `robot`.
 fn look_at_files(robot: &mut Robot, robot_file: &Path, unit: Option<&UnitFile>, lines: &mut Lines<'_>) {
     const ABOUT: &str = "unit file";
     let Some(unit) = unit else {

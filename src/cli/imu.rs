@@ -1,4 +1,4 @@
-//! `hippocamp imu`: the inertial measurement unit of a built robot, set up and looked at.
+//! `hippocamp imu`: sets up and shows the inertial measurement unit of a built robot.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -17,10 +17,10 @@ use crate::output::{Outputs, Writing};
 
 /// Time between two lines of `show`.
 const SHOW_EVERY: Duration = Duration::from_millis(200);
-/// Looks in that time: the buffer of a line must not run over.
+/// Looks between two lines: often enough that the input buffer does not overflow.
 const LOOKS: u32 = 10;
 
-/// Does what was asked; returns the exit code.
+/// Carries out the command; returns the exit code.
 pub(super) fn imu(command: &ImuCommand) -> Result<u8> {
     match command {
         ImuCommand::Setup(options) => setup(options),
@@ -28,7 +28,7 @@ pub(super) fn imu(command: &ImuCommand) -> Result<u8> {
     }
 }
 
-/// A robot, and where its unit is.
+/// A robot, and the device of its inertial measurement unit.
 struct Place {
     robot: Robot,
     settings: ImuSettings,
@@ -64,7 +64,7 @@ fn setup(options: &ImuArguments) -> Result<u8> {
     let place = place(options)?;
     let mut outputs = Outputs::of_reading([&options.robot]);
     outputs.claim("the unit file", &place.unit_path, Writing::UnitFile)?;
-    // What is wanted is the robot file's, whatever the unit file says of the unit before.
+    // The settings come from the robot file, whatever the unit file says of an earlier IMU.
     let wanted = config::load(&options.robot)?.robot.imu.unwrap_or(place.settings);
     let mut line = SerialImu::open(&Device { baud: wanted.baud, ..place.device.clone() })?;
     let mut person = AtTerminal::new(place.unit_path.clone(), true)?;
@@ -85,7 +85,7 @@ fn setup(options: &ImuArguments) -> Result<u8> {
     Ok(COMPLETED)
 }
 
-/// The unit file with what was found.
+/// The unit file, updated with the IMU found.
 fn noted(unit: Option<Unit>, robot_file: &Path, device: &Path, found: &FoundImu) -> Unit {
     let robot_file = robot_file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Unit {

@@ -1,5 +1,5 @@
-//! Ctrl-C in commands that write to single servos: the step under way is finished, then no other is begun; where the
-//! user is asked something nothing is under way, and the program ends at once.
+//! Ctrl-C in commands that write to single servos: the program finishes the present step and begins no other. While
+//! it asks the user something nothing is under way, so it ends at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -10,7 +10,7 @@ use signal_hook::flag;
 
 use super::FAILED;
 
-/// Signals concern the whole program.
+/// Static, since signals concern the whole program.
 static STATE: OnceLock<State> = OnceLock::new();
 
 struct State {
@@ -18,8 +18,8 @@ struct State {
     is_asking: Arc<AtomicBool>,
 }
 
-/// Catches Ctrl-C from now on. What it returns is set once the user wants to break off; the second time, the program
-/// ends at once.
+/// Catches Ctrl-C from now on. The returned flag is set once the user wants to break off; the second time, the
+/// program ends at once.
 pub(super) fn catch() -> Result<&'static AtomicBool> {
     let state = State { is_to_stop: Arc::default(), is_asking: Arc::default() };
     if STATE.get().is_none() {
@@ -39,7 +39,7 @@ pub(super) fn catch() -> Result<&'static AtomicBool> {
     Ok(&STATE.get_or_init(|| state).is_to_stop)
 }
 
-/// Does `ask`, in which the user is waited for.
+/// Calls `ask`, which waits for the user.
 pub(super) fn while_asking<R>(ask: impl FnOnce() -> R) -> R {
     let set = |is_asking| {
         if let Some(state) = STATE.get() {

@@ -1,4 +1,4 @@
-//! `hippocamp jog`: one joint to an angle, and say where it went.
+//! `hippocamp jog`: turns one joint to an angle, and prints where it went.
 
 use anyhow::Result;
 
@@ -16,7 +16,7 @@ use crate::jog::{JogReport, jog as jog_robot};
 use crate::model::{Joint, Robot};
 use crate::simulation;
 
-/// Where the limp joints of the simulated robot are.
+/// Seed for the start angles of the simulated robot's limp joints.
 const SEED: u64 = 1;
 
 /// Turns the joint as `options` say; returns the exit code.
@@ -54,7 +54,7 @@ pub(super) fn jog(options: &JogArguments) -> Result<u8> {
     Ok(exit_code(report.outcome))
 }
 
-/// Jogs the joint until it is done, or the operator or safety stops it.
+/// Jogs the joint until it is done, or until the operator or safety stops it.
 fn drive(
     robot: &Robot,
     joint: usize,
@@ -80,14 +80,14 @@ fn find_joint<'r>(robot: &'r Robot, name: &str) -> Result<(usize, &'r Joint), Ba
     Ok(found)
 }
 
-/// The angle asked for, held to the joint's range; says so if it had to be.
+/// The angle asked for, clamped to the joint's range; prints a note if it had to be.
 fn goal_rad(joint: &Joint, angle_deg: f64) -> Result<f64, BadInput> {
     if !angle_deg.is_finite() {
         return Err(BadInput(format!("{angle_deg} degrees: expected a number")));
     }
     let (low, high) = joint.goal_range_rad();
     let goal_rad = angle_deg.to_radians().clamp(low, high);
-    // Whole counts make the range a little narrower; that is not worth a word.
+    // Whole counts make the range a little narrower; that needs no note.
     let (low_deg, high_deg) = (joint.range_rad.0.to_degrees(), joint.range_rad.1.to_degrees());
     if angle_deg < low_deg - 1e-9 || angle_deg > high_deg + 1e-9 {
         say!(

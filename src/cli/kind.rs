@@ -1,11 +1,11 @@
-//! Which command runs the robot.
+//! The command that runs the robot.
 
 use super::RunArguments;
 
-/// How long a run goes on that does not say, s.
+/// Length of a run whose options give none, s.
 const FOR_S: f64 = 20.0;
 
-/// Which command runs the robot.
+/// The command that runs the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Run,
@@ -13,7 +13,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// How long it goes on, s.
+    /// How long it lasts, s.
     pub(super) fn for_s(self, options: &RunArguments) -> f64 {
         let otherwise_s = match self {
             Kind::Run => FOR_S,

@@ -9,14 +9,14 @@ use crate::capability::{Capability, CapabilityError, Load, PoseError, ReachError
 use crate::config::{self, ConfigError, Fault, RobotFile, UnitFile};
 use crate::model::{Carrier, TentacleMotion};
 
-/// A robot that can do what its file says.
+/// A robot that can do what its file asks.
 pub(super) struct Loaded {
     pub(super) file: RobotFile,
     pub(super) capability: Capability,
 }
 
-/// Loads the robot file at `path` as it stands, of whatever rig, with the zero counts of `unit`: for commands that ask
-/// the servos but plan no motion.
+/// Loads the robot file at `path` without capability checks, for any rig, with the zero counts of `unit`: for
+/// commands that talk to the servos but plan no motion.
 pub(super) fn load_file(path: &Path, unit: Option<&UnitFile>) -> Result<RobotFile> {
     let mut file = config::load(path)?;
     if let Some(unit) = unit {
@@ -56,7 +56,7 @@ pub(super) fn load(path: &Path, unit: Option<&UnitFile>) -> Result<Loaded> {
     Err(ConfigError::of(faults).into())
 }
 
-/// The fault of a robot that cannot do what its file says.
+/// The fault of a robot that cannot do what its file asks.
 fn cannot(file: &RobotFile, error: &CapabilityError) -> Fault {
     match error {
         CapabilityError::Reach(ReachError::Unreachable { .. }) => {
@@ -78,8 +78,9 @@ fn cannot(file: &RobotFile, error: &CapabilityError) -> Fault {
     }
 }
 
-/// The fault of arms of which a servo cannot hold up its part of the weight that nothing else carries. What says that
-/// it floats must float: water that carries all but a little leaves the servos that little.
+/// The fault of arms with a servo that cannot hold up its share of the weight, the part that nothing else carries.
+/// Arms whose file says that they float must float: water that carries nearly all of them leaves the servos the
+/// small rest.
 fn too_heavy(file: &RobotFile, tentacle: &TentacleMotion, loads: &[Load]) -> Option<Fault> {
     let share = |load: &&Load| load.share_of_stall.unwrap_or(0.0);
     let worst = loads.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;

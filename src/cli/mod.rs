@@ -1,4 +1,4 @@
-//! The command line: what the user typed, and which command does it.
+//! The command line: parses what the user typed, and calls the command.
 
 #[macro_use]
 mod say;
@@ -49,13 +49,13 @@ use crate::output::Place;
 
 /// Everything was done as asked.
 const COMPLETED: u8 = 0;
-/// Anything that has no code of its own.
+/// Any result without a code of its own.
 const FAILED: u8 = 1;
 /// A file or an option is wrong; nothing was touched.
 const BAD_INPUT: u8 = 2;
 /// Safety stopped the robot.
 const STOPPED_BY_SAFETY: u8 = 3;
-/// A replay found nothing wrong, but could not judge all of the run.
+/// A replay found nothing wrong, but could not judge the whole run.
 const NOT_ALL_JUDGED: u8 = 4;
 /// The robot fell and lies limp.
 const FALLEN: u8 = 5;
@@ -89,9 +89,10 @@ enum Command {
     },
     /// Judges a recording again.
     ///
-    /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on what
-    /// the servos answered, which must give the same goals. Exit codes: 0 all of it agrees, 1 something differs,
-    /// 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short or damaged.
+    /// Prints a summary, checks that ranges, rates and footholds were kept, and runs the controller again on the
+    /// servos' recorded answers, which must give the same goals. Exit codes: 0 all of it agrees, 1 something
+    /// differs, 2 the file is no recording, 4 nothing differs but cycles were dropped, or the file was cut short or
+    /// damaged.
     #[command(
         after_help = "Examples:\n  hippocamp replay trot.mcap\n  hippocamp replay trot.mcap --html trot.html"
     )]
@@ -113,98 +114,100 @@ enum Command {
                             hippocamp run config/horse.toml --script config/scripts/round.toml --virtual\n  \
                             hippocamp run config/horse-dynamixel.toml --gait trot --speed 0.2 --virtual --report trot.json")]
     Run(Box<RunArguments>),
-    /// Plays a show of strokes on arms, on repeat, until it is told to end.
+    /// Plays a show of strokes on arms, on repeat, until you end it.
     ///
-    /// The strokes are those of --script, or all there are. A servo that trips on overload leaves its joint frozen, where
-    /// the robot file says `tripped_servo = "freeze"`, and is restarted while the arms are parked; servos that get hot
-    /// park the arms until they are cool. In a terminal p parks and goes on, q ends, x is the emergency stop.
+    /// The strokes are those of --script, or all of them. If the robot file says `tripped_servo = "freeze"`, a
+    /// servo that trips on overload leaves its joint frozen, and is restarted while the arms are parked. Servos
+    /// that get hot park the arms until they are cool. In a terminal p parks and continues, q ends, x is the
+    /// emergency stop.
     #[command(after_help = "Examples:\n  hippocamp show config/tentacle.toml\n  \
                             hippocamp show config/tentacle.toml --script docs/strokes.toml --for 3600 --virtual")]
     Show(Box<RunArguments>),
     /// Turns one joint to an angle, slowly, and lets it go again.
     ///
-    /// Only this joint gets torque, from where it is; all others stay limp. An angle outside the joint's range is
-    /// held to it. The joint is held at its goal for a second; what it measures then is printed.
+    /// Only this joint gets torque, from its present angle; all others stay limp. An angle outside the joint's
+    /// range is clamped to it. The joint holds its goal for a second; then the command prints what it measures.
     #[command(after_help = "Example: hippocamp jog config/horse.toml left_hind.hip -85 --virtual")]
     Jog(JogArguments),
     /// Looks for everything that makes real robots fail; changes nothing.
     ///
-    /// Each line is ok, a warning or a fault, with what to do: the unit file, real-time permission, devices and their
-    /// latency, echoes, every servo's model, firmware, id, rate, settings, limits, supply, temperature and alarms, the
-    /// time of an exchange, current against plugs. Servos are only read. Exit codes: 0 no fault, 1 a fault, 2 bad input.
+    /// Each line is ok, a warning or a fault, with what to do: the unit file, real-time permission, devices and
+    /// their latency, echoes, every servo's model, firmware, id, rate, settings, limits, supply, temperature and
+    /// alarms, the time of an exchange, current against plugs. Servos are only read. Exit codes: 0 no fault, 1 a
+    /// fault, 2 bad input.
     #[command(after_help = "Examples:\n  hippocamp doctor config/horse.toml\n  \
                             hippocamp doctor config/horse.toml --port main=/dev/ttyACM0 --json")]
     Doctor(DoctorArguments),
-    /// Sets up the inertial measurement unit of a built robot, or shows what it says.
+    /// Sets up the inertial measurement unit of a built robot, or shows what it measures.
     #[command(subcommand)]
     Imu(ImuCommand),
-    /// Measures where the joints of a built robot are and which way they turn, and keeps it in its unit file.
+    /// Measures where the joints of a built robot are and which way they turn, and saves it in its unit file.
     ///
-    /// All servos go limp. You bring the robot into the pose that is drawn, then turn each joint by hand from end to end;
-    /// then each joint turns a few degrees by itself, at a fifth of its torque, and you say whether it went the right
-    /// way. An encoder whose seam is in a joint's way is told, and cured where its servo can be. Every step is kept at
-    /// once: ended at any moment, the same command goes on from there. See docs/calibration.md. Exit codes: 0 calibrated, 1 not complete, 2 bad input,
-    /// 3 stopped by safety.
+    /// All servos go limp. You bring the robot into the drawn pose, then turn each joint by hand from end to end;
+    /// then each joint turns a few degrees by itself, at a fifth of its torque, and you say whether it went the
+    /// right way. The command reports an encoder whose seam is in a joint's way, and cures it if the servo allows
+    /// that. It saves every step at once: end it at any moment, and the same command continues from there. See
+    /// docs/calibration.md. Exit codes: 0 calibrated, 1 not complete, 2 bad input, 3 stopped by safety.
     #[command(after_help = "Examples:\n  hippocamp calibrate config/horse.toml\n  \
                             hippocamp calibrate config/horse.toml --again left_hind.hip")]
     Calibrate(CalibrateArguments),
     /// Shows what every servo reports, live; writes nothing to any.
     ///
     /// A table of every joint, redrawn in place on a terminal: goal, angle, speed, load (of stall torque), supply,
-    /// temperature, alarms. Torque stays as it is. A servo that falls silent is shown as lost, and comes back by itself.
-    /// The unit file need not be calibrated. Ctrl-C ends it.
+    /// temperature, alarms. Torque stays as it is. A servo that falls silent is shown as lost, and returns once it
+    /// answers. The unit file need not be calibrated. Ctrl-C ends it.
     #[command(after_help = "Examples:\n  hippocamp monitor config/horse.toml --port main=/dev/ttyACM0\n  \
                             hippocamp monitor config/horse.toml --json --for 10")]
     Monitor(MonitorArguments),
-    /// Draws what the robot would do by a motion script, without servos.
+    /// Draws what the robot would do under a motion script, without servos.
     ///
-    /// Gaits, inverse kinematics and safety run at the robot's own rate on joints that are always where they are told
-    /// to be; a robot without buses will do. Writes, as SVG: feet.svg (each foot against its root, and its reach),
+    /// Gaits, inverse kinematics and safety run at the robot's own rate on joints that follow their goals exactly;
+    /// a robot without buses will do. Writes, as SVG: feet.svg (each foot against its root, and its reach),
     /// footfalls.svg (which foot is on the ground when), joints.svg (angles and ranges), poses.svg (stick figures),
     /// and with --thesis thesis.svg. Exit codes: 0 drawn, 2 bad input.
     #[command(after_help = "Example:\n  hippocamp plot config/thoroughbred.toml \
                             --script docs/walk-to-trot.toml --thesis --out pictures")]
     Plot(PlotArguments),
-    /// Finds out which servos are on a serial line.
+    /// Finds the servos on a serial line.
     ///
-    /// Asks every id, at all rates servos have, in both languages; prints who answered, and notices ids that two servos
-    /// have and adapters that hand back what they are sent. Writes nothing. Exit codes: 0 somebody answered, 1 nobody.
+    /// Asks every id, at all rates of servos, in both protocols; prints the servos that answered, and notices ids
+    /// that two servos have and adapters that echo. Writes nothing. Exit codes: 0 a servo answered, 1 none did.
     #[command(after_help = "Examples:\n  hippocamp scan /dev/ttyUSB0\n  \
                             hippocamp scan /dev/ttyUSB0 --protocol feetech --baud 1000000 --ids 1-20")]
     Scan(scan::ScanArguments),
     /// Sets up a robot's new servos, one after the other.
     ///
-    /// Asks for the servo of each joint to be plugged in, finds it, keeps a backup of it, gives it id, rate and modes, and
-    /// reads all of it back. Goes on where it was broken off. Leave servos that are set up plugged in. Writes the devices
-    /// to the unit file. See docs/servos.md.
+    /// Asks you to plug in the servo of each joint, finds it, saves a backup of it, gives it id, rate and modes,
+    /// and reads all of it back. If you break it off, run it again: it continues from there. Leave servos that are
+    /// set up plugged in. Writes the devices to the unit file. See docs/servos.md.
     #[command(after_help = "Example: hippocamp setup config/horse.toml --port main=/dev/ttyUSB0")]
     Setup(setup::SetupArguments),
     /// Reads and sets a single servo.
     ///
-    /// Its rate and language are found by themselves unless given. Every command says what it is about to write and
-    /// asks first, unless told --yes. See docs/servos.md.
+    /// Finds its rate and protocol unless you give them. Every command says what it is about to write and asks
+    /// first, unless you add --yes. See docs/servos.md.
     #[command(subcommand)]
     Servo(servo::ServoCommand),
     /// Pushes the simulated robot over and over, and says how it falls.
     ///
-    /// Every trial is a run of its own with a push, a gait, a speed and a friction of its own, on all processors. Each is
-    /// done with the reflex off; where a fall was certain then, again with the reflex, and as a passive drop. Printed are
-    /// shares with their 95 % intervals (Wilson) and means with theirs (by resampling). The same seed gives the same
-    /// trials. See docs/falls.md.
+    /// Every trial is a run of its own with a push, a gait, a speed and a friction of its own, on all processors.
+    /// Each runs with the reflex off; if a fall was certain then, it runs again with the reflex, and as a passive
+    /// drop. The command prints shares with their 95 % intervals (Wilson) and means with theirs (by resampling).
+    /// The same seed gives the same trials. See docs/falls.md.
     ///
-    /// With --faults random it runs robots, with and without physics, while servos, buses, supply and host fail at random,
-    /// and judges the simulated servos' own registers and shafts: goals beyond range or rate, snaps, torque after the end,
-    /// runs that do not end, reports that are untrue. Each finding is made as small as it can be and kept in a folder. Exit
-    /// code 1 if something was found. See docs/faults.md.
+    /// With --faults random it runs robots, with and without physics, while servos, buses, supply and host fail at
+    /// random, and checks the simulated servos' own registers and shafts: goals beyond range or rate, snaps, torque
+    /// after the end, runs that do not end, reports that are untrue. Each finding is reduced to its smallest form
+    /// and saved in a folder. Exit code 1 if something was found. See docs/faults.md.
     #[command(after_help = "Examples:\n  hippocamp try config/horse.toml --runs 300 --seed 2\n  \
                             hippocamp try config/horse.toml config/tentacle.toml --faults random --hours 2")]
     Try(trial::TryArguments),
     /// Puts the robot's servos behind pseudo-terminals, for any program that drives servos.
     ///
     /// Every bus of the robot file is a serial device under a name that stays, and its servos answer there in real
-    /// time, byte for byte as real ones, at the rate the program that opens it has set. Servos are plugged in, pulled
-    /// out and turned by hand by what is typed on standard input ('help' says how). Runs until Ctrl-C, SIGTERM or
-    /// 'quit'; the end of standard input is none. See docs/simulated-buses.md.
+    /// time, byte for byte as real ones, at the rate the program that opens it has set. Commands typed on standard
+    /// input plug servos in, pull them out and turn them by hand ('help' lists them). Runs until Ctrl-C, SIGTERM or
+    /// 'quit'; the end of standard input does not end it. See docs/simulated-buses.md.
     #[command(after_help = "Examples:\n  hippocamp sim config/horse.toml\n  \
                             hippocamp sim config/horse.toml --factory-new --link ports --reversed left_hind.hip")]
     Sim(SimArguments),
@@ -220,7 +223,7 @@ enum Command {
 }
 
 impl Command {
-    /// The files that it is given, the one it is about first.
+    /// The files in its arguments, the main one first.
     fn files(&self) -> Vec<&Path> {
         let (about, others): (_, Vec<&Option<PathBuf>>) = match self {
             Command::Check { robot, urdf } => (robot, vec![urdf]),
@@ -252,13 +255,13 @@ impl Command {
     }
 }
 
-/// Which built robot, and whether it is there.
+/// Options that name the built robot and its devices, or ask for a simulated one.
 #[derive(Debug, clap::Args)]
 struct UnitArguments {
     /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's (paths in /dev/serial/by-id stay the same).
+    /// Serial device of a bus, instead of the unit file's (paths in /dev/serial/by-id stay the same).
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
     /// Run on simulated buses, even where the unit file names devices.
@@ -276,7 +279,7 @@ struct UnitArguments {
 }
 
 impl UnitArguments {
-    /// Lets simulated joints turn freely where that was asked for, or where the file has no body.
+    /// Lets simulated joints turn freely if the user asked for it, or if the file has no body.
     fn take_physics_off(&self, robot: &mut Robot, unit: Option<&UnitFile>) {
         let is_simulated = ports::is_simulated(self, unit).unwrap_or_default();
         if is_simulated && (self.no_physics || robot.physics.is_none()) {
@@ -307,7 +310,7 @@ struct DoctorArguments {
     /// The unit file [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's.
+    /// Serial device of a bus, instead of the unit file's.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
     /// Print all of it as JSON.
@@ -318,11 +321,11 @@ struct DoctorArguments {
 /// What to do with the inertial measurement unit.
 #[derive(Debug, Subcommand)]
 enum ImuCommand {
-    /// Finds the unit, sets it up, and finds how it is built in while you tilt the robot.
+    /// Finds the unit, sets it up, and finds how it is mounted while you tilt the robot.
     ///
-    /// Tries all its line rates; sets what it sends, how often and at which rate, as the robot file says, and has it keep
-    /// that; then asks you to hold the robot level, nose down, level and left side down. What is found goes into the unit
-    /// file. No servo is touched: hold the robot limp, or with its power off.
+    /// Tries all its line rates; sets its output, its rate and its line rate as the robot file says, and saves
+    /// these settings in the unit; then asks you to hold the robot level, nose down, level and left side down.
+    /// Writes the result into the unit file. Touches no servo: hold the robot limp, or with its power off.
     #[command(after_help = "Example: hippocamp imu setup config/horse.toml --port imu=/dev/ttyUSB1")]
     Setup(ImuArguments),
     /// Shows roll, pitch, yaw and turn rates of the body, and how old they are, five times a second.
@@ -343,7 +346,7 @@ struct ImuArguments {
     /// The unit file [default: the robot file's name with .unit.toml for .toml].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of the unit, as imu=PATH, in the place of the unit file's.
+    /// Serial device of the unit, as imu=PATH, instead of the unit file's.
     #[arg(long = "port", value_name = "imu=PATH")]
     ports: Vec<ports::PortOption>,
 }
@@ -356,14 +359,14 @@ struct CalibrateArguments {
     /// The unit file to write [default: the robot file's name with .unit.toml for .toml].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's; kept there if it has none.
+    /// Serial device of a bus, instead of the unit file's; kept there if it has none.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<ports::PortOption>,
-    /// Forget what is known of these joints, or of all if none is named, and calibrate them again.
+    /// Forget the calibration of these joints, or of all if none is named, and calibrate them again.
     #[arg(long, value_name = "JOINT", num_args = 0..)]
     again: Option<Vec<String>>,
-    /// Ask nothing: the pose is measured once the robot is still, cures are written into the servos, and a joint's
-    /// direction is that of its sweep. For scripts.
+    /// Ask nothing: measure the pose once the robot is still, write cures into the servos, and take a joint's
+    /// direction from its sweep. For scripts.
     #[arg(long = "yes")]
     is_unattended: bool,
 }
@@ -373,10 +376,10 @@ struct CalibrateArguments {
 struct MonitorArguments {
     /// The robot file.
     robot: PathBuf,
-    /// Print a line of JSON each time, in the place of a table.
+    /// Print a line of JSON each time instead of a table.
     #[arg(long = "json")]
     is_json: bool,
-    /// End after so many seconds [default: at Ctrl-C].
+    /// End after this many seconds [default: at Ctrl-C].
     #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
     for_s: Option<f64>,
     /// Time between two tables or lines, in seconds [default: 0.2 on a terminal, 1 elsewhere].
@@ -394,7 +397,7 @@ struct MonitorArguments {
 struct PlotArguments {
     /// The robot file.
     robot: PathBuf,
-    /// What the robot is to do (TOML; see docs/scripts.md).
+    /// The motion script (TOML; see docs/scripts.md).
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
     /// The directory to write to; made if it is not there.
@@ -433,7 +436,7 @@ struct SimArguments {
     /// Joints whose servo is mounted the other way round than the robot file says.
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     reversed: Vec<String>,
-    /// Where the limp joints are at the start, how the horns were put on, and all other chance.
+    /// Seed for the start angles of the limp joints, the mounting of the horns, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Let the joints turn freely, even where the robot file has a [physics] section.
@@ -453,20 +456,21 @@ struct RunArguments {
     /// Gait: one of those that 'hippocamp check' lists [default: walk].
     #[arg(long, value_name = "NAME")]
     gait: Option<String>,
-    /// Speed in m/s, negative to go backwards; held to what legs and servos can do [default: nine tenths of the top speed].
+    /// Speed in m/s, negative to go backwards; limited to what legs and servos can do [default: nine tenths of the
+    /// top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     speed: Option<f64>,
-    /// Of arms: one stroke (sway, walk, swim, reach, path, wind, rest, park), in the place of a show of all of them.
+    /// For arms: one stroke (sway, walk, swim, reach, path, wind, rest, park) instead of a show of all of them.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"])]
     stroke: Option<String>,
-    /// Of arms: how many times as fast as the robot file says.
+    /// For arms: the tempo, as a multiple of the robot file's.
     #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
     tempo: Option<f64>,
-    /// Of a figure: the pose to take, one of those that 'hippocamp check' lists [default: stand].
+    /// For a figure: the pose to take, one of those that 'hippocamp check' lists [default: stand].
     #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed", "stroke"])]
     pose: Option<String>,
-    /// How long to walk, or to go on with a stroke, show or pose, in seconds, before slowing down.
-    /// [default: 20; a show goes on until it is told to end]
+    /// How long to walk, or to perform a stroke, show or pose, in seconds, before slowing down.
+    /// [default: 20; a show runs until you end it]
     #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
     walk_for_s: Option<f64>,
     /// Exit with code 6 where the run completed and its verdict is poor.
@@ -476,7 +480,7 @@ struct RunArguments {
     driver: drivers::DriverArguments,
     #[command(flatten)]
     unit: UnitArguments,
-    /// Where the limp joints of the simulated robot are at the start, and all other chance.
+    /// Seed for the start angles of the simulated robot's limp joints, and all other chance.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
           allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
@@ -487,8 +491,8 @@ struct RunArguments {
     /// a period after its time; the robot then goes on from where it is.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until it is
-    /// whole; a FILE.part that is there already is not written over.
+    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until
+    /// it is complete; a FILE.part that already exists is not overwritten.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Write a page that plays the run to this file; opens in any browser, without a network.
@@ -522,12 +526,12 @@ impl From<Ik> for Method {
     }
 }
 
-/// Writes `text` to its place: all of it, or nothing.
+/// Writes all of `text` to its place, or nothing.
 fn write_whole(place: &Place, text: &str) -> anyhow::Result<()> {
     place.write(text.as_bytes()).with_context(|| format!("{} could not be written", place.path().display()))
 }
 
-/// Parses the command line, does what it says, and returns the exit code.
+/// Parses the command line, carries out the command, and returns the exit code.
 pub fn main() -> ExitCode {
     let arguments = match refusal::parse() {
         Ok(arguments) => arguments,

@@ -1,4 +1,5 @@
-//! `hippocamp monitor`: a live table of what every servo reports, or lines of JSON; nothing is written to any servo.
+//! `hippocamp monitor`: prints a live table of what every servo reports, or lines of JSON; writes nothing to any
+//! servo.
 
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
@@ -23,10 +24,10 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Time between two tables on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 1.0;
-/// Where the limp joints of a simulated robot are.
+/// Seed for the start angles of a simulated robot's limp joints.
 const SEED: u64 = 1;
 
-/// Shows what the robot's servos report until it is told to stop; returns the exit code.
+/// Shows what the robot's servos report until the user ends it; returns the exit code.
 pub(super) fn monitor(options: &MonitorArguments) -> Result<u8> {
     for (name, value) in [("--for", options.for_s), ("--every", options.every_s)] {
         if value.is_some_and(|seconds| !(seconds > 0.0 && seconds.is_finite())) {
@@ -73,7 +74,7 @@ fn watch(options: &MonitorArguments, robot: &Robot, ports: impl Ports, head: &st
         if time_s >= show_at_s {
             show_at_s = time_s + every_s - 0.5 * LOOK_EVERY.as_secs_f64();
             if let Err(error) = screen.show(robot, head, time_s, monitor.rows()) {
-                // It only shows: where nothing can be shown, it is at its end.
+                // This command only shows: if its output fails, it ends.
                 say::note(Err(error));
                 return Ok(COMPLETED);
             }
@@ -84,17 +85,17 @@ fn watch(options: &MonitorArguments, robot: &Robot, ports: impl Ports, head: &st
     }
 }
 
-/// Deadlines that have passed already are skipped, not made up for.
+/// The next deadline; skips those that have already passed.
 fn next_deadline(deadline: Time, now: Time) -> Time {
     let next = deadline + LOOK_EVERY;
     if now.since(next).is_zero() { next } else { now }
 }
 
-/// Standard output, on which one table takes the place of another.
+/// Standard output, on which each table replaces the one before.
 struct Screen {
     is_json: bool,
     is_terminal: bool,
-    /// Lines of the table before, which the next one takes the place of.
+    /// Lines of the previous table, which the next one replaces.
     drawn: usize,
 }
 
@@ -134,10 +135,11 @@ impl Screen {
     }
 }
 
-/// Cuts the table to what the terminal has room for; one that does not tell has had 80 columns for fifty years.
+/// Cuts the table to the size of the terminal; if the terminal does not report it, to 80 columns, the default for
+/// fifty years.
 fn fit(lines: &mut Vec<String>, size: Option<rustix::termios::Winsize>) {
     let (rows, columns) = size.map_or((0, 0), |size| (usize::from(size.ws_row), usize::from(size.ws_col)));
-    // The cursor stands in the line below.
+    // The cursor needs the line below.
     let room = if rows == 0 { usize::MAX } else { rows.saturating_sub(1).max(1) };
     if lines.len() > room {
         let left_out = lines.len() - room + 1;
@@ -191,7 +193,7 @@ fn words(robot: &Robot, row: &Row<'_>) -> String {
 /// One line of `--json`. Angles in degrees, for people.
 #[derive(Serialize)]
 struct Line<'m> {
-    /// Since the command began, s.
+    /// Time since the command began, s.
     time_s: f64,
     joints: Vec<JointLine<'m>>,
 }
@@ -202,11 +204,11 @@ struct JointLine<'m> {
     bus: &'m str,
     id: u8,
     is_lost: bool,
-    /// Since it was last heard, s; none where it never was, and so for all that follows.
+    /// Time since it last answered, s; `None` if it never did; the optional fields below are then `None` too.
     age_s: Option<f64>,
-    /// None where it is not known, or not heard now.
+    /// `None` if unknown, or if it does not answer now.
     has_torque: Option<bool>,
-    /// None where it has no torque, too.
+    /// `None` also if it has no torque.
     goal_deg: Option<f64>,
     position_deg: Option<f64>,
     speed_deg_s: Option<f64>,
@@ -214,7 +216,7 @@ struct JointLine<'m> {
     load_percent: Option<f64>,
     voltage_v: Option<f64>,
     temperature_c: Option<f64>,
-    /// In words, joined by commas; empty where there is none.
+    /// In words, joined by commas; empty if there are none.
     alarms: String,
 }
 

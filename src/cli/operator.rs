@@ -1,4 +1,4 @@
-//! Who gives the orders while a command moves the robot: its driver, signals, and the guard's absence.
+//! Gives the orders while a command moves the robot: from its driver, from signals, and when the guard is gone.
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, bounded};
@@ -16,11 +16,11 @@ use crate::run;
 use crate::signals::Status;
 use crate::telemetry::Outcome;
 
-/// Said, and written into the report, when the guard is gone.
+/// Printed, and written into the report, when the guard is gone.
 const GUARD_GONE: &str = "the guard process is gone or hangs, and nobody would take the torque off if this program \
                           died too: stopped";
 
-/// What a loop on real servos has beside it; one on simulated servos has nothing of it.
+/// Parts that only a loop on real servos has.
 pub(super) struct OnHardware {
     /// The processor to stay on, if one was named.
     pub(super) processor: Option<usize>,
@@ -28,14 +28,14 @@ pub(super) struct OnHardware {
     pub(super) heart: Heart,
 }
 
-/// A driver and signals in, the status line out; and what a loop on real servos has beside it.
+/// Takes orders from a driver and from signals, and shows the status line; also holds the parts for real servos.
 pub(super) struct Terminal {
     signals: Signals,
     driver: Driver,
     status_line: Option<StatusLine>,
     hardware: Option<OnHardware>,
     is_first: bool,
-    /// What signals ordered last.
+    /// The last order by signal.
     ordered: Option<Order>,
     /// Why the driver ordered a stop.
     reason: &'static str,
@@ -44,7 +44,7 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// Shows no status without a `status_line`.
+    /// Shows no status if `status_line` is false.
     pub(super) fn new(
         signals: Signals,
         driver: Driver,
@@ -73,9 +73,9 @@ impl run::Operator for Terminal {
     fn order(&mut self, status: &Status) -> Order {
         if let Some(OnHardware { processor, heart }) = &self.hardware {
             if self.is_first {
-                // In the first cycle, when all memory is taken and all other threads are there.
+                // In the first cycle all memory is taken and all other threads are running.
                 let notes = platform::request_real_time(*processor);
-                // A terminal that does not take them, or a pipe that nobody reads, is no reason for the loop to wait.
+                // A thread of its own: the loop must not wait for a terminal or pipe that does not read.
                 std::thread::spawn(move || notes.iter().for_each(|note| say!("  {note}")));
             }
             self.is_guard_gone |= !heart.beat();
@@ -89,7 +89,7 @@ impl run::Operator for Terminal {
             }
         });
         self.ordered = self.signals.0.try_recv().ok().or(self.ordered);
-        // A signal counts for more than the driver, but for an emergency.
+        // A signal takes precedence over the driver, unless the driver orders an emergency stop.
         let Instruction { order, reason } = match self.ordered {
             Some(order) if asked.order != Order::StopAtOnce => order.into(),
             _ => asked,
@@ -117,8 +117,8 @@ impl run::Operator for Terminal {
     }
 }
 
-/// Orders by signals: the first SIGINT or SIGTERM (or a terminal that closes, or Ctrl-Z, which would freeze the
-/// robot) orders a stop, the second one at once.
+/// Orders by signals: the first SIGINT or SIGTERM orders a stop, the second one a stop at once. A closing terminal,
+/// and Ctrl-Z, which would freeze the robot, count the same.
 pub(super) struct Signals(Receiver<Order>);
 
 impl Signals {
@@ -136,7 +136,7 @@ impl Signals {
         Ok(Signals(receiver))
     }
 
-    /// Whether one has come since this was last asked: for commands that do nothing but look.
+    /// True if a signal has come since the last call: for commands that only look.
     pub(super) fn is_stop_ordered(&self) -> bool {
         self.0.try_recv().is_ok()
     }

@@ -1,4 +1,4 @@
-//! Panics while the robot has torque: what they have to say can wait until it is safe.
+//! Panics while the robot has torque: their messages wait until the robot is safe.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{self, AssertUnwindSafe};
@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::say::complain;
 
-/// Does `work`. A panic in it, on any thread, says nothing at first: names for a backtrace take tenths of a second to
-/// look up, which the servos of a loop that panicked do not have. It is said afterwards, backtrace included.
+/// Calls `work`. A panic in it, on any thread, prints nothing at first: looking up names for a backtrace takes
+/// tenths of a second, which the servos of a panicked loop do not have. Afterwards the message is printed,
+/// backtrace included.
 pub(super) fn said_afterwards<R>(work: impl FnOnce() -> R) -> R {
     said_to(complain, work)
 }
@@ -38,7 +39,7 @@ fn said_to<R>(mut tell: impl FnMut(&str), work: impl FnOnce() -> R) -> R {
 mod tests {
     use super::*;
 
-    /// One test, as the hook is everybody's.
+    /// One test for all cases, since all threads share the hook.
     #[test]
     fn a_panic_goes_on_as_it_would_and_is_said_whether_it_is_caught_inside_or_not() {
         let caught = said_to(|_| {}, || panic::catch_unwind(|| panic!("a panic this test wants")));

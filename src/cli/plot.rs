@@ -1,4 +1,4 @@
-//! `hippocamp plot`: pictures of what a robot would do, without servos.
+//! `hippocamp plot`: draws what a robot would do, without servos.
 
 use std::fs;
 
@@ -17,11 +17,11 @@ use crate::operator::{Repertoire, Script};
 use crate::output::{Outputs, Writing};
 use crate::plot::{self, Course, Subject};
 
-/// More than a picture can show, s; and more than it shows well.
+/// Longest time that a picture can show, and longest that it shows well, s.
 const LONGEST_S: f64 = 600.0;
 const LONG_S: f64 = 40.0;
 
-/// Draws what the robot would do by a script.
+/// Draws what the robot would do under a script.
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
@@ -93,7 +93,7 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     Ok(())
 }
 
-/// What the robot does by `script` in the part that is to be drawn.
+/// The motion of the robot under `script` in the part to draw.
 fn follow<'r>(
     options: &PlotArguments,
     subject: Subject<'r>,
@@ -105,7 +105,7 @@ fn follow<'r>(
     Ok(followed.map_err(|error| BadInput(format!("{}: {error}", options.script.display())))?)
 }
 
-/// The first change of gait beside the same by the rule of the thesis.
+/// The first change of gait, and beside it the same change by the rule of the thesis.
 fn thesis(
     options: &PlotArguments,
     course: &Course<'_>,
@@ -128,7 +128,7 @@ fn thesis(
     Ok(plot::comparison(course, &change, &rule, swing.time_s)?)
 }
 
-/// From when to when to draw, s.
+/// Start and end of the part to draw, s.
 fn span(options: &PlotArguments, script: &Script) -> Result<(f64, f64), BadInput> {
     let (from_s, to_s) = (options.from_s.unwrap_or(0.0), options.to_s.unwrap_or(script.end_s));
     let end_s = to_s.min(script.end_s);

@@ -1,4 +1,4 @@
-//! What a figure is to do in a run, and who drives it.
+//! The pose of a figure in a run, and its driver.
 
 use anyhow::Result;
 
@@ -8,10 +8,10 @@ use super::{BadInput, RunArguments};
 use crate::config;
 use crate::model::{FigureMotion, FigurePose, Robot};
 
-/// The pose asked for, the stand if none is: index into the figure's poses.
+/// The pose asked for, or the stand if none is: index into the figure's poses.
 ///
 /// # Errors
-/// Bad input: options of other robots, a pose there is not.
+/// Bad input: options of other robots, an unknown pose.
 pub(super) fn pose(
     options: &RunArguments,
     kind: Kind,
@@ -34,7 +34,7 @@ pub(super) fn pose(
     })
 }
 
-/// Who drives it: whoever `options` name, else its plan.
+/// The figure's driver: the one that `options` name, else its plan.
 ///
 /// # Errors
 /// Bad input: a bad script, no terminal, a gamepad.

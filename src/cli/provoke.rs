@@ -1,7 +1,8 @@
-//! Panics that tests ask for, to see how this program ends. Not in a release build.
+//! Panics on demand for tests of how this program ends. Not in a release build.
 //!
-//! `HIPPOCAMP_PANIC=loop:N` has the loop panic in cycle N; `HIPPOCAMP_PANIC=recording:BYTES` the thread that writes
-//! the recording, after so many bytes. Each says when, on the system's monotonic clock.
+//! `HIPPOCAMP_PANIC=loop:N` makes the loop panic in cycle N; `HIPPOCAMP_PANIC=recording:BYTES` makes the thread
+//! that writes the recording panic, after this many bytes. Each message gives its time on the system's monotonic
+//! clock.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -12,7 +13,7 @@ use crate::run::Operator;
 use crate::signals::Status;
 use crate::telemetry::Outcome;
 
-/// What `HIPPOCAMP_PANIC` says of `place`.
+/// The count in `HIPPOCAMP_PANIC` for `place`, if it names `place`.
 fn wanted(place: &str) -> Option<u64> {
     let text = std::env::var("HIPPOCAMP_PANIC").ok()?;
     let (of, count) = text.split_once(':')?;
@@ -23,7 +24,7 @@ fn panic_now() {
     panic!("a panic that a test wants, at {} ns", monotonic().as_nanos());
 }
 
-/// An operator in whose cycles it may happen.
+/// An operator that panics in the chosen cycle.
 pub(super) struct Loop<O> {
     operator: O,
     left: Option<u64>,
@@ -57,7 +58,7 @@ impl<O: Operator> Operator for Loop<O> {
     }
 }
 
-/// Counts the bytes of a recording.
+/// Counts the bytes of a recording, and panics at the chosen one.
 pub(super) struct Sink {
     file: File,
     left: Option<u64>,

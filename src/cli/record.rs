@@ -1,5 +1,5 @@
-//! The file of a recording: beside its place until it is whole, so that an earlier recording stays until there is
-//! another.
+//! The file of a recording: beside its final place until it is complete, so that an earlier recording stays until
+//! the new one replaces it.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -15,16 +15,17 @@ use crate::output::Place;
 pub(super) struct RecordingFile {
     /// Its name now.
     name: String,
-    /// Where it is to be; none for one that only a page is made of, which has no name and is gone afterwards.
+    /// Final place; `None` for a recording that serves only to make a page: it has no name and is deleted
+    /// afterwards.
     place: Option<Place>,
-    /// The unfinished file that will be put there; none for a device or a pipe, which is written to as it is.
+    /// The unfinished file that will be moved there; `None` for a device or a pipe, which is written to directly.
     part: Option<TempPath>,
     file: File,
 }
 
 impl RecordingFile {
-    /// Begins the recording that is to be at `place`: one that could not be written is better known before the robot
-    /// has walked.
+    /// Begins the recording that should end up at `place`. Fails before the robot walks if the file cannot be
+    /// written.
     pub(super) fn begin(place: Place) -> Result<(RecordingFile, File), BadInput> {
         let path = place.path().display().to_string();
         let bad = |error: io::Error| BadInput(format!("the recording {path}: {error}"));
@@ -34,7 +35,7 @@ impl RecordingFile {
         Ok((RecordingFile { name, place: Some(place), part, file }, sink))
     }
 
-    /// Begins a recording that only the page at `page` is made of.
+    /// Begins a recording that serves only to make the page at `page`.
     pub(super) fn for_page(page: &Place) -> Result<(RecordingFile, File), BadInput> {
         let path = page.path().display().to_string();
         let bad = |error: io::Error| BadInput(format!("the recording for the page {path}: {error}"));
@@ -43,12 +44,12 @@ impl RecordingFile {
         Ok((RecordingFile { name: format!("behind {path}"), place: None, part: None, file }, sink))
     }
 
-    /// Its name: that of its place once it is there.
+    /// Its name: that of its final place once it is there.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Puts the whole recording in its place, where it outlasts a cut of power.
+    /// Moves the complete recording to its final place, so that it survives a power cut.
     pub(super) fn keep(&mut self) -> io::Result<()> {
         if let (Some(place), Some(part)) = (&self.place, self.part.take()) {
             place.end_recording(part)?;
@@ -57,20 +58,20 @@ impl RecordingFile {
         Ok(())
     }
 
-    /// Takes away a recording of nothing.
+    /// Deletes an empty recording.
     pub(super) fn discard(self) {
         if let Some(part) = self.part {
             let _ = part.close();
         }
     }
 
-    /// The recording, read from its beginning.
+    /// The recording, read from its start.
     pub(super) fn read_back(&self) -> impl Read {
         io::BufReader::new(ReadBack { file: &self.file, offset: 0 })
     }
 }
 
-/// Reads a file that another thread may still be writing to at its end.
+/// Reads a file whose end another thread may still be writing.
 struct ReadBack<'f> {
     file: &'f File,
     offset: u64,

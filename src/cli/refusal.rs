@@ -1,4 +1,4 @@
-//! What the user is told when a command ends in an error: a line a fault, and always which file is meant.
+//! The messages for a command that ends in an error: one line for each fault, always with the file concerned.
 
 use std::error::Error;
 use std::ffi::OsString;
@@ -20,19 +20,19 @@ use crate::service::{BackupError, registers::BadValue};
 #[error("{0}")]
 pub(super) struct BadInput(pub(super) String);
 
-/// Several faults at once, a line each.
+/// Several faults at once, one line each.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", lines.join("\n"))]
 pub(super) struct Several {
     pub(super) lines: Vec<String>,
-    /// True where what is wrong is the input.
+    /// True if the input is at fault.
     pub(super) is_input: bool,
 }
 
 /// Parses the command line.
 ///
 /// # Errors
-/// The exit code where there is nothing more to do: after --help, and after a wrong command line.
+/// The exit code if the program should end here: after --help, and after a wrong command line.
 pub(super) fn parse() -> Result<Arguments, u8> {
     let error = match Arguments::try_parse() {
         Ok(arguments) => return Ok(arguments),
@@ -47,14 +47,15 @@ pub(super) fn parse() -> Result<Arguments, u8> {
     if shown().zip(&typed).all(|(shown, typed)| shown.as_str() == typed) {
         let _ = error.print();
     } else {
-        // It repeats what was typed, newlines too: what is shown of that is as wrong.
+        // The error quotes the typed text, with its newlines. So parse a printable copy, which fails in the same
+        // way.
         let error = Arguments::try_parse_from(shown()).err().unwrap_or(error);
         error.render().to_string().lines().for_each(say::complain);
     }
     Err(BAD_INPUT)
 }
 
-/// Tells why a command that was given these `files`, the one it is about first, ended; returns the exit code.
+/// Prints why a command with these `files`, the main one first, ended; returns the exit code.
 pub(super) fn tell(error: &anyhow::Error, files: &[&Path]) -> u8 {
     let is_refusal = is_refusal(error);
     let mut lines = lines_of(error);
@@ -77,7 +78,7 @@ fn is_refusal(error: &anyhow::Error) -> bool {
         || error.downcast_ref::<Several>().is_some_and(|several| several.is_input)
 }
 
-/// The error and what lies behind it, in one line; of what lists faults, each in a line of its own. At least one.
+/// The error and its causes in one line; if it lists faults, one line each. At least one line.
 fn lines_of(error: &anyhow::Error) -> Vec<String> {
     let mut lines = vec![String::new()];
     for cause in error.chain() {
@@ -103,7 +104,7 @@ fn faults_of(cause: &(dyn Error + 'static)) -> Vec<String> {
     }
 }
 
-/// Adds the first of `files` where none of them is named.
+/// Adds the first of `files` if the lines name none of them.
 fn name_file(lines: &mut [String], files: &[&Path]) {
     let is_named = |file: &&Path| lines.iter().any(|line| line.contains(&*file.to_string_lossy()));
     let (Some(file), false) = (files.first(), files.iter().any(is_named)) else { return };

@@ -1,4 +1,5 @@
-//! `hippocamp replay`: what a recording holds, whether it holds together, and a page that plays it.
+//! `hippocamp replay`: prints what a recording holds, checks that it is consistent, and writes a page that plays
+//! it.
 
 use std::io::Read;
 use std::path::Path;
@@ -53,7 +54,7 @@ pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
     })
 }
 
-/// Writes the page of the recording that `from` gives and that is called `name`.
+/// Writes the page of the recording called `name`, read from `from`.
 pub(super) fn write_page(from: impl Read, name: &str, place: &Place) -> Result<()> {
     let (run, mut cycles) = recording::read(from, name)?;
     let mut page = Page::new(&run.robot);
@@ -63,13 +64,13 @@ pub(super) fn write_page(from: impl Read, name: &str, place: &Place) -> Result<(
     write_whole(place, &page.end(&run.header, &cycles.ending()))
 }
 
-/// Figures of a recording that its judge does not give.
+/// Figures of a recording that its judge does not provide.
 #[derive(Default)]
 struct Summary {
     cycles: u64,
     end_s: f64,
     buses: Vec<BusSample>,
-    /// Largest distance of a joint from its goal, rad; the joint, and when, s.
+    /// Largest error between a joint's angle and its goal, rad; the joint, and when, s.
     worst: Option<(f64, usize, f64)>,
 }
 
@@ -149,7 +150,7 @@ fn print_replay(robot: &Robot, replay: &Replay) {
     print_not_judged(replay);
 }
 
-/// Gaps named one by one; of more only the number is told.
+/// Number of gaps listed one by one; beyond that only the count is printed.
 const GAPS_NAMED: usize = 5;
 
 fn print_not_judged(replay: &Replay) {

@@ -1,4 +1,4 @@
-//! `hippocamp run`: stand up, walk, stop, and say how it was.
+//! `hippocamp run`: stands up, walks, stops, and prints a summary.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ use crate::simulation;
 use crate::telemetry::{Outcome, Report, Verdict};
 use anyhow::{Context, Result};
 
-/// Share of the top speed a robot walks at when no speed is asked for.
+/// Share of the top speed at which a robot walks if the user names no speed.
 const DEFAULT_SPEED_SHARE: f64 = 0.9;
 
 /// Runs the robot as `options` say; returns the exit code.
@@ -66,7 +66,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         return Err(BadInput(format!("--for {for_s}: expected a time in seconds, 0 or more")).into());
     }
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
-    // Before a driver sets the terminal to keys: a signal that is not caught would leave it so.
+    // Before a driver sets the terminal to keys: an uncaught signal would leave it so.
     let signals = Signals::catch()?;
     let (motion, move_for_s, driver) = plan(options, kind, &loaded)?;
     let ports = match &choice {
@@ -83,7 +83,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
             AnyPorts::Serial(ports::open(robot, ports)?, guard)
         }
     };
-    // A page is made from a recording; one that was not asked for is gone afterwards.
+    // A page is made from a recording; one that the user did not ask for is deleted afterwards.
     let is_passing = record.is_none();
     let recording = match (record, &page) {
         (Some(place), _) => Some(RecordingFile::begin(place)?),
@@ -141,7 +141,7 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         keep(recording, &mut report);
     }
     if is_passing {
-        // The recording behind a page is no result of its own, unless it is not whole.
+        // A recording made only for a page does not belong in the report, unless it is incomplete.
         report.recording =
             report.recording.filter(|recording| recording.error.is_some() || recording.dropped > 0);
     }
@@ -155,14 +155,14 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     Ok(if is_poor { POOR } else { exit_code(report.outcome) })
 }
 
-/// Ports of either kind. The loop is compiled for each, so that it pays nothing for the choice.
+/// Ports of either kind. The compiler makes a loop for each, so that the choice costs nothing at run time.
 enum AnyPorts {
     Simulated(SimPorts),
     /// With the guard that takes the torque off if this process dies.
     Serial(SerialPorts, Guard),
 }
 
-/// The servos of `robot` in a world of their own, with the faults that were asked for.
+/// The servos of `robot` in a simulated world, with the faults that the user asked for.
 pub(super) fn simulated_world(robot: &Robot, faults: Option<&Path>, seed: u64) -> Result<hw_sim::World> {
     let faults = match faults {
         Some(path) => fault_script(robot, path)?,
@@ -171,7 +171,7 @@ pub(super) fn simulated_world(robot: &Robot, faults: Option<&Path>, seed: u64) -
     Ok(simulation::world(robot, seed, &faults)?)
 }
 
-/// Exit code of a run that ended so.
+/// Exit code of a run with this outcome.
 pub(super) fn exit_code(outcome: Outcome) -> u8 {
     match outcome {
         Outcome::Completed => COMPLETED,
@@ -191,7 +191,7 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
-/// What to do, for how long, and who drives: others than the plan drive from a stand, for as long as they like.
+/// The plan, its length, and the driver: drivers other than the plan start from a stand, for as long as they like.
 fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
     let robot = &loaded.file.robot;
     let for_s = kind.for_s(options);
@@ -224,7 +224,7 @@ fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f6
     }
 }
 
-/// A plan for the gait asked for, at the speed asked for, held to what the robot can do.
+/// A plan for the gait and speed asked for, limited to what the robot can do.
 fn walking(
     options: &RunArguments,
     robot: &Robot,
@@ -298,7 +298,7 @@ pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultSc
     })
 }
 
-/// Where page, recording and report go; none of these is a file that the run reads.
+/// Places of page, recording and report; none may be a file that the run reads.
 fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Place>; 3]> {
     let unit_path = unit::path(&options.robot, options.unit.unit.as_deref());
     let files = [Some(&options.robot), unit_path.as_ref(), options.faults.as_ref()].into_iter().flatten();
@@ -331,7 +331,7 @@ fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<[Option<Pla
     Ok([page, record, report])
 }
 
-/// Puts a recording that is whole in its place, and says in the report where it is.
+/// Moves a complete recording to its final place, and notes the place in the report.
 fn keep(recording: &mut RecordingFile, report: &mut Report) {
     if let Some(of) = &mut report.recording
         && of.error.is_none()
@@ -351,10 +351,10 @@ fn recorder_into(
     plan: &RunPlan,
     options: &RunArguments,
 ) -> Result<Recorder> {
-    // A recording that outgrows a limit of the system's breaks off; it must not kill the controller.
+    // A recording that outgrows a limit of the system breaks off; it must not kill the controller.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("signals could not be caught")?;
-    // A virtual run is the same whenever it is done, and so is its recording.
+    // A virtual run is the same at any time of day, and so is its recording.
     let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
     let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let header = RunHeader::new(

@@ -1,7 +1,7 @@
-//! Everything the program says goes out here, to standard output or standard error, a line at a time.
+//! All output of the program goes through here, to standard output or standard error, a line at a time.
 //!
-//! Whatever comes from outside (names, paths, texts of servos and files) is in these lines, and none of it is obeyed by
-//! the terminal: each line is made [`printable`], so that no text steers the terminal or begins a line of its own.
+//! These lines may contain foreign text (names, paths, texts of servos and files). Each line is made [`printable`],
+//! so that such text can neither control the terminal nor begin a line of its own.
 
 #![allow(clippy::disallowed_methods, reason = "the place that all others leave it to")]
 
@@ -11,45 +11,45 @@ use std::sync::OnceLock;
 
 use crate::printable::printable;
 
-/// Prints a line to standard output. That nobody reads it is no reason for a robot to fail: [`end`] tells of it.
+/// Prints a line to standard output. A failed write must not stop a robot: [`end`] reports it.
 macro_rules! say {
     () => { $crate::cli::say::line(format_args!("")) };
     ($($text:tt)*) => { $crate::cli::say::line(format_args!($($text)*)) };
 }
 
-/// Why standard output does not take what is said; none so far.
+/// Why standard output takes no more text; empty so far.
 static LOST: OnceLock<String> = OnceLock::new();
 
-/// A line for standard output.
+/// Prints a line to standard output.
 pub(super) fn line(text: Arguments<'_>) {
     let text = text.to_string();
     note(write_line(&mut io::stdout().lock(), &text));
 }
 
-/// The lines of a text whose newlines are the program's own.
+/// Prints the lines of a text whose newlines are the program's own.
 pub(super) fn lines(text: &str) {
     text.lines().for_each(|text| line(format_args!("{text}")));
 }
 
-/// A question, which is answered in the same line.
+/// Prints a question; the user answers in the same line.
 pub(super) fn ask(question: &str) {
     let mut out = io::stdout().lock();
     note(write!(out, "{} ", printable(question)).and_then(|()| out.flush()));
 }
 
-/// A line for standard error.
+/// Prints a line to standard error.
 pub(super) fn complain(text: &str) {
-    // Where else could it be said?
+    // There is no other place to report a failure here.
     let _ = write_line(&mut io::stderr().lock(), text);
 }
 
 fn write_line(out: &mut impl Write, text: &str) -> io::Result<()> {
-    // In one piece: other processes write to the same terminal.
+    // In a single write: other processes write to the same terminal.
     out.write_all(format!("{}\n", printable(text)).as_bytes())
 }
 
-/// Notes what became of writing to standard output. A reader who has gone away has seen enough, and so has one whose
-/// terminal is gone.
+/// Notes the result of a write to standard output. A reader that has closed the pipe, or a terminal that is gone,
+/// is no error.
 pub(super) fn note(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != io::ErrorKind::BrokenPipe
@@ -59,7 +59,7 @@ pub(super) fn note(written: io::Result<()>) {
     }
 }
 
-/// A terminal that was closed fails as a broken disk does; but it is a device of characters.
+/// True if the terminal was closed: the error is that of a broken disk, but the file is a character device.
 fn is_terminal_gone(error: &io::Error) -> bool {
     use std::os::fd::AsFd;
     let is_device = rustix::fs::fstat(io::stdout().as_fd()).is_ok_and(|found| {
@@ -68,7 +68,7 @@ fn is_terminal_gone(error: &io::Error) -> bool {
     error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) && is_device
 }
 
-/// What `code` becomes at the program's end: a result that did not reach standard output is no success, and is told.
+/// The exit code at the program's end: if output was lost, prints why and turns success into failure.
 pub(super) fn end(code: u8) -> u8 {
     note(io::stdout().flush());
     let Some(why) = LOST.get() else { return code };

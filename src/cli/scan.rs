@@ -1,4 +1,4 @@
-//! `hippocamp scan`: who is on a serial line.
+//! `hippocamp scan`: lists the servos on a serial line.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub(super) struct ScanArguments {
     /// Look at this rate only (bit/s); may be given several times [default: all that servos have].
     #[arg(long = "baud", value_name = "BAUD")]
     bauds: Vec<u32>,
-    /// Look for servos of this language only.
+    /// Look for servos with this protocol only.
     #[arg(long, value_enum)]
     protocol: Option<Language>,
     /// Look at these ids only, such as 1-20,40.
@@ -33,7 +33,7 @@ pub(super) struct ScanArguments {
     ids: Ids,
 }
 
-/// The language of servos, as it is typed.
+/// The protocol of servos, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Language {
     /// Dynamixel Protocol 2.0.
@@ -51,7 +51,7 @@ impl From<Language> for Protocol {
     }
 }
 
-/// Ids, as they are typed.
+/// Ids in the form the user types.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Ids(Vec<ServoId>);
 
@@ -117,7 +117,7 @@ pub(super) fn scan(options: &ScanArguments) -> Result<u8> {
     Ok(if found.is_empty() { FAILED } else { COMPLETED })
 }
 
-/// Languages and rates to look at, likely ones first.
+/// Protocols and rates to try, likely ones first.
 fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
     let languages = match options.protocol {
         Some(language) => vec![language.into()],
@@ -206,7 +206,7 @@ fn print(port: &mut ServicePort, found: &[Found], notes: &[String]) -> Result<()
     Ok(())
 }
 
-/// A bar on standard error, where that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 struct Bar {
     all: Duration,
     done: Duration,

@@ -16,16 +16,16 @@ const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 5.0;
 /// Lines that may wait for a slow terminal.
 const WAITING: usize = 16;
-/// Slower turns are not worth a word, rad/s.
+/// Slower turns are not shown, rad/s.
 const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
-/// What is printed.
+/// A message to print.
 #[expect(clippy::large_enum_variant, reason = "the loop hands it over without allocating")]
 enum Line {
     Status(Status, Order),
-    /// A line of its own.
+    /// A line that stays.
     Note(&'static str),
-    /// The same, of a joint out of service, and when.
+    /// A line that stays: a joint out of service, and when.
     Outage(f64, Outage),
 }
 
@@ -35,17 +35,17 @@ pub(super) struct StatusLine {
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
-    /// What cannot wait for the next line was said.
+    /// True once the loss of the recording, which cannot wait for the next line, was printed.
     has_said_loss: bool,
-    /// Outages the printer had no room for.
+    /// Outages for which the printer had no room yet.
     untold: Vec<(f64, Outage)>,
 }
 
-/// Outages that may wait for a slow terminal; more are in the report.
+/// Most outages that wait for a slow terminal; the report lists any further ones.
 const UNTOLD_MAX: usize = 64;
 
 impl StatusLine {
-    /// Of `robot`.
+    /// Starts the status line of `robot`.
     #[allow(clippy::disallowed_methods, reason = "only looks what it is")]
     pub(super) fn start(robot: &Robot) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
@@ -66,8 +66,8 @@ impl StatusLine {
         }
     }
 
-    /// Shows `status` and what was ordered if it is time for another line. Never waits: a line the printer has no
-    /// room for is lost.
+    /// Shows `status` and the order if the next line is due. Never waits: drops a line if the printer has no room
+    /// for it.
     pub(super) fn show(&mut self, status: &Status, order: Order) {
         if let Some(outage) = status.outage
             && self.untold.len() < UNTOLD_MAX
@@ -88,7 +88,7 @@ impl StatusLine {
         }
     }
 
-    /// Shows `words` that stay. Never waits: false if there is no room for them now.
+    /// Shows `words` on a line that stays. Never waits: false if there is no room for them now.
     pub(super) fn note(&mut self, words: &'static str) -> bool {
         self.sender.as_ref().is_none_or(|sender| sender.try_send(Line::Note(words)).is_ok())
     }
@@ -117,7 +117,7 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
         // A closed terminal is no reason to stop a walking robot.
         let _ = if is_passing {
-            // A line that wraps would be left behind by the next. The width may change at any time.
+            // A wrapped line would stay on screen when the next replaces it. The width may change at any time.
             write!(out, "{clear}{}", cut(&line, terminal_columns()))
         } else {
             writeln!(out, "{clear}{line}")
@@ -129,14 +129,14 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
     }
 }
 
-/// Columns of the terminal on standard error; where it does not tell, what all have had for fifty years.
+/// Columns of the terminal on standard error; if it does not report them, 80, the default for fifty years.
 #[allow(clippy::disallowed_methods, reason = "only looks what it is")]
 fn terminal_columns() -> usize {
     let columns = rustix::termios::tcgetwinsize(std::io::stderr()).map_or(0, |size| usize::from(size.ws_col));
     if columns == 0 { 80 } else { columns }
 }
 
-/// As much of `line`, which is ASCII, as fits.
+/// The part of `line`, which is ASCII, that fits.
 fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
@@ -145,7 +145,7 @@ fn cut(line: &str, columns: usize) -> &str {
 struct Names(Vec<String>);
 
 impl Names {
-    /// The most important first: a narrow terminal shows the beginning.
+    /// The most important part first: a narrow terminal shows only the beginning.
     fn line_of(&self, status: &Status, order: Order) -> String {
         let doing = match (status.permission, status.activity) {
             (Permission::Hold, _) => "HELD BY SAFETY".to_owned(),
@@ -183,7 +183,7 @@ impl Names {
         format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
     }
 
-    /// What a robot on its feet does, and of what was asked.
+    /// Words for the motion of a robot on its feet, and for the order it follows.
     fn motion(&self, status: &Status, order: Order) -> String {
         let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
         match order {
@@ -197,7 +197,7 @@ impl Names {
         self.steps(gait, status, &asked) + &posture_words(&asked.posture)
     }
 
-    /// Its steps, if it takes any.
+    /// Words for its steps, if it takes any.
     fn steps(&self, gait: Option<&str>, status: &Status, asked: &Command) -> String {
         let doing = match (gait, asked.gait) {
             (None, GaitChoice::Stand) => return "standing".to_owned(),
@@ -219,11 +219,11 @@ impl Names {
     }
 }
 
-/// The posture that was asked for, where it is not the level stand.
+/// Words for the ordered posture, if it is not the level stand.
 fn posture_words(posture: &Posture) -> String {
     let mut words = String::new();
     let mut add = |value: f64, unit: &str, [positive, negative]: [&str; 2]| {
-        // Less than half of the last place shown is none.
+        // Less than half of the last digit shown counts as zero.
         if value.abs() >= 0.05 {
             let direction = if value > 0.0 { positive } else { negative };
             words += &format!(", {:.1} {unit} {direction}", value.abs());
@@ -236,7 +236,7 @@ fn posture_words(posture: &Posture) -> String {
     words
 }
 
-/// How fast the robot turns, and how fast it is to, both towards the side it is to turn to.
+/// Words for the turn rate and the ordered one, both positive towards the ordered side.
 fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
     if turns_rad_s.abs().max(asked_rad_s.abs()) < TURN_SHOWN_RAD_S {
         return String::new();
@@ -244,7 +244,7 @@ fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
     let is_asked = asked_rad_s.abs() >= TURN_SHOWN_RAD_S;
     let is_left = if is_asked { asked_rad_s > 0.0 } else { turns_rad_s > 0.0 };
     let (sign, side) = if is_left { (1.0, "left") } else { (-1.0, "right") };
-    // Nothing is 0, not -0.
+    // Zero prints as 0, not as -0.
     let [turns, asked] = [turns_rad_s, asked_rad_s].map(|rate| sign * rate.to_degrees() + 0.0);
     format!(", {turns:.1} of {asked:.1} deg/s {side}")
 }

@@ -1,4 +1,4 @@
-//! What arms are to do in a run, and who drives them.
+//! The strokes of arms in a run, and their driver.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use crate::motion::tentacle::KEYED;
 use crate::motion::{Order, Stroke, StrokeCommand};
 use crate::operator::{Script, Show};
 
-/// The stroke that was asked for, if one was.
+/// The stroke that the user asked for, if any.
 ///
 /// # Errors
-/// Bad input: a stroke there is not, a tempo that is none.
+/// Bad input: an unknown stroke, an invalid tempo.
 pub(super) fn command(options: &RunArguments, tentacle: &TentacleMotion) -> Result<Option<StrokeCommand>> {
     if options.gait.is_some() || options.speed.is_some() {
         let said = "--gait, --speed: arms do not walk away; --stroke and --tempo say what they do";
@@ -43,7 +43,7 @@ pub(super) fn command(options: &RunArguments, tentacle: &TentacleMotion) -> Resu
     Ok(Some(StrokeCommand { tempo, ..StrokeCommand::of(stroke) }))
 }
 
-/// Loads a script for arms that can do what their `capability` says.
+/// Loads a script for arms with this `capability`.
 pub(super) fn load_script(path: &Path, robot: &Robot, capability: &TentacleCapability) -> Result<Script> {
     let script = config::load_script(path, robot)?;
     for entry in &script.entries {
@@ -59,7 +59,7 @@ pub(super) fn load_script(path: &Path, robot: &Robot, capability: &TentacleCapab
     Ok(script)
 }
 
-/// Who drives the arms: whoever `options` name; else a show of all strokes.
+/// The driver of the arms: the one that `options` name, else a show of all strokes.
 pub(super) fn driver(
     options: &RunArguments,
     (kind, for_s): (Kind, f64),

@@ -1,4 +1,4 @@
-//! `hippocamp try`: how a robot falls, over many pushes; and what becomes of it while everything goes wrong.
+//! `hippocamp try`: how a robot falls, over many pushes; and how it copes while everything goes wrong.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub(super) struct TryArguments {
     /// The robot file; with --faults as many as wanted.
     #[arg(required = true, value_name = "ROBOT")]
     pub(super) robots: Vec<PathBuf>,
-    /// Try faults in the place of falls: "random" draws them anew for each episode; a file of a folder of findings is
+    /// Try faults instead of falls: "random" draws new ones for each episode; a file of a folder of findings is
     /// played with --episode.
     #[arg(long, value_name = "random|FILE", conflicts_with_all = ["runs", "is_json", "picture", "kept"])]
     pub(super) faults: Option<PathBuf>,
@@ -34,16 +34,16 @@ pub(super) struct TryArguments {
     /// How many trials.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     runs: u64,
-    /// Chance behind all of them: pushes, speeds, friction.
+    /// Seed of all trials: of their pushes, speeds and friction.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = super::seed)]
     pub(super) seed: u64,
     /// Print every trial and the figures as JSON.
     #[arg(long = "json")]
     is_json: bool,
-    /// Draw one fall, passive beside with the reflex, to this file (SVG): the hardest push of all that made it fall.
+    /// Draw one fall, passive and with the reflex, to this file (SVG): under the hardest push that made it fall.
     #[arg(long, value_name = "FILE")]
     pub(super) picture: Option<PathBuf>,
-    /// Draw how it kept its feet against the hardest push that did not throw it, to this file (SVG).
+    /// Draw how it kept its feet against the hardest push that did not make it fall, to this file (SVG).
     #[arg(long, value_name = "FILE")]
     pub(super) kept: Option<PathBuf>,
 }
@@ -56,7 +56,7 @@ struct Json<'a> {
     trials: &'a [Tried],
 }
 
-/// Tries what is to be tried.
+/// Runs the trials that the options ask for.
 pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
     if options.faults.is_some() {
         return try_faults(options);
@@ -67,7 +67,7 @@ pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
     }
 }
 
-/// Tries falls, and says how they went.
+/// Tries falls, and prints the results.
 fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let mut outputs = Outputs::of_reading([robot_file]);
     let mut place = |option: &str, path: &Option<PathBuf>| {
@@ -141,7 +141,7 @@ fn headline(options: &TryArguments, robot_file: &Path, trials: &Trials) -> Strin
     )
 }
 
-/// A bar on a terminal; elsewhere nothing but the end.
+/// Draws a progress bar on a terminal; elsewhere prints only the end.
 #[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done: u64, of: u64) {
     let mut err = std::io::stderr().lock();
@@ -155,14 +155,14 @@ fn show(done: u64, of: u64) {
     let _ = err.flush();
 }
 
-/// The trial with the hardest push of these.
+/// The trial with the hardest push among these.
 fn hardest<'t>(option: &str, what: &str, trials: impl Iterator<Item = &'t Tried>) -> Result<&'t Scene> {
     let hardest = trials.max_by(|a, b| a.scene.impulse_ns.total_cmp(&b.scene.impulse_ns));
     let none = || BadInput(format!("{option}: none of these trials was {what}; more of them may have one"));
     Ok(&hardest.ok_or_else(none)?.scene)
 }
 
-/// Draws `scene`, met in each of these ways, one below the other.
+/// Draws `scene`, once for each response to it, one below the other.
 fn write_picture(
     place: &Place,
     trials: &Trials,

@@ -1,4 +1,4 @@
-//! Which built robot is meant: finding its unit file.
+//! Finds the unit file of the built robot.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,13 @@ use anyhow::Result;
 
 use crate::config::{self, UnitFile, default_unit_path};
 
-/// Where the unit file is: as the user named it, or else beside the robot file, if there is one.
+/// Path of the unit file: the one that the user named, or else the one beside the robot file, if it exists.
 pub(super) fn path(robot_file: &Path, named: Option<&Path>) -> Option<PathBuf> {
     let beside = || Some(default_unit_path(robot_file)).filter(|beside| beside.exists());
     named.map(Path::to_owned).or_else(beside)
 }
 
-/// The unit file that is there.
+/// Loads the unit file at that path, if there is one.
 pub(super) fn find(robot_file: &Path, named: Option<&Path>) -> Result<Option<UnitFile>> {
     Ok(path(robot_file, named).map(|path| config::load_unit(&path)).transpose()?)
 }

@@ -1,4 +1,4 @@
-//! `[[arm]]`: a chain of equal joints of two or three hinges each, without writing every hinge.
+//! `[[arm]]`: a chain of equal joints of two or three hinges each, so that the file need not list every hinge.
 //!
 //! The arm `NAME` has the joints `NAME.lift_1`, `NAME.sweep_1`, (`NAME.twist_1`,) `NAME.lift_2` and so on from root to
 //! tip, and their servos have ids in that order.
@@ -17,14 +17,14 @@ use crate::model::{ArmSettings, GROUPS, Joint, SharedRange, link_length};
 const JOINTS_MAX: u32 = 60;
 /// Most arms: two octopuses.
 const ARMS_MAX: usize = 16;
-/// How much shorter each link is than the one before, a share of the first: w_i = w_0 (1 - 0.01 i) (3.1).
+/// Each link is shorter than the one before by this share of the first: w_i = w_0 (1 - 0.01 i) (3.1).
 const TAPER: f64 = 0.01;
-/// Links behind it have no length.
+/// With a taper of this or more, links would have no length.
 const TAPER_MAX: f64 = 1.0 / JOINTS_MAX as f64;
-/// A joint's share of the turns CCD finds where the file says nothing (3.7).
+/// Share that each joint takes of the turns CCD finds, if the file does not set it (3.7).
 const STIFFNESS: f64 = 0.5;
 
-/// What the hinges of a joint are called, and their axes.
+/// Names of the hinges of a joint, and their axes.
 const HINGES: [(&str, DVec3); 3] = [("lift", DVec3::NEG_Y), ("sweep", DVec3::Z), ("twist", DVec3::X)];
 
 /// Reads all arms, in file order.
@@ -87,7 +87,7 @@ fn read_arm<'a>(
     ChainEntry { key: format!("arm[{place}]"), name, limb: limb(), arm: settings }
 }
 
-/// The hinges of an arm whose every joint has servos of its own.
+/// The hinges of an arm in which every joint has servos of its own.
 fn read_hinges(
     section: &Section<'_>,
     name: Option<&str>,
@@ -117,7 +117,7 @@ fn read_hinges(
     let mut all = Vec::new();
     for (joint, link_m) in links_m?.iter().enumerate() {
         for (hinge, (kind, axis)) in HINGES.iter().take(hinges).enumerate() {
-            // The link is behind the last hinge of the joint; the others share its place.
+            // The link follows the last hinge of the joint; the other hinges are in the same place.
             let is_last = hinge + 1 == hinges;
             let link_m = if is_last { DVec3::X * *link_m } else { DVec3::ZERO };
             all.push(Joint {
@@ -136,7 +136,7 @@ fn read_hinges(
     Some((all, None))
 }
 
-/// An arm is parked where its joints can be.
+/// Refuses an arm whose parked pose lies outside its joints' ranges.
 fn refuse_bad_parking(section: &Section<'_>, arm: &ArmSettings, joints: &[Joint], is_on_tendons: bool) {
     let park_deg = arm.park_lift_rad.to_degrees();
     if is_on_tendons {
@@ -171,7 +171,7 @@ fn refuse_bad_parking(section: &Section<'_>, arm: &ArmSettings, joints: &[Joint]
     }
 }
 
-/// How many joints: a multiple of three.
+/// Number of joints: a multiple of three.
 fn read_joints(section: &Section<'_>) -> Option<usize> {
     let meaning = "how many joints, a multiple of 3";
     let joints = section.integer("joints", meaning, 3..=JOINTS_MAX)?;
@@ -183,7 +183,7 @@ fn read_joints(section: &Section<'_>) -> Option<usize> {
     None
 }
 
-/// The arm's settings beyond its joints; its chain is not known yet.
+/// The arm's settings apart from its joints; its chain is not known yet.
 fn read_settings(section: &Section<'_>, hinges: Option<usize>) -> Option<ArmSettings> {
     let meaning = "the arm's place on its side of an octopus, from the front";
     let role = section.integer_or("role", meaning, 1..=4, 1).and_then(|role| u8::try_from(role).ok());

@@ -6,14 +6,14 @@ use super::physics::{FRICTION, refuse_legs_without_feet};
 use super::reader::Section;
 use crate::model::{BalanceSettings, Motion, Physics};
 
-/// Gains that kept a horse of this size up in simulation, and half as large ones and twice as large ones too.
+/// Gains that kept a horse of this size up in simulation, as half and twice these gains did too.
 const ROLL_RATE_S: f64 = 0.1;
 const PITCH_RATE_S: f64 = 0.05;
 const HEADING_M_S: f64 = 0.2;
-/// Together with what its motors brake by themselves, a figure on stiff ankles sways no more than once.
+/// Together with the motors' own braking, this lets a figure on stiff ankles sway no more than once.
 const LEAN_BRAKE_HZ: f64 = 8.0;
 
-/// Reads `[balance]`; `Some(None)` where there is none.
+/// Reads `[balance]`; `Some(None)` if the file has none.
 pub(super) fn read(
     file: &Section<'_>,
     chains: &[ChainEntry<'_>],

@@ -10,7 +10,7 @@ use crate::model::ball_joint::{Corner, SwingTwist};
 /// Most corners of a region: one every ten degrees or so.
 const CORNERS_MAX: usize = 32;
 
-/// The range in `section`, if one is given: none of it where one is and it is not good.
+/// The shared range in `section`; `Some(None)` if it has none, `None` after a fault.
 pub(super) fn read(section: &Section<'_>) -> Option<Option<BallJoint>> {
     let meaning =
         "the corners of the region each joint bends in, going round it, beyond the range of its hinges";

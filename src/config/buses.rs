@@ -6,20 +6,21 @@ use crate::model::{Bus, Protocol};
 
 const PROTOCOLS: [(&str, Protocol); 2] = [("dynamixel", Protocol::Dynamixel), ("feetech", Protocol::Feetech)];
 
-/// Longest latency an adapter may be given, microseconds: a second.
+/// Longest allowed latency of an adapter, microseconds: a second.
 const LATENCY_LARGEST_US: u32 = 1_000_000;
 /// Longest return delay a servo can be set to, microseconds: 254 steps of 2 (ROBOTIS e-manual, register 9).
 const RETURN_DELAY_LARGEST_US: u32 = 508;
 
-/// Largest resistance a simulated supply may be given, milliohms.
+/// Largest allowed resistance of a simulated supply, milliohms.
 const SUPPLY_LARGEST_MOHM: u32 = 10_000;
-/// That of a small battery pack, a metre of 18 AWG copper there and back (21 milliohms a metre), and two plugs.
+/// Resistance of a small battery pack, a metre of 18 AWG copper there and back (21 milliohms a metre), and two
+/// plugs.
 const SUPPLY_MOHM: u32 = 100;
 
 /// Most buses: more than a computer has ports for.
 pub(super) const BUSES_MAX: usize = 64;
 
-/// What could be read of a bus; `bus` only if all of it was good.
+/// A bus as far as it could be read; `bus` is set only if all of it was good.
 pub(super) struct BusEntry<'a> {
     pub(super) name: Option<&'a str>,
     pub(super) protocol: Option<Protocol>,
@@ -32,7 +33,7 @@ pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
     let faulty = BusEntry { name: None, protocol: None, bus: None };
     let buses = file.list("bus", "the buses", BUSES_MAX, |section| Some(read_bus(section, &mut names)));
     if buses.iter().any(Option::is_none) {
-        // A list that is none at all: what refers to it cannot be judged.
+        // The value is not a list: references to its entries cannot be checked.
         return vec![faulty];
     }
     buses.into_iter().flatten().collect()

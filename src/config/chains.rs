@@ -1,4 +1,4 @@
-//! `[[chain]]` and `[[chain.joint]]`: the limbs; and those that [`super::arms`] reads.
+//! `[[chain]]` and `[[chain.joint]]`: the limbs; and the limbs that [`super::arms`] reads.
 
 use glam::DVec3;
 
@@ -10,13 +10,13 @@ use super::unique::Unique;
 use super::{arms, ball, meters, physics};
 use crate::model::{Joint, hinges_in_place, is_ball_joint};
 
-/// How far from 1 the length of an axis may be; within, it is made exactly 1.
+/// Largest accepted difference of an axis's length from 1; the length is then made exactly 1.
 const AXIS_TOLERANCE: f64 = 1e-3;
 
-/// A last link shorter than this has no direction worth the name.
+/// A shorter last link has no reliable direction.
 const LINK_SHORTEST_MM: f64 = 1e-6;
 
-/// Most chains, and most joints of one: what is worked out of a robot when it loads grows with the square of its joints.
+/// Most chains, and most joints of one: the work at loading grows with the square of the number of joints.
 const CHAINS_MAX: usize = 32;
 const JOINTS_MAX: usize = 32;
 
@@ -34,7 +34,7 @@ pub(super) fn read<'a>(file: &Section<'a>, servos: &mut ServoPlaces<'_>) -> Vec<
         file.fault("chain", "at least one limb, [[chain]], or arm, [[arm]]");
     }
     if chains.iter().any(Option::is_none) {
-        // A list that is none at all: what refers to it cannot be judged.
+        // The value is not a list: references to its entries cannot be checked.
         return vec![ChainEntry { key: "chain".to_owned(), name: None, limb: None, arm: None }];
     }
     chains.into_iter().flatten().chain(arms).collect()
@@ -111,7 +111,7 @@ fn read_joint<'a>(
     })
 }
 
-/// The range of a ball joint is that of hinges which make one.
+/// Refuses a ball joint's range on hinges that do not form a ball joint.
 fn refuse_balls_of_other_hinges(section: &Section<'_>, joints: &[Joint]) {
     for (place, _) in joints.iter().enumerate().filter(|(_, joint)| joint.ball.is_some()) {
         if !is_ball_joint(&joints[hinges_in_place(joints, place)]) {

@@ -1,29 +1,29 @@
-//! What is wrong with a robot file, said so that its writer can mend it.
+//! A fault of a robot file, worded so that the author can fix it.
 //!
-//! Comes in: where and what, from the reader and from later checks. Goes out: one line a fault.
+//! In: place and fault, from the reader and from later checks. Out: one line for each fault.
 
 use std::fmt;
 
 use crate::printable::printable;
 
-/// One thing wrong with a robot file.
+/// One fault of a robot file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// The file, as it was named when it was loaded.
+    /// The file's name as given when it was loaded.
     pub file: String,
-    /// Line, from 1; 0 where the fault is the file as a whole.
+    /// Line, from 1; 0 if the fault concerns the file as a whole.
     pub line: usize,
-    /// Column, from 1, counted in characters; only where the text is not TOML at all.
+    /// Column, from 1, counted in characters; only if the text is not TOML.
     pub column: Option<usize>,
-    /// Path of the key, list places counted from 0: `chain[1].joint[2].range_deg`. Empty where no key is meant.
+    /// Path of the key, list indices from 0: `chain[1].joint[2].range_deg`. Empty if no key is concerned.
     pub key: String,
-    /// The value as it stands in the file, shortened; none where the key is not set.
+    /// The value in the file, shortened; `None` if the key is not set.
     pub value: Option<String>,
-    /// What was expected and, where that does not say it already, what to do.
+    /// What was expected and, if that does not say it already, what to do.
     pub expected: String,
 }
 
-/// One line, whatever characters the file, its name and the key are made of.
+/// One line, whatever characters the file, its name and the key contain.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut place = self.file.clone();
@@ -43,20 +43,20 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Most faults of a file that are told one by one: nobody mends more at once.
+/// Most faults of a file that the error lists: no one fixes more at once.
 pub(super) const FAULTS_TOLD: usize = 50;
 
-/// What is wrong with a robot file, in the file's order; at least one fault.
+/// The faults of a robot file, in the file's order; at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigError {
     /// The faults, the first 50 of the file if there are more.
     pub faults: Vec<Fault>,
-    /// How many more there are.
+    /// Number of further faults.
     pub more: usize,
 }
 
 impl ConfigError {
-    /// These faults, in the file's order.
+    /// An error with these faults, in the file's order.
     pub(crate) fn of(mut faults: Vec<Fault>) -> ConfigError {
         faults.sort_by_key(|fault| fault.line);
         let more = faults.len().saturating_sub(FAULTS_TOLD);
@@ -64,7 +64,7 @@ impl ConfigError {
         ConfigError { faults, more }
     }
 
-    /// What it says, a line each: the faults, and how many there are.
+    /// The message, a line each: the faults, and their number.
     pub fn lines(&self) -> Vec<String> {
         let mut lines: Vec<String> = self.faults.iter().map(Fault::to_string).collect();
         let count = self.faults.len() + self.more;

@@ -1,8 +1,8 @@
-//! The faults of a file while it is read: all are counted, and as many are kept as are told.
+//! The faults of a file while it is read: counts all, and keeps the first ones for the error.
 
 use super::fault::{ConfigError, FAULTS_TOLD, Fault};
 
-/// The first of all that was noted so far, in the file's order.
+/// The first of all faults noted so far, in the file's order.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     kept: Vec<Fault>,
@@ -10,10 +10,10 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// Notes a fault in this line; it is only made where it is one of the first.
+    /// Notes a fault in this line; calls `make` only if the fault is among the first.
     pub(super) fn note(&mut self, line: usize, make: impl FnOnce() -> Fault) {
         self.count += 1;
-        // Of two in one line the one noted first stands first.
+        // If a line has two faults, the one noted first stands first.
         let place = self.kept.partition_point(|kept| kept.line <= line);
         if place < FAULTS_TOLD {
             self.kept.truncate(FAULTS_TOLD - 1);
@@ -21,7 +21,7 @@ impl Faults {
         }
     }
 
-    /// What was noted, if anything was.
+    /// The noted faults, if there are any.
     pub(super) fn finish(self) -> Option<ConfigError> {
         let more = self.count - self.kept.len();
         (self.count > 0).then_some(ConfigError { faults: self.kept, more })

@@ -10,16 +10,16 @@ use crate::model::{FigureMotion, FigurePose, Joint};
 /// Keys of `motion.legs`.
 const LEG_KEYS: [&str; 2] = ["left", "right"];
 
-/// A few degrees, as soft as tissue: people's joints resist over about so much before they stop.
+/// A few degrees, as soft as tissue: human joints resist over about this angle before they stop.
 const SOFT_STOP_DEG: f64 = 5.0;
-/// Long enough for hands, s.
+/// Long enough for a person's hands, s.
 const SET_DOWN_S: f64 = 5.0;
-/// Most poses, and most turns of joints in one: more than anybody gives names, and all joints there can be.
+/// Most poses, and most turns of joints in one: more poses than people name, and more joints than a robot has.
 const POSES_MAX: usize = 200;
 const TURNS_MAX: usize = 1000;
 /// Steepest trunk either way, degrees.
 const TILT_MAX_DEG: f64 = 60.0;
-/// Longest way to a pose, s.
+/// Longest motion to a pose, s.
 const LONGEST_S: f64 = 60.0;
 
 /// A joint that poses may name.

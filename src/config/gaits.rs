@@ -1,14 +1,14 @@
-//! `[[motion.gait]]`, beside the gaits a horse knows without it.
+//! `[[motion.gait]]`: gaits beside those built in for a horse.
 
 use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;
 use crate::model::{Bob, Gait};
 
-/// Most gaits of a file: the top speed of each is worked out when the robot loads.
+/// Most gaits of a file: loading computes the top speed of each.
 const GAITS_MAX: usize = 32;
 
-/// The built-in gaits and those of `[motion]`: one with a built-in gait's name takes its place.
+/// The built-in gaits and those of `[motion]`: one with a built-in gait's name replaces that.
 pub(super) fn read(motion: &Section<'_>) -> Option<Vec<Gait>> {
     let mut names = Unique::default();
     let own = motion.list("gait", "the gaits", GAITS_MAX, |section| read_gait(section, &mut names));

@@ -7,23 +7,23 @@ use super::number::Limits;
 use super::reader::Section;
 use crate::model::{IMU_BAUDS, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
 
-/// The fastest there is.
+/// The highest possible rate.
 const RATE_HZ: u32 = 200;
-/// The slowest that carries 200 measurements a second.
+/// The slowest line rate that carries 200 measurements a second.
 const BAUD: u32 = 115_200;
-/// What its filters and its arithmetic take. The maker states none: an estimate, to be measured on a real one.
+/// Delay of its filters and its arithmetic. The maker states none: an estimate, to be measured on a real one.
 const DELAY_MS: f64 = 5.0;
-/// Half a period of the slowest body that falls over its feet here: what is older says nothing of now.
+/// Half a period of the slowest body that falls over its feet here: an older measurement says nothing about now.
 const STALE_S: f64 = 0.1;
-/// Slow enough for every gait to stand without feedback.
+/// Slow enough for every gait to stay up without feedback.
 const LOST_SPEED_SHARE: f64 = 0.5;
 
 /// A key of `[imu.noise]`, a standard deviation.
 struct Deviation(&'static str, &'static str, f64);
 
-/// 300 micro-g and 0.01 degrees/s for each root of a Hz (InvenSense PS-MPU-9250A-01, tables 1 and 2: the sensor in a
-/// WT901), over 100 Hz. Offsets are what its own calibration at rest may leave, angles what the maker promises (0.05
-/// degrees at rest, 0.1 in motion) and what such offsets make of it: estimates.
+/// 300 micro-g and 0.01 degrees/s for each root of a Hz (InvenSense PS-MPU-9250A-01, tables 1 and 2: the sensor in
+/// a WT901), over 100 Hz. Offsets are what its own calibration at rest may leave. Angle errors are what the maker
+/// promises (0.05 degrees at rest, 0.1 in motion), and the effect of such offsets. Both are estimates.
 const ACCELERATION: Deviation =
     Deviation("acceleration_m_s2", "the noise of each acceleration in m/s^2", 0.03);
 const ACCELERATION_BIAS: Deviation =
@@ -35,7 +35,7 @@ const ANGLE: Deviation = Deviation("angle_deg", "the noise of each angle in degr
 const ANGLE_DRIFT: Deviation =
     Deviation("angle_drift_deg", "the slow part of each angle's error in degrees", 0.3);
 
-/// Reads `[imu]`; `Some(None)` where it is not set.
+/// Reads `[imu]`; `Some(None)` if it is not set.
 pub(super) fn read(file: &Section<'_>, rate_hz: Option<f64>) -> Option<Option<ImuSettings>> {
     file.describe_default("imu", "the inertial measurement unit in the trunk, a table", "no unit");
     if !file.has("imu") {

@@ -1,4 +1,4 @@
-//! Which keys a file may have, told by the reader itself: it notes every key it asks for.
+//! The keys that a file may have; the reader itself provides them: it notes every key it asks for.
 
 use super::reader::File;
 use super::source::Source;
@@ -8,11 +8,11 @@ use toml::de::DeTable;
 /// One key of the schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Key {
-    /// Its path, `[]` in the place of a place in a list: `chain[].joint[].range_deg`.
+    /// Its path, with `[]` for a list index: `chain[].joint[].range_deg`.
     pub path: String,
-    /// What it means and what it takes, in words.
+    /// Its meaning and its allowed values, in words.
     pub expected: String,
-    /// What it is where it is not set, in words; none where it must be set.
+    /// Its default, in words; `None` if it must be set.
     pub default: Option<String>,
 }
 
@@ -21,7 +21,7 @@ pub struct Key {
 pub(super) struct Keys(Vec<Key>);
 
 impl Keys {
-    /// Notes a key. What was said of it first holds.
+    /// Notes a key. The first description of a key holds.
     pub(super) fn note(&mut self, path: &str, expected: &str, default: Option<String>) {
         let path = without_places(path);
         match self.0.iter_mut().find(|key| key.path == path) {
@@ -32,8 +32,9 @@ impl Keys {
     }
 }
 
-/// Every key that reading the robot file `text` asks for, set or not, in that order. Keys of what `text` has none of
-/// (a gait, another kind of motion) are not among them; limits that depend on others are those of `text`.
+/// Every key that reading the robot file `text` asks for, set or not, in that order. Keys of parts that `text`
+/// lacks (a gait, another kind of motion) are not among them; limits that depend on other values are those of
+/// `text`.
 ///
 /// # Errors
 /// Every fault of the text.

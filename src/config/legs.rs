@@ -3,7 +3,7 @@
 use super::limb::ChainEntry;
 use super::reader::Section;
 
-/// Chains that are legs, by these keys.
+/// The chains named by these keys of a robot's legs.
 pub(super) fn read_legs<const N: usize>(
     section: &Section<'_>,
     chains: &[ChainEntry<'_>],

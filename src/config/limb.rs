@@ -1,4 +1,4 @@
-//! What chains, arms and what refers to them have in common: a limb as far as it could be read.
+//! What chains, arms and references to them have in common: a limb as far as it could be read.
 
 use glam::{DQuat, DVec3};
 
@@ -7,16 +7,16 @@ use super::reader::Section;
 use super::unique::Unique;
 use crate::model::{ArmSettings, Chain, Foot, Joint, TendonDrive};
 
-/// Roots nearer to each other than this are one place: two servos do not fit.
+/// Roots closer together than this are in one place: two servos do not fit there.
 const ROOTS_APART_MM: f64 = 1.0;
 
-/// What could be read of a chain; `limb` only if all of it was good.
+/// A chain as far as it could be read; `limb` is set only if all of it was good.
 pub(super) struct ChainEntry<'a> {
     /// Key path of its table.
     pub(super) key: String,
     pub(super) name: Option<&'a str>,
     pub(super) limb: Option<Limb>,
-    /// Settings of an arm, which is a chain too, if all of them were good.
+    /// Settings of an arm (an arm is a chain too), if all of them were good.
     pub(super) arm: Option<ArmSettings>,
 }
 
@@ -41,7 +41,7 @@ impl Limb {
         Limb { name: name.to_owned(), root_m, root_rotation, joints, tendons, foot: None }
     }
 
-    /// The same limb with this at its end.
+    /// The same limb with this foot at its end.
     pub(super) fn with_foot(self, foot: Option<Foot>) -> Limb {
         Limb { foot, ..self }
     }
@@ -64,7 +64,7 @@ impl Limb {
     }
 }
 
-/// The joints of an arm, and what bends it where that is tendons.
+/// The joints of an arm, and its tendons if it has them.
 pub(super) type Bent = (Vec<Joint>, Option<TendonDrive>);
 
 /// The roots seen so far, with their lines.
@@ -74,7 +74,7 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    /// Two limbs cannot both begin in one place: the second is a copy whose root was forgotten.
+    /// Refuses two limbs with the same root: the second is usually a copy whose root was not changed.
     pub(super) fn refuse_twin(&mut self, section: &Section<'_>, root_mm: DVec3) {
         if let Some((_, line)) = self.seen.iter().find(|(seen, _)| seen.distance(root_mm) < ROOTS_APART_MM) {
             section
@@ -84,7 +84,7 @@ impl Roots {
     }
 }
 
-/// What a limb of either kind begins with: its name, and where and how it stands in the body, in mm and degrees.
+/// The common start of every limb: its name, and its position and orientation in the body, in mm and degrees.
 pub(super) struct Root<'a> {
     pub(super) name: Option<&'a str>,
     pub(super) root: Option<DVec3>,
@@ -130,7 +130,7 @@ pub(super) fn read_range(section: &Section<'_>, key: &'static str) -> Option<(f6
     Some((low.to_radians(), high.to_radians()))
 }
 
-/// Puts the limbs in the shape of the robot: chains, and one list of all joints.
+/// Converts the limbs to the robot's form: chains, and one list of all joints.
 pub(super) fn assemble(limbs: Vec<Limb>) -> (Vec<Chain>, Vec<Joint>) {
     let mut joints = Vec::new();
     let mut chains = Vec::new();

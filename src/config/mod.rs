@@ -1,14 +1,14 @@
-//! Robot files and unit files: TOML as a person writes it, checked whole.
+//! Robot files and unit files: TOML that people write, checked as a whole.
 //!
-//! Comes in: a file, or its text. Goes out: a [`Robot`] or a [`Unit`], or every fault of the file at once. It
-//! touches nothing but that file, and nothing outlives it that a fault could not be traced back to.
+//! In: a file, or its text. Out: a [`Robot`] or a [`Unit`], or every fault of the file at once. The module touches
+//! nothing but that file, and keeps the origin of every value, so that later checks can trace a fault back to it.
 //!
-//! A robot file says how all robots of a kind are built. What belongs to one built robot stands in its unit
-//! file; [`UnitFile`] says more.
+//! A robot file describes all robots of a kind. The data of one built robot are in its unit file; [`UnitFile`] says
+//! more.
 //!
-//! The schema of robot files, one for all rigs; lengths in mm, angles in degrees, the unit at the end of each key's name:
+//! The schema of robot files, one for all rigs; lengths in mm, angles in degrees; each key's name ends in its unit.
 //!
-//! The page `docs/robot-file.md` says what each key means; it is made of [`robot_file_keys`].
+//! The page `docs/robot-file.md` says what each key means; it is generated from [`robot_file_keys`].
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
@@ -91,7 +91,7 @@ use source::{Lines, Source};
 pub use unit::{Unit, UnitBus, UnitFile, UnitImu, UnitJoint, default_unit_path, load_unit, parse_unit};
 pub use unit_write::{rewrite_unit, write_unit};
 
-/// Slower than this, no loop holds a robot.
+/// At lower rates no loop can hold a robot.
 const LOOP_RATE_SMALLEST_HZ: f64 = 10.0;
 /// More cycles a second than any servo bus carries.
 const LOOP_RATE_LARGEST_HZ: f64 = 1000.0;
@@ -116,8 +116,8 @@ impl RobotFile {
         self.source.text()
     }
 
-    /// A fault at a key path such as `motion.stand_height_mm` or `chain[1].joint[3].range_deg` (list places
-    /// from 0), with its line and value: for what only later checks can find.
+    /// A fault at a key path such as `motion.stand_height_mm` or `chain[1].joint[3].range_deg` (list indices from
+    /// 0), with its line and value: for faults that only later checks can find.
     pub fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
         self.source.fault(key, expected)
     }
@@ -132,7 +132,7 @@ pub fn load(path: &Path) -> Result<RobotFile, ConfigError> {
     parse(&text, &path.display().to_string())
 }
 
-/// Text of the file at `path`; where it cannot be read, `expected` says what should be there.
+/// Text of the file at `path`; if it cannot be read, `expected` says what should be there.
 fn read_text(path: &Path, expected: &str) -> Result<String, ConfigError> {
     let file_name = path.display().to_string();
     input::read_text(path).map_err(|error| match error {
@@ -147,13 +147,13 @@ fn read_text(path: &Path, expected: &str) -> Result<String, ConfigError> {
 /// Checks the text of a robot file; `file_name` is its name in faults.
 ///
 /// # Errors
-/// Every fault of the text. Text that is no TOML is judged as TOML only.
+/// Every fault of the text. If the text is not TOML, only that fault.
 pub fn parse(text: &str, file_name: &str) -> Result<RobotFile, ConfigError> {
     let (robot, source) = parse_with(text, file_name, read_robot)?;
     Ok(RobotFile { robot, source })
 }
 
-/// What `read` makes of the text, and where its keys stand; or every fault.
+/// The result of `read` on the text, and the places of its keys; or every fault.
 fn parse_with<T>(
     text: &str,
     file_name: &str,
@@ -247,7 +247,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     Some(robot)
 }
 
-/// Arms that lie parked have the distance that they are to keep: those that do not would push each other for ever.
+/// Refuses arms that, when parked, are closer together than their clearance: they would push each other for ever.
 fn refuse_crowded_arms(file: &Section<'_>, robot: &Robot, tentacle: &TentacleMotion) {
     let parked_rad = TentaclePlan::new(robot, tentacle, StrokeCommand::default()).park_pose_rad;
     let Some((arm, other, missing_m)) = Clearance::new(robot, tentacle).too_near(&parked_rad) else { return };
@@ -262,15 +262,15 @@ fn refuse_crowded_arms(file: &Section<'_>, robot: &Robot, tentacle: &TentacleMot
     file.fault(&format!("arm[{arm}].radius_mm"), expected);
 }
 
-/// What a pole must be.
+/// Description of a valid pole.
 const POLE_MEANING: &str = "a pole that an arm can wind round";
 
-/// Cycles a servo may miss, or a hold last, at the least: less would stop the robot for ordinary jitter.
+/// Fewest cycles that a servo may miss, or a hold may last: with less, ordinary jitter would stop the robot.
 const PATIENCE_CYCLES: f64 = 2.0;
-/// Cycles a swing takes at the least: fewer are no curve.
+/// Fewest cycles of a swing: fewer do not make a curve.
 const SWING_CYCLES: f64 = 10.0;
 
-/// Times that make no sense beside the length of a cycle.
+/// Refuses times that are too short compared with a cycle.
 fn refuse_times_within_a_few_cycles(
     file: &Section<'_>,
     rate_hz: f64,
@@ -296,14 +296,14 @@ fn read_trunk(section: &Section<'_>) -> Option<(f64, DVec3)> {
     Some((mass_kg?, meters(center?)))
 }
 
-/// Millimetres to metres. A division: 190 mm is then the nearest number to 0.19 m.
+/// Millimetres to metres. Uses a division: 190 mm then gives the nearest number to 0.19 m.
 fn meters(millimeters: DVec3) -> DVec3 {
     millimeters / 1000.0
 }
 
 fn syntax_faults(text: &str, file_name: &str, errors: &[toml::de::Error]) -> ConfigError {
     let lines = Lines::of(text);
-    // What follows a slip in its own line is seldom a second slip.
+    // Further faults in one line usually follow from the first.
     let mut first_in_line: BTreeMap<usize, &toml::de::Error> = BTreeMap::new();
     for error in errors {
         first_in_line.entry(lines.line_of(start_of(error))).or_insert(error);

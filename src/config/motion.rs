@@ -1,4 +1,4 @@
-//! `[motion]`: what the robot does. One function a kind of rig.
+//! `[motion]`: how the robot moves. One function for each kind of rig.
 
 use super::figure::read_figure;
 use super::gaits;
@@ -21,13 +21,14 @@ enum Kind {
 const KINDS: [(&str, Kind); 3] =
     [("horse", Kind::Horse), ("tentacle", Kind::Tentacle), ("figure", Kind::Figure)];
 
-/// Fastest turn where the file names none: legs that turn no sideways joint slide on their feet in a turn.
+/// Fastest turn if the file sets none: legs without a sideways joint slide on their feet in a turn.
 const YAW_RATE_MAX_DEG_S: f64 = 20.0;
 
-/// Slowest swing, and slowest stroke of arms, s: as slow as anybody watches; what they take is looked at cycle by cycle.
+/// Slowest swing, and slowest stroke of arms, s: slower than anyone would watch; the capability check steps through
+/// both cycle by cycle.
 const SWING_MAX_S: f64 = 10.0;
 const STROKE_MAX_S: f64 = 100.0;
-/// A hundred times that of a fall.
+/// A hundred times the acceleration of free fall.
 const ACCELERATION_MAX_M_S2: f64 = 1000.0;
 
 /// Keys of `motion.legs`, in the order of [`crate::model::LEG_NAMES`].
@@ -96,7 +97,7 @@ fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_
     })
 }
 
-/// A horse's motion moves its legs only; another chain would never get a goal.
+/// Refuses chains of a horse that are not legs: they would never get a goal.
 fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usize; 4]) {
     for place in (0..chains.len()).filter(|place| !legs.contains(place)) {
         file.fault(
@@ -106,9 +107,9 @@ fn refuse_idle_chains(file: &Section<'_>, chains: &[ChainEntry<'_>], legs: &[usi
     }
 }
 
-/// How far arms keep from each other and the base where the file says nothing, mm.
+/// Distance that arms keep from each other and the base if the file does not set it, mm.
 const CLEARANCE_MM: f64 = 5.0;
-/// How hard arms hold a pole where the file says nothing.
+/// How hard arms hold a pole if the file does not set it.
 const GRIP_SHARE: f64 = 0.15;
 
 const CARRIERS: [(&str, Carrier); 3] =
@@ -116,7 +117,7 @@ const CARRIERS: [(&str, Carrier); 3] =
 const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
-/// Keys of a tentacle's motion that may be left out: what each is, and what holds then.
+/// Optional keys of a tentacle's motion: each with its meaning and its default.
 const OPTIONAL: [(&str, &str, &str); 6] = [
     ("reach_mm", "where a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers", "nowhere"),
     (
@@ -158,7 +159,7 @@ fn read_tentacle(
         "the time of one stroke in s",
         Limits::AboveToMost(0.0, STROKE_MAX_S),
     );
-    // Keys that may be left out: said here, as each is read only where it is set.
+    // Optional keys are described here, since each is read only if it is set.
     for (key, meaning, default) in OPTIONAL {
         section.describe_default(key, meaning, default);
     }

@@ -1,10 +1,10 @@
-//! The word most like a misspelt one.
+//! Finds the known word most like a misspelt one.
 
-/// The nearest of the known words, if any is near: at most a third of its letters wrong.
+/// The nearest of the known words, if one is near: at most a third of its letters wrong.
 pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let letters = word.chars().count();
     known
-        // Words of so different lengths need no closer look, which takes its time with a long one.
+        // Words of very different length cannot be near; this avoids slow comparisons with long ones.
         .filter(|candidate| letters.abs_diff(candidate.chars().count()) <= wrong_at_most(candidate))
         .map(|candidate| (edits(word, candidate), candidate))
         .filter(|(edits, candidate)| *edits <= wrong_at_most(candidate))
@@ -12,12 +12,12 @@ pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> O
         .map(|(_, candidate)| candidate)
 }
 
-/// How many letters of a word may be wrong.
+/// Number of letters of a word that may be wrong.
 fn wrong_at_most(word: &str) -> usize {
     (word.chars().count() / 3).max(1)
 }
 
-/// Letters to put in, take out or change to make one word the other (Levenshtein distance).
+/// Number of letters to insert, delete or change to turn one word into the other (Levenshtein distance).
 fn edits(from: &str, to: &str) -> usize {
     let to: Vec<char> = to.chars().collect();
     let mut row: Vec<usize> = (0..=to.len()).collect();

@@ -1,19 +1,19 @@
-//! Numbers of a robot file, and the limits they keep.
+//! Numbers of a robot file, and their limits.
 
 use toml::de::DeValue;
 
-/// Numbers beyond this are slips of the hand in every unit of the schema, and their squares could overflow.
+/// Larger numbers are typing errors in every unit of the schema, and their squares could overflow.
 pub(super) const LARGEST: f64 = 1e9;
-/// Lengths and places beyond this, mm, and masses, kg, are no robot's, nor anything's round it: what is worked out of a
-/// robot file counts on that.
+/// Largest lengths and coordinates, mm, and masses, kg: larger than any robot and its surroundings. The
+/// computations on a robot file rely on these limits.
 const LENGTH_MAX_MM: f64 = 1e5;
 const MASS_MAX_KG: f64 = 1e5;
-/// Angles beyond this, degrees, are slips, too: ten turns.
+/// Largest angles, degrees: ten turns; larger ones are typing errors too.
 const ANGLE_MAX_DEG: f64 = 3600.0;
-/// Times beyond this, s, are after any run: 100 days.
+/// Largest times, s: 100 days, longer than any run.
 const TIME_MAX_S: f64 = 8.64e6;
 
-/// Which finite numbers a key takes.
+/// The finite numbers that a key accepts.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Limits {
     /// Every number.
@@ -29,22 +29,22 @@ pub(super) enum Limits {
 }
 
 impl Limits {
-    /// Of what has a length, mm.
+    /// For a length, mm.
     pub(super) const LENGTH: Limits = Limits::AboveToMost(0.0, LENGTH_MAX_MM);
-    /// Of a length that may be none, mm.
+    /// For a length that may be 0, mm.
     pub(super) const LENGTH_OR_NONE: Limits = Limits::FromTo(0.0, LENGTH_MAX_MM);
-    /// Of a place along an axis, mm; and of directions.
+    /// For a coordinate along an axis, mm; and for directions.
     pub(super) const PLACE: Limits = Limits::FromTo(-LENGTH_MAX_MM, LENGTH_MAX_MM);
-    /// Of what has a mass, kg.
+    /// For a mass, kg.
     pub(super) const MASS: Limits = Limits::AboveToMost(0.0, MASS_MAX_KG);
-    /// Of a mass that may be none, kg.
+    /// For a mass that may be 0, kg.
     pub(super) const MASS_OR_NONE: Limits = Limits::FromTo(0.0, MASS_MAX_KG);
-    /// Of an angle that nothing else limits, degrees.
+    /// For an angle without another limit, degrees.
     pub(super) const ANGLE: Limits = Limits::FromTo(-ANGLE_MAX_DEG, ANGLE_MAX_DEG);
-    /// Of a moment, s.
+    /// For a point in time, s.
     pub(super) const MOMENT: Limits = Limits::FromTo(0.0, TIME_MAX_S);
 
-    /// True for the numbers it takes; false for NaN, whatever the limits.
+    /// True for accepted numbers; false for NaN, whatever the limits.
     pub(super) fn contains(self, value: f64) -> bool {
         match self {
             Limits::Any => !value.is_nan(),
@@ -55,7 +55,7 @@ impl Limits {
         }
     }
 
-    /// What it takes, in words.
+    /// The limits, in words.
     pub(super) fn words(self) -> String {
         match self {
             Limits::Any => "a number".to_owned(),

@@ -6,17 +6,17 @@ use super::number::Limits;
 use super::reader::Section;
 use crate::model::{Foot, Ground, Motion, Physics, Step};
 
-/// Rubber on a dry floor.
+/// Friction of rubber on a dry floor.
 pub(super) const FRICTION: f64 = 0.8;
-/// A stalled servo gives a stop a few degrees: stiffness and damping, N m/rad and N m s/rad.
+/// A stalled servo pushes a few degrees into such a stop: stiffness and damping, N m/rad and N m s/rad.
 const STOP: (f64, f64) = (60.0, 0.3);
-/// A servo's horn with its bracket.
+/// Radius of a servo's horn with its bracket.
 const LINK_RADIUS_MM: f64 = 8.0;
 
 /// Most blocks: more than a robot steps over in an hour.
 const STEPS_MAX: usize = 1000;
 
-/// Reads `[physics]`; `Some(None)` where there is none.
+/// Reads `[physics]`; `Some(None)` if the file has none.
 pub(super) fn read(
     file: &Section<'_>,
     chains: &[ChainEntry<'_>],
@@ -31,7 +31,7 @@ pub(super) fn read(
     file.section("physics", meaning, |section| read_physics(section, motion)).map(Some)
 }
 
-/// Rigs that cannot be put into the rigid body as their file describes them.
+/// Refuses rigs that the rigid body cannot model as their file describes them.
 fn refuse_what_has_no_body(file: &Section<'_>, chains: &[ChainEntry<'_>], motion: Option<&Motion>) {
     let limbs = || chains.iter().filter_map(|chain| Some((chain, chain.limb.as_ref()?)));
     if limbs().any(|(_, limb)| limb.is_on_paper()) {
@@ -44,7 +44,7 @@ fn refuse_what_has_no_body(file: &Section<'_>, chains: &[ChainEntry<'_>], motion
     refuse_legs_without_feet(file, chains, motion, "in physics a leg stands on it");
 }
 
-/// A leg that is to bear weight needs something to stand on; `why` says so.
+/// Refuses a leg that should bear weight but has no foot; `why` gives the reason.
 pub(super) fn refuse_legs_without_feet(
     file: &Section<'_>,
     chains: &[ChainEntry<'_>],
@@ -139,7 +139,7 @@ fn read_ground(section: &Section<'_>) -> Option<Ground> {
     })
 }
 
-/// Reads the foot of a chain; `Some(None)` where it has none.
+/// Reads the foot of a chain; `Some(None)` if it has none.
 pub(super) fn read_foot(chain: &Section<'_>) -> Option<Option<Foot>> {
     let meaning =
         "what the chain stands on: a round sole across it (radius_mm, width_mm) or a plate (size_mm)";

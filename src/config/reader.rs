@@ -1,8 +1,8 @@
 //! Reads values of a robot or unit file by key, checks them, and notes every fault instead of stopping at the first.
 //!
-//! Comes in: a parsed TOML document. Goes out: `Some` checked value, or `None` and a noted fault. Sections are
-//! read through closures ([`Section::section`], [`Section::list`]), so that the keys nobody asked for are found
-//! at each closure's end. It knows nothing of robots.
+//! In: a parsed TOML document. Out: `Some` checked value, or `None` and a noted fault. The caller reads sections
+//! through closures ([`Section::section`], [`Section::list`]); at the end of each closure the reader reports the
+//! keys that the closure did not ask for. The module knows nothing of robots.
 
 use std::cell::{Cell, RefCell};
 use std::ops::RangeInclusive;
@@ -20,12 +20,12 @@ use super::number::{LARGEST, Limits, real, whole};
 use super::source::{Source, element};
 use crate::printable::{is_unprintable, printable};
 
-/// Longest text, characters: no path of a device is longer.
+/// Longest text, characters: longer than any path of a device.
 const TEXT_LONGEST: usize = 4096;
 /// Longest name, letters.
 const NAME_LONGEST: usize = 64;
 
-/// What all sections of one file share.
+/// State that all sections of one file share.
 pub(super) struct File {
     source: Source,
     faults: RefCell<Faults>,
@@ -34,7 +34,7 @@ pub(super) struct File {
 }
 
 impl File {
-    /// No faults yet.
+    /// A file without faults so far.
     pub(super) fn new(source: Source) -> File {
         File { source, faults: RefCell::default(), keys: RefCell::default() }
     }
@@ -53,7 +53,7 @@ impl File {
         self.keys.borrow().clone()
     }
 
-    /// The source, and the faults noted, if there are any.
+    /// The source, and the noted faults, if there are any.
     pub(super) fn finish(self) -> (Source, Option<ConfigError>) {
         (self.source, self.faults.into_inner().finish())
     }
@@ -81,7 +81,7 @@ impl<'a> Section<'a> {
         result
     }
 
-    /// Lets unknown keys pass: for a section whose kind, and so whose keys, could not be told.
+    /// Accepts unknown keys: for a section of unknown kind, whose keys are unknown too.
     pub(super) fn allow_unknown_keys(&self) {
         self.is_open.set(true);
     }
@@ -104,23 +104,23 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Full path of a key of this section, or of one further inside, such as `joint[2].link_mm`.
+    /// Full path of a key of this section, or of one nested deeper, such as `joint[2].link_mm`.
     fn path(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Notes a fault at a key of this section, or at one further inside.
+    /// Notes a fault at a key of this section, or at one nested deeper.
     pub(super) fn fault(&self, key: &str, expected: impl Into<String>) {
         self.note(&self.path(key), expected);
     }
 
-    /// Notes what is expected of a key, and what it is where it is not set, in words; none where it must be set.
+    /// Notes the expected value of a key and its default, in words; `None` if it must be set.
     fn describe(&self, key: &str, expected: &str, default: Option<String>) {
         self.file.keys.borrow_mut().note(&self.path(key), expected, default);
     }
 
-    /// Says in words what a key is that is not set, where its default is worked out; and what it means, where it is
-    /// asked for only if it is set.
+    /// Describes in words the default of a key if that is computed; and the meaning of a key that is read only if
+    /// it is set.
     pub(super) fn describe_default(&self, key: &str, meaning: &str, default: &str) {
         self.describe(key, meaning, Some(default.to_owned()));
     }
@@ -130,12 +130,12 @@ impl<'a> Section<'a> {
         self.file.faults.borrow_mut().note(source.nearest_line(path), || source.fault(path, expected));
     }
 
-    /// Line of a key of this section; 0 where it is not set.
+    /// Line of a key of this section; 0 if it is not set.
     pub(super) fn line(&self, key: &str) -> usize {
         self.file.source.line(&self.path(key)).unwrap_or(0)
     }
 
-    /// True where the key is set.
+    /// True if the key is set.
     pub(super) fn has(&self, key: &'static str) -> bool {
         self.optional(key).is_some()
     }
@@ -165,7 +165,7 @@ impl<'a> Section<'a> {
             self.fault(key, expected);
             return None;
         };
-        // It is printed, and no terminal is to obey it.
+        // The text is printed, and must not control the terminal.
         if let Some(bad) = text.chars().find(|c| is_unprintable(*c)) {
             let code = printable(bad.encode_utf8(&mut [0; 4])).into_owned();
             self.fault(
@@ -181,13 +181,13 @@ impl<'a> Section<'a> {
         Some(text)
     }
 
-    /// A text that is not blank; `Some(None)` where not set.
+    /// A text that is not blank; `Some(None)` if it is not set.
     pub(super) fn text_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<&'a str>> {
         self.describe(key, &format!("{meaning}, a text in quotes"), Some("none".to_owned()));
         if self.has(key) { self.text(key, meaning).map(Some) } else { Some(None) }
     }
 
-    /// A date without a time; `Some(None)` where not set.
+    /// A date without a time; `Some(None)` if it is not set.
     pub(super) fn date_if_set(&self, key: &'static str, meaning: &str) -> Option<Option<Date>> {
         self.describe(key, &format!("{meaning}, a date without quotes"), Some("none".to_owned()));
         let Some(value) = self.optional(key) else { return Some(None) };
@@ -213,7 +213,7 @@ impl<'a> Section<'a> {
         None
     }
 
-    /// One of a list of words, with what it stands for.
+    /// One of a list of words; returns its meaning.
     pub(super) fn choice<T: Clone>(
         &self,
         key: &'static str,
@@ -237,8 +237,8 @@ impl<'a> Section<'a> {
         found.map(|(_, value)| value.clone())
     }
 
-    /// A name out of `names`, as its place there. While one of the names is itself faulty (`None`), a name
-    /// not found is not held against the key.
+    /// A name out of `names`, returned as its index there. If one of the names is itself faulty (`None`), a name
+    /// that is not found is no fault.
     pub(super) fn reference(
         &self,
         key: &'static str,
@@ -255,7 +255,7 @@ impl<'a> Section<'a> {
         options.iter().find(|(name, _)| *name == text).map(|(_, place)| *place)
     }
 
-    /// True or false; `default` where not set.
+    /// True or false; `default` if it is not set.
     pub(super) fn flag_or(&self, key: &'static str, meaning: &str, default: bool) -> Option<bool> {
         self.describe(key, &format!("{meaning}: true or false"), Some(default.to_string()));
         let Some(value) = self.optional(key) else { return Some(default) };
@@ -281,7 +281,7 @@ impl<'a> Section<'a> {
         value
     }
 
-    /// A whole number; `default` where not set.
+    /// A whole number; `default` if it is not set.
     pub(super) fn integer_or(
         &self,
         key: &'static str,
@@ -302,7 +302,7 @@ impl<'a> Section<'a> {
         self.limited(&self.path(key), value, meaning, limits)
     }
 
-    /// A finite number within limits; `default` where not set.
+    /// A finite number within limits; `default` if it is not set.
     pub(super) fn number_or(
         &self,
         key: &'static str,
@@ -347,7 +347,7 @@ impl<'a> Section<'a> {
         good.then(|| values.map(Option::unwrap_or_default))
     }
 
-    /// A list of `count` finite numbers; of any length where that is not known.
+    /// A list of `count` finite numbers; of any length if the count is unknown.
     pub(super) fn number_list(
         &self,
         key: &'static str,
@@ -375,14 +375,14 @@ impl<'a> Section<'a> {
         self.numbers(key, &format!("{meaning} along x, y, z"), Limits::PLACE).map(DVec3::from_array)
     }
 
-    /// Three numbers; `default` where not set.
+    /// Three numbers; `default` if they are not set.
     pub(super) fn vector_or(&self, key: &'static str, meaning: &str, default: DVec3) -> Option<DVec3> {
         let expected = format!("{meaning} along x, y, z, a list of 3 numbers");
         self.describe(key, &expected, Some(format!("{:?}", default.to_array())));
         if self.has(key) { self.vector(key, meaning) } else { Some(default) }
     }
 
-    /// A list of three numbers along x, y, z each, of a length in `range`.
+    /// A list of vectors (three numbers along x, y, z each); its length must lie in `range`.
     pub(super) fn vectors(
         &self,
         key: &'static str,
@@ -401,7 +401,7 @@ impl<'a> Section<'a> {
         let row = |(index, item): (usize, &toml::Spanned<DeValue<'_>>)| {
             self.row(&element(&path, index), item.get_ref(), meaning, Limits::PLACE).map(DVec3::from_array)
         };
-        // All are read, so that all faults are told.
+        // Reads all of them, so that all faults are reported.
         let rows: Vec<Option<DVec3>> = items.iter().enumerate().map(row).collect();
         rows.into_iter().collect()
     }
@@ -434,7 +434,7 @@ impl<'a> Section<'a> {
         self.enter(&self.path(key), value, meaning, read)
     }
 
-    /// Reads a table of this section as [`Section::section`] does; as if it were empty where it is not set.
+    /// Reads a table of this section as [`Section::section`] does; if it is not set, as if it were empty.
     pub(super) fn section_or_empty<T>(
         &self,
         key: &'static str,
@@ -448,7 +448,7 @@ impl<'a> Section<'a> {
         Section::new(self.file, self.path(key), None).read(read)
     }
 
-    /// Reads a list of at most `most` tables; an empty list where it is not set, `None` in the place of each faulty one.
+    /// Reads a list of at most `most` tables; an empty list if it is not set, `None` in place of each faulty one.
     pub(super) fn list<T>(
         &self,
         key: &'static str,
@@ -488,7 +488,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// A path without its list places, as it is written in a header.
+/// A path without its list indices, as written in a header.
 fn list_header(path: &str) -> String {
     path.split('.').map(|key| key.split('[').next().unwrap_or(key)).collect::<Vec<_>>().join(".")
 }

@@ -1,4 +1,4 @@
-//! `[reflex]` and `[yield]`: what a robot does when it falls, and an arm that is loaded beyond its limit.
+//! `[reflex]` and `[yield]`: how a robot reacts to a fall, and an arm to a load beyond its limit.
 
 use super::limb::ChainEntry;
 use super::number::Limits;
@@ -28,7 +28,7 @@ const KEYS_MAX: usize = 100;
 /// A named pose, if it could be read.
 type NamedPose<'a> = (Option<&'a str>, Option<Vec<f64>>);
 
-/// Reads `[reflex]` of a robot with `joints`, none where they could not be read; `Some(None)` where it is not set.
+/// Reads `[reflex]` of a robot with `joints` (`None` if they could not be read); `Some(None)` if it is not set.
 pub(super) fn read(
     file: &Section<'_>,
     joints: Option<&[Joint]>,
@@ -144,7 +144,7 @@ fn read_detector(section: &Section<'_>) -> Option<Detector> {
     }
 }
 
-/// Angles of all joints of a pose, rad, each in its joint's range.
+/// Angles of all joints of a pose, rad, each within its joint's range.
 fn read_angles(pose: &Section<'_>, joints: Option<&[Joint]>) -> Option<Vec<f64>> {
     let meaning = "the angles of all joints in degrees, chain by chain as in the file";
     let angles = pose.number_list("angles_deg", meaning, joints.map(<[Joint]>::len))?;
@@ -193,7 +193,7 @@ fn read_keys(motion: &Section<'_>, poses: &[NamedPose<'_>]) -> Option<Vec<KeyPos
     keys.into_iter().collect()
 }
 
-/// Reads `[yield]`; `Some(None)` where it is not set.
+/// Reads `[yield]`; `Some(None)` if it is not set.
 pub(super) fn read_yield(
     file: &Section<'_>,
     chains: &[ChainEntry<'_>],

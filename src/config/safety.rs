@@ -1,4 +1,4 @@
-//! `[safety]`: limits that hold whatever the motion asks; every key has a default.
+//! `[safety]`: limits that hold for every motion; every key has a default.
 
 use super::number::Limits;
 use super::reader::Section;
@@ -6,7 +6,8 @@ use crate::model::{OnTrip, SafetySettings, ServoModel};
 
 const ON_TRIP: [(&str, OnTrip); 2] = [("stop", OnTrip::Stop), ("freeze", OnTrip::Freeze)];
 
-/// A key of `[safety]`. No limit can be set so wide that it limits nothing: the meaning says why it ends there.
+/// A key of `[safety]`. Its own limits keep every safety limit effective: the meaning says why they end where they
+/// do.
 struct Setting {
     key: &'static str,
     meaning: &'static str,
@@ -14,15 +15,15 @@ struct Setting {
     default: f64,
 }
 
-/// The default leaves a servo torque to follow with.
+/// The default leaves a servo some torque to follow with.
 const RATE_SHARE: Setting = Setting {
     key: "rate_share",
     meaning: "a share of the no-load speed",
     limits: Limits::AboveToMost(0.0, 1.0),
     default: 0.7,
 };
-/// The default lies above what the built-in gaits ask of a small robot, and below what a jump in the goal would.
-/// The most: no-load speed, some 8 rad/s, in 5 ms, a tenth of a geared servo's time constant.
+/// The default is above what the built-in gaits ask of a small robot, and below what a jump in the goal would ask.
+/// The upper limit: no-load speed, some 8 rad/s, in 5 ms, a tenth of a geared servo's time constant.
 const ACCELERATION_MAX: Setting = Setting {
     key: "acceleration_max_deg_s2",
     meaning: "the largest joint acceleration in degrees/s^2 (beyond what any servo has, it would limit nothing)",
@@ -64,7 +65,7 @@ const HOLD: Setting = Setting {
     limits: Limits::AboveToMost(0.0, 30.0),
     default: 2.0,
 };
-/// The default is twice what a healthy servo lags in a trot.
+/// The default is twice the lag of a healthy servo in a trot.
 const TRACKING_ERROR_MAX: Setting = Setting {
     key: "tracking_error_max_deg",
     meaning: "the largest difference between goal and measurement in degrees (a joint that is further off does not \
@@ -72,8 +73,8 @@ const TRACKING_ERROR_MAX: Setting = Setting {
     limits: Limits::AboveToMost(0.0, 45.0),
     default: 20.0,
 };
-/// The default rides out the shock of a footfall and the dip of a supply. The most: after two seconds of overload a
-/// Feetech servo takes its own torque away (register 35, protection time).
+/// The default rides out the shock of a footfall and the dip of a supply. The upper limit: after two seconds of
+/// overload a Feetech servo switches its torque off by itself (register 35, protection time).
 const FAULT_DELAY: Setting = Setting {
     key: "fault_delay_s",
     meaning: "how long a fault is borne, in s (a jammed servo takes its stall current meanwhile)",
@@ -81,13 +82,13 @@ const FAULT_DELAY: Setting = Setting {
     default: 0.5,
 };
 
-/// The robot stops by itself this far below the heat at which the first servo would let go.
+/// Margin below the temperature at which the first servo would switch off: the robot stops before that.
 const TEMPERATURE_MARGIN_C: f64 = 5.0;
 
 /// Reads `[safety]`; `models` are the servo models in use.
 ///
-/// The heat limit defaults to a little below the lowest of the models' own, the voltage limit to the highest of their
-/// minima. Without servos neither limits anything: infinity and 0 V.
+/// The temperature limit defaults to a little below the lowest of the models' own limits, the voltage limit to the
+/// highest of their minima. Without servos neither limits anything: infinity and 0 V.
 pub(super) fn read(file: &Section<'_>, models: &[&ServoModel]) -> Option<SafetySettings> {
     file.section_or_empty("safety", "the safety limits", |section| read_settings(section, models))
 }

@@ -1,4 +1,5 @@
-//! Motion scripts: at a time, of a horse a gait, a speed, a turn, a posture; of arms a stroke; of a figure a pose.
+//! Motion scripts: timed orders. For a horse a gait, a speed, a turn, a posture; for arms a stroke; for a figure a
+//! pose.
 //!
 //! | section | keys (those with a default in brackets) |
 //! |---|---|
@@ -18,9 +19,9 @@ use crate::model::{Gait, HorseMotion, LEG_NAMES, Motion, Robot};
 use crate::motion::{Command, GaitChoice, Order, Posture, StrokeCommand};
 use crate::operator::{Entry, Script};
 
-/// A script that does not say when it ends does so this long after its last entry, s.
+/// Time from the last entry to the end of a script that does not set its end, s.
 const LAST_ENTRY_S: f64 = 5.0;
-/// Faster than any robot is to go either way, m/s.
+/// Highest speed either way, more than any robot reaches, m/s.
 const SPEED_MAX_M_S: f64 = 1000.0;
 /// Most entries: one a second for nearly three hours.
 const ENTRIES_MAX: usize = 10_000;
@@ -45,7 +46,7 @@ pub fn load_script(path: &Path, robot: &Robot) -> Result<Script, ConfigError> {
 /// Checks the text of a motion script for `robot`; `file_name` is its name in faults.
 ///
 /// # Errors
-/// Every fault of the text. Text that is no TOML is judged as TOML only.
+/// Every fault of the text. If the text is not TOML, only that fault.
 pub fn parse_script(text: &str, file_name: &str, robot: &Robot) -> Result<Script, ConfigError> {
     parse_with(text, file_name, |file| read(file, robot)).map(|(script, _)| script)
 }
@@ -86,7 +87,7 @@ fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
     })
 }
 
-/// All entries, what each orders by `read`; none if there are none.
+/// All entries, each order read by `read`; `None` if there are none.
 fn read_entries<'a>(
     file: &Section<'a>,
     mut read: impl FnMut(&Section<'a>) -> Option<Order>,
@@ -108,15 +109,15 @@ fn read_entries<'a>(
     Some(entries)
 }
 
-/// What holds where an entry begins.
+/// The values in force where an entry begins.
 struct Last {
-    /// None after an entry whose gait could not be read.
+    /// `None` after an entry whose gait could not be read.
     gait: Option<GaitChoice>,
     /// As far as it could be read.
     command: Command,
 }
 
-/// An entry, which leaves as it was in the `last` one what it does not name.
+/// An entry; values that it does not name stay as in `last`.
 fn read_entry(section: &Section<'_>, robot: &Robot, horse: &HorseMotion, last: &mut Last) -> Option<Order> {
     let gait = if section.has("gait") { read_gait(section, &horse.gaits) } else { last.gait };
     let before = match gait {
@@ -188,7 +189,7 @@ fn read_gait(section: &Section<'_>, gaits: &[Gait]) -> Option<GaitChoice> {
 fn leg_without_sideways_joint(robot: &Robot, legs: [usize; 4]) -> Option<&'static str> {
     let is_planar = |leg: &usize| {
         let chain = &robot.chains[*leg];
-        // Turned about y, an axis along y stays there: the angles of the joints do not matter.
+        // A turn about y leaves an axis along y unchanged: so the joint angles do not matter.
         robot
             .joints_of(chain)
             .iter()

@@ -1,4 +1,4 @@
-//! `servo` of a joint, and `servos` of an arm: which servo turns what, and where its zero lies.
+//! `servo` of a joint, and `servos` of an arm: the servo that turns each joint, and its zero count.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -9,7 +9,7 @@ use crate::model::servo_model::SERVO_MODELS;
 use crate::model::{Bus, Protocol, Servo, ServoModel};
 use crate::units::ServoId;
 
-/// Most rows of an arm's servos: one each of the most hinges it can have.
+/// Most rows of an arm's servos: one for each hinge of the largest arm.
 const ROWS_MAX: usize = 180;
 
 /// The buses with the servos found on them so far.
@@ -18,16 +18,16 @@ pub(super) struct ServoPlaces<'b> {
     taken: BTreeMap<(usize, u8), usize>,
     /// True for each bus that has a servo.
     is_used: Vec<bool>,
-    /// The first model of each bus.
+    /// Model of the first servo of each bus.
     series: Vec<Option<&'static ServoModel>>,
-    /// Models that do not speak their bus's language, each told once.
+    /// Models that do not speak their bus's protocol, each reported once.
     strangers: Vec<(usize, &'static str)>,
     /// Every model in use.
     pub(super) models: Vec<&'static ServoModel>,
 }
 
 impl<'b> ServoPlaces<'b> {
-    /// No servo yet.
+    /// Without servos yet.
     pub(super) fn new(buses: &'b [BusEntry<'b>]) -> ServoPlaces<'b> {
         let is_used = vec![false; buses.len()];
         let series = vec![None; buses.len()];
@@ -97,8 +97,8 @@ impl<'b> ServoPlaces<'b> {
         (model, bus)
     }
 
-    /// Reads the servos of an arm of so many `joints` of so many `hinges`, row by row from its root: none for an arm
-    /// on paper.
+    /// Reads the servos of an arm with this many `joints` of this many `hinges`, row by row from its root: none for
+    /// an arm on paper.
     pub(super) fn read_rows(
         &mut self,
         arm: &Section<'_>,
@@ -162,7 +162,7 @@ impl<'b> ServoPlaces<'b> {
         Some(ServoRow { model, bus: bus?, first_id: first, reversed: reversed?, count })
     }
 
-    /// One message is enough for all servos of one model on one bus.
+    /// Reports each model of the wrong protocol once for each bus.
     fn check_language(&mut self, servo: &Section<'_>, model: &'static ServoModel, bus: usize) {
         let Some(protocol) = self.buses[bus].protocol.filter(|protocol| *protocol != model.protocol) else {
             return;
@@ -182,7 +182,7 @@ impl<'b> ServoPlaces<'b> {
         );
     }
 
-    /// The loop asks all servos of a bus in one way.
+    /// Checks that all servos of a bus are of one series: the loop asks them all in the same way.
     fn check_series(&mut self, servo: &Section<'_>, model: &'static ServoModel, bus: usize) {
         let first = *self.series[bus].get_or_insert(model);
         let is_other = model.protocol == first.protocol && model.registers != first.registers;
@@ -228,7 +228,7 @@ impl<'b> ServoPlaces<'b> {
     }
 }
 
-/// Servos with ids in a row, which turn the hinges of an arm.
+/// Servos with consecutive ids, which turn the hinges of an arm.
 pub(super) struct ServoRow {
     model: &'static ServoModel,
     bus: usize,
@@ -238,9 +238,9 @@ pub(super) struct ServoRow {
 }
 
 impl ServoRow {
-    /// The servo at this place in the row, for a hinge of this range.
+    /// The servo at this index in the row, for a hinge of this range.
     pub(super) fn servo(&self, place: usize, range_rad: (f64, f64)) -> Servo {
-        // The row ends within the ids there are.
+        // The row ends within the valid ids.
         let id = self.first_id.saturating_add(u8::try_from(place).unwrap_or(u8::MAX));
         Servo {
             model: self.model,
@@ -290,7 +290,7 @@ fn check_reach(section: &Section<'_>, key: &str, model: &ServoModel, (low, high)
     }
 }
 
-/// Count at joint angle zero where the middle of the range is the middle count.
+/// Count at joint angle zero if the middle of the range is at the middle count.
 fn zero_count(model: &ServoModel, (low, high): (f64, f64), reversed: bool) -> f64 {
     let sign = if reversed { -1.0 } else { 1.0 };
     model.middle_count() - sign * 0.5 * (low + high) * counts_per_rad(model)

@@ -1,8 +1,8 @@
-//! Where in a robot file each key stands.
+//! The place of each key in a robot file.
 //!
-//! Comes in: the file's text and its parsed document. Goes out: line and value text of any key path, for
-//! faults found while reading and for checks made long after (reach, loop rate). What it takes, in time and memory, is a
-//! small multiple of the file's size, whatever is in the file.
+//! In: the file's text and its parsed document. Out: line and value text of any key path, for faults found while
+//! reading and for later checks (reach, loop rate). Time and memory are a small multiple of the file's size,
+//! whatever the file contains.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,12 +14,12 @@ use toml::de::{DeTable, DeValue};
 use super::fault::Fault;
 use crate::printable::printable;
 
-/// Longest piece of a file repeated in a fault, characters.
+/// Longest piece of a file that a fault quotes, characters.
 const PIECE_SHOWN: usize = 60;
-/// Bytes looked at for it: blanks in front of its lines are not shown.
+/// Bytes searched for that piece: leading blanks of its lines are not shown.
 const PIECE_LOOKED_AT: usize = 4096;
 
-/// Where the lines of a text begin.
+/// The offsets at which the lines of a text begin.
 #[derive(Debug, Clone)]
 pub(super) struct Lines(Vec<usize>);
 
@@ -41,10 +41,10 @@ impl Lines {
     }
 }
 
-/// Where one value stands, in bytes, and those inside it.
+/// The span of one value, in bytes, and of the values inside it.
 #[derive(Debug, Clone)]
 struct Place {
-    /// Where its key begins, or itself where it has none.
+    /// Start of its key, or of the value if it has no key.
     start: usize,
     span: Range<usize>,
     inside: Inside,
@@ -67,7 +67,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Notes where everything in `document`, parsed from `text`, stands.
+    /// Notes the place of everything in `document`, parsed from `text`.
     pub(super) fn new(file: &str, text: &str, document: &DeTable<'_>) -> Source {
         Source { file: file.to_owned(), text: text.to_owned(), lines: Lines::of(text), top: table(document) }
     }
@@ -76,7 +76,7 @@ impl Source {
         &self.text
     }
 
-    /// A fault at a key; where the key is not set, at the section that lacks it.
+    /// A fault at a key; if the key is not set, at the section that lacks it.
     pub(super) fn fault(&self, key: &str, expected: impl Into<String>) -> Fault {
         self.fault_in(self.nearest_line(key), key.to_owned(), self.find(key), expected.into())
     }
@@ -102,7 +102,7 @@ impl Source {
         self.find(key).map(|place| self.line_of(place))
     }
 
-    /// The line of a key, or of the nearest section round it that is set.
+    /// The line of a key, or of the innermost section around it that is set.
     pub(super) fn nearest_line(&self, key: &str) -> usize {
         self.way(key).last().map_or(1, |place| self.line_of(place))
     }
@@ -157,7 +157,7 @@ fn place(start: usize, value: &Spanned<DeValue<'_>>) -> Place {
     Place { start, span: value.span(), inside }
 }
 
-/// Path of a key in a section, in which it may be shortened; the top of the file is the section "".
+/// Path of a key in a section, shortened if needed; the top of the file is the section "".
 fn join(section: &str, key: &str) -> String {
     let is_bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     let key = shortened(key.chars());
@@ -165,7 +165,7 @@ fn join(section: &str, key: &str) -> String {
     if section.is_empty() { key } else { format!("{section}.{key}") }
 }
 
-/// Path of one place in a list, counted from 0.
+/// Path of one element of a list, index from 0.
 pub(super) fn element(list: &str, index: usize) -> String {
     format!("{list}[{index}]")
 }

@@ -1,4 +1,4 @@
-//! A stroke of a motion script, and the places strokes go to.
+//! A stroke of a motion script, and its targets in space.
 
 use glam::DVec3;
 
@@ -10,9 +10,9 @@ use crate::motion::tentacle::route::sweep_towards;
 use crate::motion::tentacle::winder;
 use crate::motion::{Stroke, StrokeCommand};
 
-/// Fastest strokes, times the robot file's.
+/// Highest tempo, times the robot file's.
 const TEMPO_MAX: f64 = 4.0;
-/// Furthest turn towards a goal either way, degrees.
+/// Largest turn towards a goal either way, degrees.
 const TURN_MAX_DEG: f64 = 180.0;
 
 /// The kinds of stroke a script may name.
@@ -24,7 +24,7 @@ enum Kind {
     Wind,
 }
 
-/// What an entry asks for, which leaves as it was in the `last` one what it does not name.
+/// The stroke of an entry; values that the entry does not name stay as in `last`.
 pub(super) fn read(
     section: &Section<'_>,
     arms: (&Robot, &TentacleMotion),
@@ -101,7 +101,7 @@ fn read_stroke(section: &Section<'_>, (robot, tentacle): (&Robot, &TentacleMotio
     }
 }
 
-/// A path in the keys of `section`.
+/// A path from the keys of `section`.
 pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
     let meaning = "the places the tip goes through, in the body, in mm";
     let points_mm = section.vectors("points_mm", meaning, 2..=WAYPOINTS_MAX);
@@ -112,7 +112,7 @@ pub(super) fn read_path(section: &Section<'_>) -> Option<TipPath> {
     path.map_err(|error| section.fault("points_mm", error.to_string())).ok()
 }
 
-/// A pole in the keys of `section`.
+/// A pole from the keys of `section`.
 pub(super) fn read_pole(section: &Section<'_>) -> Option<Pole> {
     let point = section.vector("point_mm", "a point on the pole's axis, in the body, in mm");
     let axis = read_direction(section, "axis", "the direction of the pole's axis, in the body");
@@ -120,7 +120,7 @@ pub(super) fn read_pole(section: &Section<'_>) -> Option<Pole> {
     Some(Pole { point_in_body: meters(point?), axis: axis?, radius_m: radius_mm? / 1000.0 })
 }
 
-/// A direction, made one long.
+/// A direction, normalised.
 fn read_direction(section: &Section<'_>, key: &'static str, meaning: &'static str) -> Option<DVec3> {
     let unit = section.vector(key, meaning)?.try_normalize();
     if unit.is_none() {

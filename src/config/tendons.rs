@@ -1,7 +1,7 @@
 //! `[arm.tendons]`: an arm in three sections, each bent as a whole by two winches.
 //!
-//! The arm `NAME` has the joints `NAME.lift_1`, `NAME.sweep_1` to `NAME.sweep_3`: the winches of each section from root to
-//! tip, whose angles are the winches' turns.
+//! The arm `NAME` has the joints `NAME.lift_1`, `NAME.sweep_1` to `NAME.sweep_3`: the winches of each section from
+//! root to tip. The joint angles are the winches' turns.
 
 use glam::DVec3;
 
@@ -12,12 +12,12 @@ use super::servos::ServoPlaces;
 use crate::model::tendon::Section;
 use crate::model::{GROUPS, Joint, TendonDrive};
 
-/// How far cords may hang loose where the file says nothing, mm.
+/// How far cords may hang loose if the file does not set it, mm.
 const SLACK_MAX_MM: f64 = 1.0;
-/// A winch's range over what the largest bends need, so that rounding stays inside.
+/// A winch's range relative to what the largest bends need, so that rounding stays inside.
 const RANGE_MARGIN: f64 = 1.02;
 
-/// Reads the tendons of an arm whose links are so long.
+/// Reads the tendons of an arm with links of these lengths.
 pub(super) fn read(
     arm: &Table<'_>,
     name: Option<&str>,
@@ -41,7 +41,7 @@ pub(super) fn read(
                 link_m: DVec3::ZERO,
                 range_rad,
                 stiffness: 1.0,
-                // Half of the section's each, for the sum.
+                // Each of the two winches carries half of the section's mass, so that the sum is right.
                 mass_kg: 0.5 * mass_kg * section.joints as f64,
                 center_m: DVec3::ZERO,
                 ball: None,
@@ -70,7 +70,7 @@ fn read_drive(tendons: &Table<'_>, links_m: &[f64]) -> Option<TendonDrive> {
     let joints = links_m.len() / GROUPS;
     let section = |(index, links): (usize, &[f64])| Section {
         joints,
-        // All links of a section are alike.
+        // All links of a section have the same length.
         link_m: links.iter().sum::<f64>() / joints as f64,
         cord_radius_m,
         cord_turn_rad: index as f64 * turn_rad,
@@ -83,7 +83,8 @@ fn read_drive(tendons: &Table<'_>, links_m: &[f64]) -> Option<TendonDrive> {
     drive.map_err(|error| tendons.fault("bend_max_deg", format!("tendons that work: {error}"))).ok()
 }
 
-/// How far each section's winches turn: by its own bend, and by those of nearer sections, through which its cords run.
+/// Range of each section's winches: their turns for its own bend, and for those of nearer sections, which its cords
+/// pass.
 fn winch_ranges(drive: &TendonDrive) -> Vec<(f64, f64)> {
     let mut bend_rad = 0.0;
     let range = |section: &Section| {

@@ -1,4 +1,4 @@
-//! Names that may be given only once.
+//! Names that may occur only once.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
-//! Unit files: what belongs to one built robot, and to no other of its kind.
+//! Unit files: the data of one built robot, which no other of its kind shares.
 //!
-//! Comes in: a file, or its text. Goes out: a [`Unit`], or every fault of the file at once. What it means for a
-//! robot is judged by `unit_check`, and it is written by [`super::write_unit`].
+//! In: a file, or its text. Out: a [`Unit`], or every fault of the file at once. `unit_check` judges what it means
+//! for a robot, and [`super::write_unit`] writes it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,22 +16,22 @@ use super::source::Source;
 use super::{parse_with, read_text};
 use crate::model::{Firmware, IMU_BAUDS};
 
-/// Most joints and buses of a unit: those of the largest robot file.
+/// Most joints and buses of a unit: as many as in the largest robot file.
 const JOINTS_MAX: usize = 2000;
 const BUSES_MAX: usize = super::buses::BUSES_MAX;
 
 /// The version of the schema below.
 pub(super) const VERSION: u32 = 1;
 
-/// What belongs to one built robot.
+/// The data of one built robot.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Unit {
-    /// File name, without folders, of the robot file it was made for.
+    /// File name, without folders, of its robot file.
     pub robot_file: String,
-    /// Day of the calibration; none before.
+    /// Day of the calibration; `None` before it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibrated_on: Option<Date>,
-    /// [`Unit::hash`] as it was at the end of the calibration; none before.
+    /// [`Unit::hash`] at the end of the calibration; `None` before it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration_hash: Option<String>,
     /// Its serial lines.
@@ -53,7 +53,7 @@ impl Unit {
     }
 }
 
-/// Where a bus of the robot file is plugged in.
+/// The device that a bus of the robot file is plugged into.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct UnitBus {
     /// Name of the bus.
@@ -62,36 +62,37 @@ pub struct UnitBus {
     pub device: String,
 }
 
-/// The inertial measurement unit that is built in.
+/// The inertial measurement unit in this robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnitImu {
     /// Path of its serial device.
     pub device: String,
-    /// Its line rate, bit/s; none where it is the robot file's.
+    /// Its line rate, bit/s; `None` if it is the robot file's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baud: Option<u32>,
-    /// Roll, pitch and yaw of the unit in the body, degrees; none where they are the robot file's.
+    /// Roll, pitch and yaw of the unit in the body, degrees; `None` if they are the robot file's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rpy_deg: Option<[f64; 3]>,
-    /// True for a unit that tells its turn rates with the other sign; none where that was not looked at.
+    /// True if the unit reports its angular rates with the opposite sign; `None` if this was not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rates_reversed: Option<bool>,
 }
 
-/// How one joint came out.
+/// Calibration of one joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnitJoint {
     /// Full name, such as `left_hind.hip`.
     pub name: String,
     /// Count at joint angle zero; may lie outside the servo's own range.
     pub zero_count: f64,
-    /// True where its servo is mounted so that a positive joint turn is a falling count, as it was measured; none where
-    /// that is left to the robot file.
+    /// True if the measurement showed that the servo is mounted so that its count falls in a positive joint turn;
+    /// `None` if the robot file decides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reversed: Option<bool>,
-    /// True once a person has seen that the joint turns the way the robot file says: that the two above are right.
+    /// True once a person has confirmed that the joint turns as in the robot file: that the two fields above are
+    /// right.
     pub direction_checked: bool,
-    /// Firmware version of the servo at calibration, where it is known. A start warns of another one.
+    /// Firmware version of the servo at calibration, if known. A start warns of another version.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub firmware: Option<Firmware>,
 }
@@ -107,8 +108,8 @@ pub struct UnitJoint {
 /// | `[imu]` | `device`, (`baud`, `rpy_deg` as in the robot file), (`rates_reversed` false) |
 /// | `[[joint]]` | `name`, `zero_count`, (`reversed` as in the robot file), (`direction_checked` false), (`firmware`) |
 ///
-/// The servos have no serial number that could be read; that of an adapter is in its path in `/dev/serial/by-id`.
-/// It is found by [`default_unit_path`] unless the user names another.
+/// Servos have no readable serial number; that of an adapter is in its path in `/dev/serial/by-id`.
+/// [`default_unit_path`] finds the file unless the user names another.
 #[derive(Debug, Clone)]
 pub struct UnitFile {
     /// The unit.
@@ -123,7 +124,7 @@ impl UnitFile {
     }
 }
 
-/// Where the unit file of a robot file is looked for: beside it, `.unit.toml` in the place of its `.toml`; for
+/// Default path of the unit file of a robot file: beside it, with `.unit.toml` in place of its `.toml`; for
 /// `config/horse.toml` that is `config/horse.unit.toml`.
 pub fn default_unit_path(robot_file: &Path) -> PathBuf {
     robot_file.with_extension("unit.toml")
@@ -141,8 +142,8 @@ pub fn load_unit(path: &Path) -> Result<UnitFile, ConfigError> {
 /// Checks the text of a unit file; `file_name` is its name in faults.
 ///
 /// # Errors
-/// Every fault of the text. Text that is no TOML is judged as TOML only, and a file of another version by its
-/// version only.
+/// Every fault of the text. If the text is not TOML, only that fault; if the file has another version, only its
+/// version.
 pub fn parse_unit(text: &str, file_name: &str) -> Result<UnitFile, ConfigError> {
     let (unit, source) = parse_with(text, file_name, read_unit)?;
     Ok(UnitFile { unit, source })
@@ -243,7 +244,7 @@ fn read_joint<'a>(joint: &Section<'a>, names: &mut Names<'a>) -> Option<UnitJoin
     })
 }
 
-/// `Some(None)` where it is not set, `None` for a fault.
+/// Reads the firmware: `Some(None)` if it is not set, `None` after a fault.
 fn read_firmware(joint: &Section<'_>) -> Option<Option<Firmware>> {
     let meaning = "the servo's firmware version, such as \"46\" (Dynamixel) or \"3.10\" (Feetech)";
     let Some(text) = joint.text_if_set("firmware", meaning)? else { return Some(None) };
@@ -254,7 +255,7 @@ fn read_firmware(joint: &Section<'_>) -> Option<Option<Firmware>> {
     firmware.ok().map(Some)
 }
 
-/// Texts of one key, each of which may be given only once.
+/// Values of one key that may occur only once each.
 #[derive(Default)]
 struct Names<'a> {
     seen: BTreeMap<&'a str, usize>,

@@ -1,4 +1,4 @@
-//! A unit file against the robot it is used with: does it fit, is it calibrated, what is unwise.
+//! Checks a unit file against its robot: does it fit, is it calibrated, what is unwise.
 
 use std::fmt::Write;
 use std::hash::Hasher;
@@ -17,15 +17,14 @@ use crate::model::{ImuSettings, Joint, Robot, Servo};
 /// Rounding error that does not count as crossing the end of the counts.
 const ROUNDING_COUNTS: f64 = 1e-6;
 
-/// Beginnings of device names the system gives out in the order of plugging in.
+/// Prefixes of device names that the system assigns in the order of plugging in.
 const UNSTABLE_DEVICES: [&str; 2] = ["/dev/ttyUSB", "/dev/ttyACM"];
 
 impl Unit {
-    /// Hash of the calibration: robot file name, date, every joint's entry, and how the robot file says its
-    /// servo is connected (axis, model, bus, id, reversed). So an edit of either file after the calibration is
-    /// noticed that makes a checked direction or zero count doubtful. Devices are left out: an adapter may
-    /// move to another plug. FNV-1a, 64 bits (crate `fnv`), as 16 hexadecimal digits: it notices slips, not
-    /// ill will.
+    /// Hash of the calibration: robot file name, date, every joint's entry, and how the robot file says its servo
+    /// is connected (axis, model, bus, id, reversed). So it detects a later edit of either file that makes a
+    /// checked direction or zero count doubtful. It leaves devices out: an adapter may move to another plug.
+    /// FNV-1a, 64 bits (crate `fnv`), as 16 hexadecimal digits: it detects slips, not malice.
     pub fn hash(&self, robot: &Robot) -> String {
         let mut text = String::new();
         let mut joints: Vec<&UnitJoint> = self.joints.iter().collect();
@@ -38,7 +37,7 @@ impl Unit {
             let bits = zero_count.to_bits();
             let _ = write!(text, "{name:?} {bits:016x} {direction_checked} {firmware:?}");
             let described = robot.joints.iter().find(|of| of.name == *name);
-            // An axis turned round reverses the joint as `reversed` does.
+            // A reversed axis reverses the joint as `reversed` does.
             let axis = described.map(|of| of.axis.to_array().map(f64::to_bits));
             let _ = write!(text, " {axis:?}");
             if let Some(servo) = described.and_then(|of| of.servo) {
@@ -53,7 +52,7 @@ impl Unit {
         format!("{:016x}", hasher.finish())
     }
 
-    /// Ends a calibration done on `day`: the joints are as they shall stay.
+    /// Completes a calibration done on `day`: later changes of the joints will be noticed.
     pub fn seal(&mut self, robot: &Robot, day: Date) {
         self.calibrated_on = Some(day);
         self.calibration_hash = Some(self.hash(robot));
@@ -61,7 +60,7 @@ impl Unit {
 }
 
 impl UnitJoint {
-    /// The `servo` of the robot file as it was built in.
+    /// The `servo` of the robot file with the measured values of the built one.
     pub(crate) fn of(&self, servo: &Servo) -> Servo {
         Servo {
             zero_count: self.zero_count,
@@ -73,7 +72,7 @@ impl UnitJoint {
 }
 
 impl UnitImu {
-    /// Makes what the robot file says of a unit what is known of this one.
+    /// Replaces the robot file's settings with the known values of this IMU.
     fn apply(&self, settings: &mut ImuSettings) {
         settings.baud = self.baud.unwrap_or(settings.baud);
         if let Some(rpy_deg) = self.rpy_deg {
@@ -86,12 +85,12 @@ impl UnitImu {
 }
 
 impl UnitFile {
-    /// Gives each servo of `robot` its zero count, the way it is mounted where that was measured, and the firmware it
-    /// was calibrated with.
+    /// Gives each servo of `robot` its zero count, its mounting direction if that was measured, and its firmware at
+    /// calibration.
     ///
     /// # Errors
-    /// Every bus and joint the robot does not have, and every joint whose range would cross the seam of its
-    /// servo's encoder. `robot` is unchanged then.
+    /// Every bus and joint that the robot does not have, and every joint whose range would cross the seam of its
+    /// servo's encoder. `robot` is then unchanged.
     pub fn apply(&self, robot: &mut Robot) -> Result<(), ConfigError> {
         let mut faults = self.stranger_buses(robot);
         let mut calibrations = Vec::new();
@@ -129,11 +128,11 @@ impl UnitFile {
         Ok(())
     }
 
-    /// Whether `robot`, loaded from `robot_file`, may move on real servos: the unit file was made for that
+    /// Checks that `robot`, loaded from `robot_file`, may move on real servos: the unit file was made for that
     /// robot file, has every joint, each with its direction checked, and was not changed since.
     ///
     /// # Errors
-    /// All that is not so.
+    /// Every condition that is not met.
     pub fn check_calibrated(&self, robot: &Robot, robot_file: &Path) -> Result<(), ConfigError> {
         let mut faults = Vec::new();
         let file_name = robot_file.file_name().unwrap_or_default().to_string_lossy();
@@ -155,7 +154,7 @@ impl UnitFile {
             let expected = format!("true: check that {} turns the way its robot file says", entry.name);
             faults.push(self.fault(&format!("joint[{place}].direction_checked"), expected));
         }
-        // What is not complete yet has no hash worth comparing.
+        // An incomplete calibration has no hash to compare.
         if faults.is_empty() && self.unit.calibration_hash != Some(self.unit.hash(robot)) {
             faults.push(self.fault(
                 "calibration_hash",
@@ -166,7 +165,7 @@ impl UnitFile {
         if faults.is_empty() { Ok(()) } else { Err(ConfigError::of(faults)) }
     }
 
-    /// What works and may go wrong later: devices whose names change, buses that could be swapped unnoticed.
+    /// Things that work but may go wrong later: devices whose names change, buses that could be swapped unnoticed.
     pub fn warnings(&self, robot: &Robot) -> Vec<Fault> {
         let mut warnings = Vec::new();
         for (place, bus) in self.unit.buses.iter().enumerate() {
@@ -206,7 +205,7 @@ impl UnitFile {
     }
 }
 
-/// What is wrong if the joint's range does not lie within the counts of `servo`.
+/// The fault if the joint's range does not lie within the counts of `servo`.
 fn travel_fault(joint: &Joint, servo: &Servo) -> Option<String> {
     let (low, high) = joint.range_rad;
     let (a, b) = (servo.count_of(low), servo.count_of(high));
@@ -229,7 +228,7 @@ fn travel_fault(joint: &Joint, servo: &Servo) -> Option<String> {
     ))
 }
 
-/// Whether the servos of two buses of these names could not be told apart by asking them.
+/// True if the servos on two buses of these names could not be told apart by their replies.
 fn is_lookalike(robot: &Robot, a: &str, b: &str) -> bool {
     let identities = |name: &str| {
         let bus = robot.buses.iter().position(|bus| bus.name == name)?;

@@ -1,7 +1,8 @@
-//! Writes unit files: whole or not at all, and never over the one before.
+//! Writes unit files: completely or not at all, and never over the previous one.
 //!
-//! The new text goes into a file beside the old one and onto the disk before it takes the old one's name, so
-//! that there is a whole unit file under that name at every moment, whatever happens. It has the rights of the old one.
+//! The new text goes into a file beside the old one and onto the disk before it takes the old one's name. So there
+//! is a complete unit file under that name at every moment, whatever happens. It gets the permissions of the old
+//! one.
 
 use std::ffi::OsString;
 use std::fs;
@@ -11,19 +12,19 @@ use std::path::{Path, PathBuf};
 use super::unit::{Unit, VERSION};
 use crate::output;
 
-/// More old unit files than anybody keeps.
+/// Most old unit files kept.
 const BACKUPS_MAX: u32 = 100_000;
 
-/// Writes `unit` to `path`. A file that is there already stays beside it, with the next free number at the end
-/// of its name: `horse.unit.toml.1`, then `.2`, and so on. Returns that name, where there was one.
+/// Writes `unit` to `path`. A file already there stays beside it, with the next free number at the end of its name:
+/// `horse.unit.toml.1`, then `.2`, and so on. Returns that name, if there was one.
 ///
 /// # Errors
-/// Why it could not be written; the file at `path` is as it was then.
+/// The reason why it could not be written; the file at `path` is then unchanged.
 pub fn write_unit(path: &Path, unit: &Unit) -> io::Result<Option<PathBuf>> {
     output::replace(&real(path), text_of(unit)?.as_bytes(), keep_old)
 }
 
-/// The same, and the file that is there is given up: for the next step of a work whose first step was kept with
+/// The same, but drops the file already there: for a later step of a task whose first step was kept with
 /// [`write_unit`].
 ///
 /// # Errors
@@ -37,7 +38,7 @@ fn text_of(unit: &Unit) -> io::Result<String> {
     Ok(format!("version = {VERSION}\n{text}"))
 }
 
-/// A link goes on pointing to the file it points to.
+/// Resolves a link, so that it keeps pointing to the same file.
 fn real(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
@@ -55,7 +56,7 @@ fn keep_old(path: &Path) -> io::Result<Option<PathBuf>> {
         match fs::hard_link(path, &backup) {
             Ok(()) => return Ok(Some(backup)),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            // Some file systems know no second names (the boot partition of a Raspberry Pi, for one).
+            // Some file systems do not support second names (the boot partition of a Raspberry Pi, for one).
             Err(_) => {
                 output::copy_new(path, &backup)?;
                 return Ok(Some(backup));

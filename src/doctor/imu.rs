@@ -1,4 +1,4 @@
-//! The inertial measurement unit: its device, what it says, and how often.
+//! The inertial measurement unit: checks its device, its data, and its rate.
 
 use std::time::Duration;
 
@@ -7,16 +7,16 @@ use crate::bus::serial::Device;
 use crate::imu::{ImuLine, ImuLineError, Sampler, SerialImu, in_body};
 use crate::model::{ImuSettings, Robot};
 
-/// How long it is listened to.
+/// How long to listen to it.
 const LISTEN: Duration = Duration::from_millis(1000);
 /// Time between looks.
 const LOOK: Duration = Duration::from_millis(5);
-/// Share its rate may be off by.
+/// Largest relative error of its rate.
 const TOLERANCE: f64 = 0.1;
 const ABOUT: &str = "imu";
 const SETUP: &str = "'hippocamp imu setup'";
 
-/// Looks at the unit of `robot`, if it is to have one. Only listens.
+/// Examines the unit of `robot`, if it should have one. Only listens.
 pub(super) fn examine(robot: &Robot, device: Option<&Device>, lines: &mut Lines<'_>) {
     let Some(settings) = &robot.imu else { return };
     let Some(device) = device else {

@@ -1,8 +1,8 @@
-//! What was found, a line a matter.
+//! The findings, one line each.
 
 use serde::Serialize;
 
-/// How bad it is.
+/// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -14,20 +14,20 @@ pub enum Verdict {
     Fault,
 }
 
-/// One matter.
+/// One finding.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Line {
     /// How bad it is.
     pub verdict: Verdict,
-    /// What it is about: a file, the machine, a bus, a servo with its joint.
+    /// Its subject: a file, the machine, a bus, a servo with its joint.
     pub about: String,
     /// What was found.
     pub found: String,
-    /// What to do; none where all is well.
+    /// What to do; `None` if all is well.
     pub cure: Option<String>,
 }
 
-/// The lines so far, told as they come.
+/// The lines so far, reported as they come.
 pub struct Lines<'t> {
     all: Vec<Line>,
     tell: &'t mut dyn FnMut(&Line),
@@ -40,22 +40,22 @@ impl std::fmt::Debug for Lines<'_> {
 }
 
 impl<'t> Lines<'t> {
-    /// None yet; `tell` hears each.
+    /// No lines yet; `tell` gets each new one.
     pub fn new(tell: &'t mut dyn FnMut(&Line)) -> Lines<'t> {
         Lines { all: Vec::new(), tell }
     }
 
-    /// All is well.
+    /// Adds a line: all is well.
     pub fn ok(&mut self, about: &str, found: impl Into<String>) {
         self.add(Verdict::Ok, about, found.into(), None);
     }
 
-    /// Worth a word.
+    /// Adds a warning.
     pub fn warning(&mut self, about: &str, found: impl Into<String>, cure: impl Into<String>) {
         self.add(Verdict::Warning, about, found.into(), Some(cure.into()));
     }
 
-    /// Wrong.
+    /// Adds a fault.
     pub fn fault(&mut self, about: &str, found: impl Into<String>, cure: impl Into<String>) {
         self.add(Verdict::Fault, about, found.into(), Some(cure.into()));
     }
@@ -66,7 +66,7 @@ impl<'t> Lines<'t> {
         self.all.push(line);
     }
 
-    /// How many there are.
+    /// Number of lines.
     pub(super) fn count(&self) -> usize {
         self.all.len()
     }

@@ -1,4 +1,4 @@
-//! The exchange with all servos: how long it takes, what is lost, and whether the fast read works.
+//! The exchange with all servos: measures its duration and losses, and whether the fast read works.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use crate::bus::{BusStatistics, Buses, Ports, SerialPorts, Slot};
 use crate::model::{Protocol, Robot};
 use crate::platform;
 
-/// Exchanges that are measured. The fast read is tried after 50 whole ones.
+/// Number of exchanges measured. The fast read is tried after 50 complete ones.
 const EXCHANGES: u32 = 120;
-/// More lost replies than this share are too many.
+/// Share of lost replies above which there is a fault.
 const LOST_SHARE: f64 = 0.01;
-/// An exchange may take this share of a period: the loop must compute, too.
+/// Share of a period that an exchange may take: the loop needs the rest to compute.
 const EXCHANGE_SHARE: f64 = 0.9;
 
-/// Reads all servos again and again at the loop's rate.
+/// Reads all servos repeatedly at the loop's rate.
 pub(super) fn examine(robot: &Robot, devices: &[Device], lines: &mut Lines<'_>) {
     let ports = match SerialPorts::open(devices) {
         Ok(ports) => ports,
@@ -26,7 +26,7 @@ pub(super) fn examine(robot: &Robot, devices: &[Device], lines: &mut Lines<'_>) 
         let (found, cure) = note.rsplit_once(": ").unwrap_or((note, ""));
         lines.warning("the adapters", found, cure);
     }
-    // With the priority of a run, where it is permitted; what else this thread does afterwards is not worth it.
+    // With the priority of a run, if permitted; nothing this thread does later needs it.
     let _ = platform::request_real_time(None);
     let mut buses = Buses::new(robot, ports);
     let mut slots = vec![Slot::Missing; robot.joints.len()];
@@ -81,7 +81,7 @@ fn one_bus(
             "another program or a servo with a wrong id talks on this bus: 'hippocamp scan' shows who",
         );
     }
-    // While replies are lost, the loop does not even try it.
+    // While replies are lost, the loop does not try the fast read.
     if bus.protocol == Protocol::Dynamixel && lost == 0 {
         match found.group_read {
             GroupRead::Fast => lines.ok(&about, "fast sync read works"),
@@ -93,7 +93,7 @@ fn one_bus(
         }
     }
 
-    // A run writes beside what was read here.
+    // A run also writes, in addition to these reads.
     times.sort_unstable();
     let (Some(median), Some(longest)) = (times.get(times.len() / 2).copied(), times.last().copied()) else {
         return;

@@ -1,9 +1,9 @@
-//! The computer: whether it lets the loop be punctual.
+//! The computer: checks whether it lets the loop run on time.
 
 use super::lines::Lines;
 use crate::platform::request_real_time;
 
-/// Asks for what a run asks for, on a thread that takes it with it.
+/// Makes the same requests as a run, on a thread of its own: they end with that thread.
 pub(super) fn examine(lines: &mut Lines<'_>) {
     let asked = std::thread::spawn(|| request_real_time(None)).join().unwrap_or_default();
     for said in asked {

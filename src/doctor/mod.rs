@@ -1,7 +1,7 @@
-//! Everything that makes real robots fail, looked at one after the other; nothing is changed.
+//! Examines one after the other everything that makes real robots fail; changes nothing.
 //!
-//! Comes in: a robot file and where its buses are. Goes out: a [`Line`] a matter: well, worth a word, or wrong, and what
-//! to do. Servos are only read. It is to be asked before a robot moves; a run repeats what it cannot do without.
+//! In: a robot file and the devices of its buses. Out: a [`Line`] for each finding: ok, a warning or a fault, and
+//! what to do. Servos are only read. Run it before a robot moves; a run repeats the checks that it depends on.
 
 mod imu;
 mod lines;
@@ -16,9 +16,9 @@ use crate::bus::serial::Device;
 use crate::model::Robot;
 pub use lines::{Line, Lines, Verdict};
 
-/// Looks at a robot of which the unit file has been read into `robot`, its buses at `devices`, in their order, and its
-/// inertial measurement unit at `imu`. Ends
-/// early once `stop` is set. `tell` hears every line as soon as it is known.
+/// Examines a robot with its unit file already applied to `robot`, its buses at `devices`, in their order, and its
+/// inertial measurement unit at `imu`. Ends early once `stop` is set. `tell` gets every line as soon as it is
+/// known.
 pub fn examine(
     robot: &Robot,
     devices: &[Device],

@@ -1,15 +1,15 @@
-//! What the servos of a bus draw, and what its plugs carry.
+//! The current that the servos of a bus draw, against what its plugs carry.
 
 use super::lines::Lines;
 use crate::model::Robot;
 
-/// What a pin of the makers' three-pin plugs carries, A (JST EH of the X series, Molex 5264 of the STS: both 3 A with
-/// AWG 22).
+/// Current that a pin of the makers' three-pin plugs carries, A (JST EH of the X series, Molex 5264 of the STS:
+/// both 3 A with AWG 22).
 const PLUG_A: f64 = 3.0;
 /// Load of a walking robot, share of stall (ROBOTIS e-manual: plan for a fifth of the stall torque).
 const WALKING_SHARE: f64 = 0.2;
 
-/// The current budget of a bus against its connector.
+/// Checks the current budget of a bus against its connector.
 pub(super) fn examine(robot: &Robot, bus: usize, lines: &mut Lines<'_>) {
     let about = format!("bus {}", robot.buses[bus].name);
     let servos = robot.joints.iter().filter_map(|joint| joint.servo).filter(|servo| servo.bus == bus);

@@ -1,4 +1,4 @@
-//! One bus: its device, who is on it, and what each servo is set to.
+//! One bus: checks its device, the servos on it, and the settings of each.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,14 +8,14 @@ use crate::model::{Joint, Protocol, Robot, Servo as JointServo};
 use crate::service::{Address, Found, Pass, ServiceError, ServicePort, Servo, scan_bauds};
 use crate::units::ServoId;
 
-/// The id of a servo out of the box, both makers.
+/// The id of a servo out of the box, for both makers.
 const FACTORY_ID: ServoId = ServoId(1);
-/// This near to its limit a servo is hot, degrees Celsius.
+/// A servo this close to its limit is hot, degrees Celsius.
 const NEARLY_HOT_C: f64 = 10.0;
-/// Servos of one supply that see it so differently, V, have a bad wire between them.
+/// If servos on one supply measure voltages this far apart, V, a wire between them is bad.
 const SAG_V: f64 = 0.6;
 
-/// Looks at a bus; true if all its servos can be asked.
+/// Examines a bus; true if all its servos answer.
 pub(super) fn examine(
     robot: &Robot,
     bus: usize,
@@ -111,7 +111,7 @@ fn tell_strangers(robot: &Robot, bus: usize, about: &str, pass: &Pass, lines: &m
     }
 }
 
-/// A servo that is not where it should be: where is it?
+/// Searches for a servo that does not answer at its address.
 fn absent(
     port: &mut ServicePort,
     robot: &Robot,
@@ -157,7 +157,7 @@ fn absent(
     );
 }
 
-/// Looks at a servo that answers; the supply it sees, V.
+/// Examines a servo that answers; returns the supply voltage it measures, V.
 fn one_servo(
     robot: &Robot,
     joint: &Joint,
@@ -178,7 +178,7 @@ fn one_servo(
             format!("it is {model}, and the robot file says {}", servo.model.name),
             "name its model in the robot file, or exchange it",
         );
-        // Its registers may be others.
+        // A different model may have different registers.
         return Ok(of.read("present_input_voltage")?.physical);
     }
     if let Some(expected) = servo.firmware.filter(|expected| *expected != identity.firmware) {
@@ -197,7 +197,7 @@ fn one_servo(
     Ok(volts)
 }
 
-/// What it is set to, against what the loop needs.
+/// Compares its settings with what the loop needs.
 fn settings(
     robot: &Robot,
     joint: &Joint,
@@ -267,7 +267,7 @@ fn settings(
     let permitted = robot.safety.torque_share * f64::from(servo.model.torque_limit_full);
     #[allow(clippy::cast_precision_loss, reason = "at most 1000")]
     let is_too_little = (limit as f64) < permitted.floor();
-    // On SCS it is what every cycle writes, and no setting.
+    // On SCS every cycle writes this register, so it is no setting.
     if is_too_little && full.register != servo.model.registers.torque_limit {
         lines.warning(
             who,
@@ -281,7 +281,7 @@ fn settings(
     Ok(())
 }
 
-/// How it is now; the supply it sees, V.
+/// Checks its present state; returns the supply voltage it measures, V.
 fn state(
     robot: &Robot,
     joint: &Joint,

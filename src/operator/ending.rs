@@ -1,24 +1,24 @@
-//! The end a person has asked for, the same for every rig.
+//! The end that a person has asked for, the same for every rig.
 
 use super::{Instruction, Key};
 use crate::motion::Order;
 
-/// Which end was asked for, if any. It stays; only an emergency stop can take its place.
+/// The end asked for, if any. It stays; only an emergency stop can replace it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Ending(Option<Instruction>);
 
 impl Ending {
-    /// Stops in good order.
+    /// Asks for an orderly stop.
     pub(super) fn stop(&mut self) {
         self.0.get_or_insert(Order::Stop.into());
     }
 
-    /// The stop action at once.
+    /// Asks for the stop action at once.
     pub(super) fn stop_at_once(&mut self) {
         self.0 = Some(Order::StopAtOnce.into());
     }
 
-    /// Whether `key` asks for an end, which it then is.
+    /// True if `key` asks for an end; notes that end.
     pub(super) fn takes(&mut self, key: Key) -> bool {
         match key {
             Key::Escape | Key::Character('x') => self.stop_at_once(),
@@ -33,7 +33,7 @@ impl Ending {
         true
     }
 
-    /// The end, or as long as there is none, `order`.
+    /// The end asked for, or `order` if there is none.
     pub(super) fn or(&self, order: Order) -> Instruction {
         self.0.unwrap_or(order.into())
     }

@@ -1,33 +1,33 @@
-//! Driving with a gamepad, which must be armed by hand and must be heard.
+//! Driving with a gamepad, which a person must arm and which must keep sending.
 //!
 //! ```text
 //! disarmed --- Start, sticks centred ---> armed
 //! armed ------ stop button, unplugged, or silent while it asks for motion ---> disarmed
 //! ```
-//! Disarmed, the robot slows down and stands.
+//! When disarmed, the robot slows down and stands.
 
 use super::{Ending, Instruction, Repertoire};
 use crate::motion::{Command, GaitChoice, Order, Posture};
 
-/// Share of a stick's way round its middle that counts as centred.
+/// Share of a stick's travel around its middle that counts as centred.
 const CENTRED_SHARE: f64 = 0.12;
 
-/// What a gamepad says.
+/// An event from a gamepad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PadEvent {
-    /// A stick is here, -1 to 1: forward and left are positive.
+    /// Position of a stick, -1 to 1: forward and left are positive.
     Moved(Axis, f64),
     /// A button went down.
     Pressed(Button),
-    /// Anything else: it is alive.
+    /// Any other event: a sign of life.
     Heard,
-    /// It was unplugged, or cannot be read any more.
+    /// It was unplugged, or can no longer be read.
     Unplugged,
-    /// It is there again.
+    /// It is back.
     PluggedIn,
 }
 
-/// Which way of the stick.
+/// The axis of a stick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// Fore and aft.
@@ -36,7 +36,7 @@ pub enum Axis {
     Turn,
 }
 
-/// What a button is for.
+/// The function of a button.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Button {
     /// Listen to the sticks from now on.
@@ -49,11 +49,11 @@ pub enum Button {
     EmergencyStop,
     /// The next gait in the robot file.
     NextGait,
-    /// The one before.
+    /// The previous one.
     PreviousGait,
 }
 
-/// What has been asked for with the gamepad so far; at first it is disarmed.
+/// The gamepad and its orders so far; it starts disarmed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gamepad {
     repertoire: Repertoire,
@@ -62,14 +62,14 @@ pub struct Gamepad {
     speed: f64,
     turn: f64,
     is_armed: bool,
-    /// When it last said anything, s.
+    /// Time of its last event, s.
     heard_s: f64,
     ending: Ending,
 }
 
 impl Gamepad {
-    /// For a robot that can do what `repertoire` says. Silent for longer than `silence_s` while it asks for
-    /// motion, the gamepad counts as frozen.
+    /// For a robot with this `repertoire`. If the gamepad is silent for longer than `silence_s` while it asks for
+    /// motion, it counts as frozen.
     pub fn new(repertoire: Repertoire, silence_s: f64) -> Gamepad {
         Gamepad {
             repertoire,
@@ -83,7 +83,7 @@ impl Gamepad {
         }
     }
 
-    /// What buttons and sticks are for, for people: a line each.
+    /// Descriptions of buttons and sticks for people, a line each.
     pub fn help() -> [&'static str; 6] {
         [
             "Start               arms it, sticks centred; until then the robot stands",
@@ -95,7 +95,7 @@ impl Gamepad {
         ]
     }
 
-    /// Takes in what the gamepad said at `at_s`; what the person with it should know, if anything.
+    /// Takes in an event from the gamepad at `at_s`; returns a message for the person who holds it, if any.
     pub fn hear(&mut self, event: PadEvent, at_s: f64) -> Option<&'static str> {
         self.heard_s = self.heard_s.max(at_s);
         match event {
@@ -112,7 +112,7 @@ impl Gamepad {
         None
     }
 
-    /// What is asked for at `now_s`, on the clock of [`Gamepad::hear`]; and what the person should know, if anything.
+    /// The instruction at `now_s`, on the clock of [`Gamepad::hear`]; and a message for the person, if any.
     pub fn instruction(&mut self, now_s: f64) -> (Instruction, Option<&'static str>) {
         let mut note = None;
         if self.is_armed && !self.is_centred() && now_s - self.heard_s > self.silence_s {
@@ -156,9 +156,9 @@ impl Gamepad {
     }
 }
 
-/// What a stick at `share` asks for: nothing near its middle, and from there on to the full.
+/// Demand of a stick at `share`: zero near its middle, and from there rising to full.
 fn beyond_centre(share: f64) -> f64 {
-    // A stick that says no number says nothing.
+    // A value that is not finite counts as centred.
     let share = if share.is_finite() { share.clamp(-1.0, 1.0) } else { 0.0 };
     share.signum() * ((share.abs() - CENTRED_SHARE) / (1.0 - CENTRED_SHARE)).max(0.0)
 }
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(command(pad, now_s), Command::default(), "at {now_s} s");
     }
 
-    /// Stands, and goes on standing until the stick is let go and Start is pressed again.
+    /// Asserts that it stands, and keeps standing until the stick is released and Start is pressed again.
     fn assert_needs_arming(mut pad: Gamepad, now_s: f64) {
         assert_stands(&mut pad, now_s);
         pad.hear(FORWARD, now_s + 0.1);

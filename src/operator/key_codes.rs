@@ -1,4 +1,4 @@
-//! Bytes of a terminal to keys (ECMA-48 control sequences, as every terminal sends for its arrows).
+//! Converts bytes of a terminal to keys (ECMA-48 control sequences, which every terminal sends for its arrows).
 
 /// A key that was pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,31 +15,31 @@ pub enum Key {
     Escape,
     /// A character of ASCII; letters in lower case, whatever Shift and Caps Lock say.
     Character(char),
-    /// None: the terminal is gone.
+    /// No key: the terminal is gone.
     Gone,
 }
 
-/// Where in a sequence of bytes the decoder is.
+/// Position of the decoder in a sequence of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Place {
     #[default]
     Between,
-    /// After an escape, which may be the key or begin the sequence of another.
+    /// After an escape, which is either the Escape key or the start of another key's sequence.
     Escape,
-    /// In a control sequence, whose last byte says what it is.
+    /// In a control sequence, whose last byte tells the key.
     Sequence,
     /// Before the last byte of the short form that some terminals use.
     Short,
 }
 
-/// Puts keys together from bytes.
+/// Assembles keys from bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Decoder {
     place: Place,
 }
 
 impl Decoder {
-    /// The keys that are complete with `byte`, in their order.
+    /// The keys that `byte` completes, in their order.
     pub fn push(&mut self, byte: u8) -> [Option<Key>; 2] {
         let place = std::mem::take(&mut self.place);
         match (place, byte) {
@@ -47,7 +47,7 @@ impl Decoder {
             (Place::Between, _) => return [character(byte), None],
             (Place::Escape, b'[') => self.place = Place::Sequence,
             (Place::Escape, b'O') => self.place = Place::Short,
-            // No key has such a sequence: Escape was pressed, and something after it.
+            // No key has such a sequence: it was Escape, followed by another key.
             (Place::Escape, _) => {
                 let [after, _] = self.push(byte);
                 return [Some(Key::Escape), after];
@@ -59,12 +59,12 @@ impl Decoder {
         [None, None]
     }
 
-    /// True in the middle of a sequence, after which [`Decoder::pause`] must be told.
+    /// True in the middle of a sequence: if then nothing comes, the caller must call [`Decoder::pause`].
     pub fn is_waiting(&self) -> bool {
         self.place != Place::Between
     }
 
-    /// Nothing came for a while: an escape by itself was the key.
+    /// Call if nothing came for a while: a lone escape was the Escape key.
     pub fn pause(&mut self) -> Option<Key> {
         (std::mem::take(&mut self.place) == Place::Escape).then_some(Key::Escape)
     }
@@ -86,7 +86,7 @@ fn arrow(last: u8) -> Option<Key> {
 
 #[cfg(test)]
 impl Key {
-    /// The key that tests write as `character`, arrows being `^v<>`.
+    /// The key that tests write as `character`; arrows are `^v<>`.
     pub(super) fn of(character: char) -> Key {
         match character {
             '^' => Key::Up,
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn other_keys_are_not_taken_for_letters() {
-        // Delete, F5, F1, Home: none of their bytes counts as one.
+        // Delete, F5, F1, Home: none of their bytes counts as a key.
         assert_eq!(keys(b"\x1b[3~\x1b[15~\x1bOP\x1b[H"), []);
         // Letters beyond ASCII.
         assert_eq!(keys("ä".as_bytes()), []);

@@ -1,21 +1,21 @@
-//! Driving from the keyboard: each key changes what is asked for by a step.
+//! Driving from the keyboard: each key changes the order by a step.
 
 use super::{Ending, Instruction, Key, Repertoire};
 use crate::motion::{GaitChoice, Order, Posture};
 
-/// Steps of speed and turn from nothing to the most.
+/// Steps of speed and turn from zero to the most.
 const STEPS: i8 = 10;
-/// Steps of height and pitch either way, and how large one is: a share of the standing height, and a degree.
+/// Steps of height and pitch either way, and their size: a share of the standing height, and a degree.
 const POSTURE_STEPS: i8 = 10;
 const RISE_SHARE: f64 = 0.02;
 const PITCH_RAD: f64 = std::f64::consts::PI / 180.0;
 
-/// What has been asked for by keys so far; at first, to stand.
+/// The order built up by keys; at first, to stand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keys {
     repertoire: Repertoire,
     gait: GaitChoice,
-    /// In steps; forward and left are positive, and up and nose down.
+    /// In steps; positive is forward and left, and up and nose down.
     speed: i8,
     turn: i8,
     rise: i8,
@@ -24,7 +24,7 @@ pub struct Keys {
 }
 
 impl Keys {
-    /// For a robot that can do what `repertoire` says.
+    /// For a robot with this `repertoire`.
     pub fn new(repertoire: Repertoire) -> Keys {
         Keys {
             repertoire,
@@ -37,7 +37,7 @@ impl Keys {
         }
     }
 
-    /// What the keys are, for people: a line each.
+    /// Descriptions of the keys for people, a line each.
     pub fn help(&self) -> Vec<String> {
         let gaits = self.repertoire.gaits.iter().zip(1..=9).enumerate();
         let doable = gaits.filter(|(index, _)| self.repertoire.can_do(*index));
@@ -54,7 +54,7 @@ impl Keys {
         ]
     }
 
-    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    /// Carries out `key`; returns a message for the person who pressed it, if any.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
@@ -78,7 +78,7 @@ impl Keys {
         None
     }
 
-    /// What has been asked for.
+    /// The present instruction.
     pub fn instruction(&self) -> Instruction {
         let share = |steps: i8| f64::from(steps) / f64::from(STEPS);
         let posture = Posture {
@@ -90,7 +90,7 @@ impl Keys {
         self.ending.or(Order::Drive(command))
     }
 
-    /// Changes speed and turn; a robot that stands takes the gait that suits them.
+    /// Changes speed and turn; a standing robot takes the gait that suits them.
     fn walk_off(&mut self, faster: i8, left: i8) {
         if self.gait == GaitChoice::Stand {
             self.gait = GaitChoice::Auto;
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
     use crate::motion::Command;
 
-    /// What is asked for after these characters, arrows being `^v<>`.
+    /// The instruction after these characters; arrows are `^v<>`.
     fn typed(text: &str) -> (Instruction, Option<&'static str>) {
         let mut keys = Keys::new(Repertoire::example());
         let mut note = None;
@@ -181,7 +181,7 @@ mod tests {
         assert!((stopped.posture.rise_m - 0.004).abs() < 1e-12);
         assert!((stopped.posture.pitch_rad + PITCH_RAD).abs() < 1e-12, "nose up is negative");
         assert_eq!(command("3^^^<rt0"), stopped);
-        // What was asked for before the stop is forgotten.
+        // The stop clears the speed asked for before it.
         assert!(command("1^^^ 1").speed_m_s.abs() < 1e-12);
     }
 

@@ -1,8 +1,7 @@
-//! The operators: who tells a running robot what to do, cycle by cycle.
+//! The operators: they give a running robot its orders, cycle by cycle.
 //!
-//! Comes in: what was written, typed or moved (a script's entries, keys, sticks), and the time. Goes out: an
-//! [`Instruction`]. No terminal, device or file is touched here, nothing waits, and
-//! once made no operator allocates.
+//! In: a script's entries, keys, sticks, and the time. Out: an [`Instruction`]. Operators touch no terminal, device
+//! or file; nothing waits; and once made no operator allocates.
 
 mod ending;
 mod gamepad;
@@ -25,12 +24,12 @@ pub use script::{Entry, Playback, Script};
 pub use show::Show;
 pub use stroke_keys::StrokeKeys;
 
-/// An order, and what the run is said to have ended for if it ends by it.
+/// An order, and the reason in the report if the run ends by it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruction {
     /// The order.
     pub order: Order,
-    /// Why it was given, for the report.
+    /// The reason, for the report.
     pub reason: &'static str,
 }
 
@@ -46,12 +45,12 @@ impl From<Order> for Instruction {
     }
 }
 
-/// What a robot has to offer to an operator.
+/// What a robot can do, as an operator needs to know it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repertoire {
     /// Its gaits, in the order of [`crate::model::HorseMotion::gaits`].
     pub gaits: Vec<GaitOffer>,
-    /// How fast it goes where the gait is chosen by speed.
+    /// Its pace if the gait is chosen by speed.
     pub auto: Pace,
     /// Fastest turn, rad/s.
     pub yaw_rate_max_rad_s: f64,
@@ -69,7 +68,7 @@ pub struct GaitOffer {
 }
 
 impl Repertoire {
-    /// What a robot with this `plan` can do.
+    /// The repertoire of a robot with this `plan`.
     pub fn of(plan: &HorsePlan) -> Repertoire {
         let horse = &plan.settings;
         let offer = |(gait, pace): (&Gait, &Pace)| GaitOffer { name: gait.name.clone(), pace: *pace };
@@ -81,7 +80,7 @@ impl Repertoire {
         }
     }
 
-    /// Top speed of what is chosen in the direction of `forward`, forward where it is positive, m/s, 0 or more.
+    /// Top speed of `choice` in the direction of `forward` (positive is forward), m/s, 0 or more.
     pub fn top_m_s(&self, choice: GaitChoice, forward: f64) -> f64 {
         let pace = match choice {
             GaitChoice::Stand => return 0.0,
@@ -94,24 +93,25 @@ impl Repertoire {
         if forward < 0.0 { pace.backward_m_s } else { pace.forward_m_s }
     }
 
-    /// True for a gait the robot can do.
+    /// True if the robot can do the gait at this index.
     pub fn can_do(&self, index: usize) -> bool {
         self.top_m_s(GaitChoice::Gait(index), 1.0) > 0.0
     }
 
-    /// The gait after `choice` in the file's order that the robot can do; the last one stays.
+    /// The next gait after `choice`, in the file's order, that the robot can do; after the last, the last.
     fn next(&self, choice: GaitChoice) -> GaitChoice {
         let first = if let GaitChoice::Gait(index) = choice { index + 1 } else { 0 };
         (first..self.gaits.len()).find(|index| self.can_do(*index)).map_or(choice, GaitChoice::Gait)
     }
 
-    /// The gait before `choice` in the file's order that the robot can do; before the first, the one chosen by speed.
+    /// The last gait before `choice`, in the file's order, that the robot can do; before the first, the one chosen
+    /// by speed.
     fn previous(&self, choice: GaitChoice) -> GaitChoice {
         let GaitChoice::Gait(end) = choice else { return choice };
         (0..end).rfind(|index| self.can_do(*index)).map_or(GaitChoice::Auto, GaitChoice::Gait)
     }
 
-    /// Speed and turn as shares of the most there is, -1 to 1.
+    /// Command with speed and turn as shares of the maximum, -1 to 1.
     fn command(&self, gait: GaitChoice, speed_share: f64, turn_share: f64, posture: Posture) -> Command {
         let is_moving = gait != GaitChoice::Stand;
         Command {

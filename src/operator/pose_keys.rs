@@ -4,7 +4,7 @@ use super::{Ending, Instruction, Key};
 use crate::model::FigureMotion;
 use crate::motion::Order;
 
-/// What has been asked of a figure by keys so far; at first, to stand.
+/// The orders for a figure by keys so far; at first, to stand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseKeys {
     /// Names of the poses, the stand first.
@@ -23,7 +23,7 @@ impl PoseKeys {
         }
     }
 
-    /// What the keys are, for people: a line each.
+    /// Descriptions of the keys for people, a line each.
     pub fn help(&self) -> Vec<String> {
         let poses: Vec<String> =
             self.names.iter().zip(0..10).skip(1).map(|(name, key)| format!("{key} {name}")).collect();
@@ -36,7 +36,7 @@ impl PoseKeys {
         ]
     }
 
-    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    /// Carries out `key`; returns a message for the person who pressed it, if any.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
@@ -57,7 +57,7 @@ impl PoseKeys {
         None
     }
 
-    /// What has been asked for.
+    /// The present instruction.
     pub fn instruction(&self) -> Instruction {
         self.ending.or(Order::Take(self.pose))
     }

@@ -1,35 +1,35 @@
-//! Driving by a script: at each of its times, another command. [`crate::config`] reads them.
+//! Driving by a script: a new command at each of its times. [`crate::config`] reads scripts.
 
 use super::Instruction;
 use crate::motion::{Activity, Order};
 use crate::signals::{Permission, Status};
 
-/// Orders and when they hold.
+/// Orders with their times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
-    /// What holds before the first: to stand, or to rest.
+    /// The order before the first entry: to stand, or to rest.
     pub before: Order,
     /// In the order of their times; at least one.
     pub entries: Vec<Entry>,
     /// When the robot stops, s.
     pub end_s: f64,
-    /// After how long it begins again, s; none for a script that is played once.
+    /// Period after which it restarts, s; `None` for a script that is played once.
     pub repeats_after_s: Option<f64>,
 }
 
-/// From a time on, an order.
+/// An order that holds from a time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// Since the robot first stood, s.
+    /// Time since the robot first stood, s.
     pub time_s: f64,
-    /// What it does from then on: an order to drive or to perform.
+    /// The order from then on: to drive or to perform.
     pub order: Order,
-    /// Line of the script it stands on, from 1.
+    /// Its line in the script, from 1.
     pub line: usize,
 }
 
 impl Script {
-    /// What the script says `time_s` seconds after the robot first stood.
+    /// The order `time_s` seconds after the robot first stood.
     pub fn order_at(&self, time_s: f64) -> Order {
         if time_s >= self.end_s {
             return Order::Stop;
@@ -41,26 +41,26 @@ impl Script {
     }
 }
 
-/// A script being played. Its time goes on from the moment the robot stands, and not while safety holds it.
+/// A script being played. Its time starts when the robot stands, and pauses while safety holds it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Playback {
     script: Script,
-    /// Time of the script and of the run at the last cycle, s; none until the robot stands.
+    /// Time of the script and of the run at the last cycle, s; `None` until the robot stands.
     at_s: Option<(f64, f64)>,
 }
 
 impl Playback {
-    /// From its beginning.
+    /// Plays `script` from its beginning.
     pub fn new(script: Script) -> Playback {
         Playback { script, at_s: None }
     }
 
-    /// What the script says in this cycle.
+    /// The instruction for this cycle.
     pub fn instruction(&mut self, status: &Status) -> Instruction {
         self.instruction_unless(status, false)
     }
 
-    /// The same, but its time stands still while it `waits`.
+    /// The same, but script time pauses while `waits` is true.
     pub fn instruction_unless(&mut self, status: &Status, waits: bool) -> Instruction {
         self.at_s = match self.at_s {
             None if status.activity != Activity::Standing => return self.script.before.into(),

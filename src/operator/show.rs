@@ -1,19 +1,20 @@
-//! A show: a script of strokes on repeat, which parks the arms when they get hot or a person says so.
+//! A show: a script of strokes on repeat; parks the arms when they get hot or a person asks for it.
 
 use super::{Entry, Instruction, Key, Playback, Script};
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::{Order, Stroke, StrokeCommand};
 use crate::signals::Status;
 
-/// This far below the safety limit a servo is hot enough to park, and so much cooler it is cool again, K.
+/// A servo this far below the safety limit is hot enough to park; it counts as cool once it is this much cooler
+/// than that, K.
 const HOT_BELOW_C: f64 = 5.0;
 const COOLER_BY_C: f64 = 5.0;
-/// How long a reach is held, how long a pole is, and how long arms rest at the end, s.
+/// How long arms hold a reach, how long they hold a pole, and how long they rest at the end, s.
 const REACH_S: f64 = 4.0;
 const HOLD_S: f64 = 5.0;
 const REST_S: f64 = 4.0;
 
-/// A show under way.
+/// A show in progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Show {
     playback: Playback,
@@ -35,7 +36,7 @@ impl Show {
         }
     }
 
-    /// Every stroke these arms know, one after the other, on repeat, for `for_s`.
+    /// A script of every stroke these arms can do, one after the other, on repeat, for `for_s`.
     pub fn of_all_strokes(tentacle: &TentacleMotion, for_s: f64) -> Script {
         let stroke_s = tentacle.stroke_time_s;
         let [reach, path, wind] = ["reach", "path", "wind"].map(|name| Stroke::named(name, tentacle));
@@ -65,7 +66,7 @@ impl Show {
         }
     }
 
-    /// What the keys are, for people: a line each.
+    /// Descriptions of the keys for people, a line each.
     pub fn help() -> [&'static str; 3] {
         [
             "p         park, and go on",
@@ -74,7 +75,7 @@ impl Show {
         ]
     }
 
-    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    /// Carries out `key`; returns a message for the person who pressed it, if any.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
         match key {
             Key::Escape | Key::Character('x') => self.ending = Some(Order::StopAtOnce.into()),
@@ -94,7 +95,7 @@ impl Show {
         None
     }
 
-    /// What is to be done in this cycle; and what a person should know, if anything.
+    /// The instruction for this cycle; and a message for a person, if any.
     pub fn instruction(&mut self, status: &Status) -> (Instruction, Option<&'static str>) {
         let was_cooling = self.is_cooling;
         let limit_c = if was_cooling { self.hot_c - COOLER_BY_C } else { self.hot_c };
@@ -174,7 +175,7 @@ mod tests {
         let (instruction, note) = show.instruction(&status(1.0, hot_c));
         assert_eq!(stroke(instruction), Stroke::Park);
         assert!(note.is_some_and(|note| note.contains("hot")));
-        // A little cooler is not cool.
+        // A little cooler does not count as cool.
         assert_eq!(stroke(show.instruction(&status(100.0, hot_c - 3.0)).0), Stroke::Park);
         assert_eq!(stroke(show.instruction(&status(199.99, hot_c - 3.0)).0), Stroke::Park);
         assert_eq!(stroke(show.instruction(&status(200.0, 30.0)).0), Stroke::Sway, "its time stood still");

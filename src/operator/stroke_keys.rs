@@ -4,20 +4,20 @@ use super::{Ending, Instruction, Key};
 use crate::model::TentacleMotion;
 use crate::motion::{Order, Stroke, StrokeCommand};
 
-/// What the keys 1, 2 and so on ask for.
+/// Strokes of the keys 1, 2 and so on.
 const KEYS: [&str; 7] = ["sway", "walk", "swim", "reach", "wind", "let-go", "path"];
 
-/// Steps of tempo from nothing to the robot file's, and the most.
+/// Steps of tempo from zero to the robot file's, and the most steps.
 const TEMPO_STEPS: i8 = 10;
 const TEMPO_STEPS_MAX: i8 = 20;
-/// One step of turn, and the most either way, in steps.
+/// One step of turn, and the most steps either way.
 const TURN_RAD: f64 = std::f64::consts::PI / 18.0;
 const TURN_STEPS_MAX: i8 = 9;
 
-/// What has been asked of arms by keys so far; at first, to rest.
+/// The orders for arms by keys so far; at first, to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrokeKeys {
-    /// By the keys 1, 2 and so on; none where the robot file names no place for it.
+    /// Strokes of the keys 1, 2 and so on; `None` if the robot file has no place for the stroke.
     strokes: [Option<Stroke>; KEYS.len()],
     stroke: Stroke,
     tempo: i8,
@@ -37,7 +37,7 @@ impl StrokeKeys {
         }
     }
 
-    /// What the keys are, for people: a line each.
+    /// Descriptions of the keys for people, a line each.
     pub fn help(&self) -> Vec<String> {
         let strokes = self.strokes.iter().zip(1..);
         let strokes: Vec<String> =
@@ -53,7 +53,7 @@ impl StrokeKeys {
         ]
     }
 
-    /// Does what `key` asks for; what the person who pressed it should know, if anything.
+    /// Carries out `key`; returns a message for the person who pressed it, if any.
     pub fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
@@ -79,7 +79,7 @@ impl StrokeKeys {
         None
     }
 
-    /// What has been asked for.
+    /// The present instruction.
     pub fn instruction(&self) -> Instruction {
         let command = StrokeCommand {
             stroke: self.stroke,

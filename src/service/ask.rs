@@ -1,4 +1,4 @@
-//! What can be asked of one servo, and what becomes of it.
+//! Requests to one servo, and their results.
 
 use std::fmt;
 
@@ -6,44 +6,44 @@ use super::error::Address;
 use crate::bus::frame::Heard;
 use crate::model::Protocol;
 
-/// Instructions, which both makers number alike.
+/// Instructions, with the same numbers for both makers.
 const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
 const RESET: u8 = 0x06;
 const REBOOT: u8 = 0x08;
-/// Dynamixel's Factory Reset: all but id and line rate (e-manual, Protocol 2.0).
+/// Dynamixel's Factory Reset: all except id and line rate (e-manual, Protocol 2.0).
 const RESET_KEEPS_ID_AND_BAUD: u8 = 0x02;
-/// The alert of a Dynamixel error byte, beside the number.
+/// The alert bit of a Dynamixel error byte, beside the error number.
 const ALERT: u8 = 0x80;
 
-/// A question to one servo.
+/// A request to one servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ask<'a> {
     /// Dynamixel: model number and firmware. Feetech: whether it is there.
     Ping,
-    /// Registers.
+    /// Reads registers.
     Read {
         /// First address.
         start: u16,
-        /// How many bytes.
+        /// Number of bytes.
         bytes: u8,
     },
-    /// The bytes of registers, as they stand in the servo.
+    /// Writes bytes to registers, in the servo's byte order.
     Write {
         /// First address.
         start: u16,
         /// The bytes.
         data: &'a [u8],
     },
-    /// To start anew.
+    /// Restarts the servo.
     Reboot,
-    /// To take all settings back to what the factory set, but for id and line rate (Feetech: but for the id).
+    /// Resets all settings to the factory values, except id and line rate (Feetech: except the id).
     Reset,
 }
 
 impl Ask<'_> {
-    /// Whether asking twice does no more than asking once.
+    /// True if the request can be repeated without further effect.
     pub(super) fn is_repeatable(&self) -> bool {
         !matches!(self, Ask::Reboot | Ask::Reset)
     }
@@ -84,21 +84,21 @@ impl fmt::Display for Ask<'_> {
     }
 }
 
-/// What became of a question.
+/// The result of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// It was answered.
+    /// The data of the answer.
     Data(Vec<u8>),
-    /// The servo would not; Dynamixel's error number.
+    /// The servo refused; Dynamixel's error number.
     Refused(u8),
-    /// Something came that did not pass its check.
+    /// An answer came with a wrong checksum.
     Damaged,
-    /// Nothing came.
+    /// No answer came.
     Missing,
 }
 
 impl Answer {
-    /// Takes a packet into account that was heard while the servo at `address` was to answer with so many bytes.
+    /// Takes in a packet heard while an answer with `data_bytes` bytes of data from the servo at `address` is due.
     pub(super) fn take(&mut self, address: Address, data_bytes: usize, packet: Heard) {
         if matches!(self, Answer::Data(_) | Answer::Refused(_)) {
             return;

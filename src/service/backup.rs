@@ -1,4 +1,4 @@
-//! What a servo was set to, kept in a file, and given back byte for byte.
+//! The settings of a servo, saved in a file, and restored byte for byte.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -21,21 +21,21 @@ const VERSION: u32 = 1;
 /// Every register of a servo at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Backup {
-    /// Where it answered.
+    /// Address at which it answered.
     pub address: Address,
-    /// Which control table it has.
+    /// Its control table.
     pub family: Family,
-    /// What its model number register held.
+    /// Content of its model number register.
     pub model_number: u16,
-    /// Its registers by address, each with its bytes as they stood in the servo.
+    /// Its registers by address, each with its bytes in the servo's order.
     pub registers: Vec<(RegisterInfo, Vec<u8>)>,
-    /// What each meant, in words, for people.
+    /// Their meanings in words, for people.
     words: Vec<String>,
     /// Firmware and model, for people.
     heading: String,
 }
 
-/// Why a file is no backup.
+/// Why a file is not a valid backup.
 #[derive(Debug, thiserror::Error)]
 pub enum BackupError {
     /// It cannot be read.
@@ -43,22 +43,22 @@ pub enum BackupError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
-    /// It is not one, or was edited into something else.
+    /// It is not a backup, or an edit made it invalid.
     #[error("{}: {key}: expected {expected}; 'servo backup' writes such a file", path.display())]
     Wrong {
         /// The file.
         path: PathBuf,
-        /// Where.
+        /// The faulty key.
         key: String,
-        /// What should be there.
+        /// The expected content.
         expected: String,
     },
 }
 
-/// The file as it stands.
+/// The content of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Text {
@@ -80,7 +80,7 @@ impl Backup {
     /// Reads every register of `servo`.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub fn of(servo: &mut Servo<'_>) -> Result<Backup, ServiceError> {
         let identity = servo.identity();
         let mut registers = Vec::new();
@@ -104,12 +104,12 @@ impl Backup {
         })
     }
 
-    /// What can be given back.
+    /// The registers that can be restored.
     pub fn settings(&self) -> impl Iterator<Item = &(RegisterInfo, Vec<u8>)> {
         self.registers.iter().filter(|(register, _)| register.access == Access::Setting)
     }
 
-    /// Where the servo answered by these registers: its address, unless the file was edited.
+    /// Address of the servo according to these registers: the same as `address`, unless the file was edited.
     pub fn home(&self) -> Address {
         let byte =
             |name: &str| self.settings().find(|(register, _)| register.name == name)?.1.first().copied();
@@ -121,7 +121,7 @@ impl Backup {
         }
     }
 
-    /// The count that `bytes` of `register` mean.
+    /// The count that `bytes` of `register` encode.
     pub(super) fn count(&self, register: &RegisterInfo, bytes: &[u8]) -> i64 {
         decode_bytes(self.family, register.register, bytes)
     }
@@ -150,18 +150,18 @@ impl Backup {
         text
     }
 
-    /// Writes it to a new file at `path`: whole, or not at all.
+    /// Writes it to a new file at `path`: completely, or not at all.
     ///
     /// # Errors
-    /// When there is a file already, or it cannot be written.
+    /// If the file already exists, or cannot be written.
     pub fn save(&self, path: &Path) -> io::Result<()> {
         output::write_new(path, self.to_toml().as_bytes())
     }
 
-    /// Reads a file that [`Backup::save`] wrote.
+    /// Loads a file that [`Backup::save`] wrote.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The fault of the file.
     pub fn load(path: &Path) -> Result<Backup, BackupError> {
         let wrong = |key: &str, expected: String| BackupError::Wrong {
             path: path.to_owned(),
@@ -225,17 +225,17 @@ fn bytes_of(text: &str) -> Option<Vec<u8>> {
 pub struct Difference {
     /// The register.
     pub register: RegisterInfo,
-    /// What the servo holds, in words.
+    /// The servo's value, in words.
     pub held: String,
-    /// What it is to hold, in words.
+    /// The backup's value, in words.
     pub wanted: String,
     bytes: Vec<u8>,
 }
 
-/// The settings of `servo` that are not as in `backup`.
+/// The settings of `servo` that differ from `backup`.
 ///
 /// # Errors
-/// When it is another model, or no good answer came.
+/// If it is another model, or no good answer came.
 pub fn differences(servo: &mut Servo<'_>, backup: &Backup) -> Result<Vec<Difference>, ServiceError> {
     let identity = servo.identity();
     if identity.model_number != backup.model_number || servo.address().protocol != backup.address.protocol {
@@ -263,11 +263,11 @@ pub fn differences(servo: &mut Servo<'_>, backup: &Backup) -> Result<Vec<Differe
     Ok(differences)
 }
 
-/// Gives `servo` the settings that differ: id and rate last, so that it is found again if this is broken off. Then
-/// reads all of them back.
+/// Restores the settings of `servo` that differ: id and rate last, so that the servo can be found again if this
+/// breaks off. Then reads all of them back.
 ///
 /// # Errors
-/// When it does not take one; those before it are written then, and the same again goes on.
+/// If the servo does not accept one; those before it are then written, and another call continues from there.
 pub(crate) fn restore(
     servo: &mut Servo<'_>,
     backup: &Backup,
@@ -282,7 +282,7 @@ pub(crate) fn restore(
         for difference in differences.iter().filter(|of| !is_address(of)) {
             servo.put_bytes(&difference.register, &difference.bytes)?;
         }
-        // The rate first, unless somebody has this id there.
+        // The rate first, unless another servo has this id at that rate.
         let between = Address { id: servo.address().id, ..home };
         let is_rate_first = between == home || !servo.is_anybody_else_at(between)?;
         let mut rest: Vec<&Difference> = differences.iter().filter(is_address).collect();

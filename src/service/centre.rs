@@ -1,4 +1,4 @@
-//! Making where a shaft stands the middle of its servo's counts, by the servo's own offset.
+//! Makes a shaft's present position the middle of its servo's counts, with the servo's own offset.
 
 use std::time::Duration;
 
@@ -6,22 +6,22 @@ use super::error::{Address, ServiceError};
 use super::registers::{Family, RegisterInfo, Value};
 use super::servo::Servo;
 
-/// Furthest offset a Dynamixel honours in position mode, counts (e-manual, Homing Offset).
+/// Largest offset that a Dynamixel applies in position mode, counts (e-manual, Homing Offset).
 const DYNAMIXEL_MAX: i64 = 1024;
-/// Furthest offset of a Feetech STS, counts (wiki, memory-sts, register 31).
+/// Largest offset of a Feetech STS, counts (wiki, memory-sts, register 31).
 const FEETECH_MAX: i64 = 2047;
 
-/// A servo measures anew within this time.
+/// Time within which a servo measures again.
 const SETTLE: Duration = Duration::from_millis(50);
 
-/// What is to be written.
+/// The change to write.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CentrePlan {
-    /// Where the shaft stands now.
+    /// Present position of the shaft.
     pub present: Value,
-    /// The offset the servo has.
+    /// The present offset of the servo.
     pub held: Value,
-    /// The offset it is to have.
+    /// The new offset.
     pub wanted: Value,
     register: RegisterInfo,
 }
@@ -29,7 +29,7 @@ pub struct CentrePlan {
 /// Why a servo cannot be centred.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CentreError {
-    /// It has no offset.
+    /// It has no offset register.
     #[error(
         "{0} has no offset: turn its horn on the spline until the middle of its travel is where you want it"
     )]
@@ -40,28 +40,28 @@ pub enum CentreError {
          {} degrees or so, and put the horn on again", (needed.unsigned_abs() * 360 / 4096)
     )]
     TooFar {
-        /// Who.
+        /// Address of the servo.
         address: Address,
-        /// Counts.
+        /// Offset needed, counts.
         needed: i64,
-        /// Counts.
+        /// Largest offset, counts.
         largest: i64,
     },
-    /// It could not be asked.
+    /// A request to it failed.
     #[error(transparent)]
     Service(#[from] ServiceError),
 }
 
-/// What must be written to `servo` so that its shaft stands at the middle count. Writes nothing.
+/// The change that puts the shaft of `servo` at the middle count. Writes nothing.
 ///
 /// # Errors
-/// When its offset cannot do that.
+/// If its offset cannot achieve that.
 pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
     let address = servo.address();
     let family = servo.identity().family;
     let Ok(register) = servo.register("homing_offset") else { return Err(CentreError::NoOffset(address)) };
     let (present, held) = (servo.read("present_position")?, servo.read("homing_offset")?);
-    // Dynamixel adds the offset to what the encoder sees, Feetech takes it off.
+    // Dynamixel adds the offset to the encoder's value, Feetech subtracts it.
     let (sign, largest) = match family {
         Family::DynamixelX => (1, DYNAMIXEL_MAX),
         Family::FeetechSts | Family::FeetechScs => (-1, FEETECH_MAX),
@@ -69,7 +69,7 @@ pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
     let turn = family.counts_per_turn().round() as i64;
     let encoder = present.raw - sign * held.raw;
-    // The nearest way round: whole turns do not matter.
+    // The nearest solution: whole turns do not matter.
     let needed = (sign * (turn / 2 - encoder) + turn / 2).rem_euclid(turn) - turn / 2;
     if needed.abs() > largest {
         return Err(CentreError::TooFar { address, needed, largest });
@@ -78,10 +78,10 @@ pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
     Ok(CentrePlan { present, held, wanted, register })
 }
 
-/// Does it; where the shaft stands then.
+/// Writes the offset; returns the new position of the shaft.
 ///
 /// # Errors
-/// When the servo does not take the offset.
+/// If the servo does not accept the offset.
 pub(crate) fn carry_out(servo: &mut Servo<'_>, plan: &CentrePlan) -> Result<Value, ServiceError> {
     servo.write_raw(&plan.register, plan.wanted.raw)?;
     servo.pause(SETTLE);

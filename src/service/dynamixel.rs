@@ -1,4 +1,4 @@
-//! The same questions through the crate `dynamixel2`, on a copy of the line's descriptor.
+//! The same requests through the crate `dynamixel2`, on a copy of the line's descriptor.
 
 use std::io;
 
@@ -13,23 +13,23 @@ use crate::units::ServoId;
 
 pub(super) type Bus = dynamixel2::Bus<Vec<u8>, Vec<u8>>;
 
-/// The longest packet asked for or sent, stuffed.
+/// The longest packet in either direction, stuffed.
 const BUFFER_BYTES: usize = 512;
 
 /// A bus on the same line.
 ///
 /// # Errors
-/// What the system says.
+/// The system's error.
 pub(super) fn open(line: &TTYPort) -> Result<Bus, String> {
     let copy = descriptor(line).try_clone_to_owned().map_err(|error| error.to_string())?;
     let port = SerialPort::from(copy);
     Bus::with_buffers(port, vec![0; BUFFER_BYTES], vec![0; BUFFER_BYTES]).map_err(|error| error.to_string())
 }
 
-/// Asks once.
+/// Sends the request once.
 ///
 /// # Errors
-/// When the line cannot be used.
+/// If the line cannot be used.
 pub(super) fn ask(bus: &mut Bus, id: ServoId, ask: &Ask<'_>) -> Result<Answer, io::Error> {
     let result = match *ask {
         Ask::Ping => bus.ping(id.0).map(|reply| {
@@ -53,7 +53,7 @@ pub(super) fn ask(bus: &mut Bus, id: ServoId, ask: &Ask<'_>) -> Result<Answer, i
         Err(TransferError::WriteError(WriteError::DiscardBuffer(error) | WriteError::Write(error))) => {
             Err(error)
         }
-        // A wrong check, another servo's answer, or one of the wrong length.
+        // A wrong checksum, another servo's answer, or one of the wrong length.
         Err(_) => Ok(Answer::Damaged),
     }
 }

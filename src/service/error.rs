@@ -1,4 +1,4 @@
-//! What can go wrong between the program and one servo.
+//! Errors between the program and one servo.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,10 +9,10 @@ use crate::bus::serial::OpenCause;
 use crate::model::Protocol;
 use crate::units::ServoId;
 
-/// Where a servo answers.
+/// The address of a servo: where it answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Address {
-    /// Its language.
+    /// Its protocol.
     pub protocol: Protocol,
     /// Line rate it listens at, bit/s.
     pub baud: u32,
@@ -26,7 +26,7 @@ impl fmt::Display for Address {
     }
 }
 
-/// Why something could not be done with a servo.
+/// Why a request to a servo failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ServiceError {
     /// The device cannot be opened.
@@ -34,7 +34,7 @@ pub enum ServiceError {
     Open {
         /// The device.
         path: PathBuf,
-        /// Its faults.
+        /// The cause.
         cause: OpenCause,
     },
     /// The adapter is gone.
@@ -43,53 +43,53 @@ pub enum ServiceError {
         /// The device.
         path: PathBuf,
     },
-    /// The adapter cannot go at this rate.
+    /// The adapter does not support this rate.
     #[error("{} cannot go at {baud} baud ({reason}): use another adapter for servos at that rate", path.display())]
     Baud {
         /// The device.
         path: PathBuf,
-        /// Line rate wanted, bit/s.
+        /// The line rate wanted, bit/s.
         baud: u32,
-        /// What the system says.
+        /// The system's error.
         reason: String,
     },
-    /// Nothing came back.
+    /// No answer came.
     #[error(
         "{address} did not answer {request}: check its power and cable; 'hippocamp scan' finds who answers"
     )]
     NoAnswer {
-        /// Who was asked.
+        /// Address of the servo.
         address: Address,
-        /// What, in words.
+        /// The request, in words.
         request: String,
     },
-    /// What came back was damaged each time.
+    /// Every answer was damaged.
     #[error(
         "{address} sent only damaged answers to {request}: two servos may have this id (unplug all but one, and give \
          each an id of its own), or a plug is loose"
     )]
     Damaged {
-        /// Who was asked.
+        /// Address of the servo.
         address: Address,
-        /// What, in words.
+        /// The request, in words.
         request: String,
     },
-    /// The servo understood and would not.
+    /// The servo understood and refused.
     #[error("{address} refused {request} with error {error}: {}", refusal(*error))]
     Refused {
-        /// Who was asked.
+        /// Address of the servo.
         address: Address,
-        /// What, in words.
+        /// The request, in words.
         request: String,
         /// Error number of Dynamixel Protocol 2.0.
         error: u8,
     },
-    /// It said yes and holds something else.
+    /// The servo accepted the write and holds something else.
     #[error(
         "{address} was given {wanted} for {register} and holds {found}: its model or firmware may not take that value"
     )]
     NotTaken {
-        /// Who.
+        /// Address of the servo.
         address: Address,
         /// Name of the register.
         register: String,
@@ -101,37 +101,37 @@ pub enum ServiceError {
     /// The servo has no such register.
     #[error("{address} has no register {name}; {advice}")]
     NoRegister {
-        /// Who.
+        /// Address of the servo.
         address: Address,
-        /// What was asked for.
+        /// The name asked for.
         name: String,
-        /// The name it is like, or all names.
+        /// The most similar name, or all names.
         advice: String,
     },
-    /// The register is not for writing.
+    /// The register is read-only.
     #[error("{register} of {address} cannot be written: the servo alone sets it")]
     Fixed {
-        /// Who.
+        /// Address of the servo.
         address: Address,
         /// Name of the register.
         register: String,
     },
-    /// It is another model than the one meant.
+    /// The servo is of another model than expected.
     #[error("{address} is model number {found}, not {expected}: this is for another model")]
     OtherModel {
-        /// Who.
+        /// Address of the servo.
         address: Address,
         /// Its model number.
         found: u16,
-        /// The one meant.
+        /// The expected one.
         expected: u16,
     },
-    /// A register does not hold what was written before.
+    /// A register no longer holds the value written before.
     #[error(
         "{address} no longer holds what was written to {register}: do the same again, and look at its supply"
     )]
     NotKept {
-        /// Who.
+        /// Address of the servo.
         address: Address,
         /// Name of the register.
         register: String,
@@ -139,13 +139,13 @@ pub enum ServiceError {
     /// The id is not free.
     #[error("{address} is there already: each servo on a line needs an id of its own")]
     IdTaken {
-        /// Who has it.
+        /// Address of the servo that has it.
         address: Address,
     },
     /// The value does not fit.
     #[error("{0}")]
     BadValue(#[from] BadValue),
-    /// The user has broken off.
+    /// The user broke off.
     #[error("broken off by the user")]
     Interrupted,
 }

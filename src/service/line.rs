@@ -1,8 +1,8 @@
-//! A serial line to ask single servos on: rates, bytes, and one question with its answer.
+//! A serial line for requests to single servos: rates, bytes, and one request with its answer.
 //!
-//! Dynamixel servos are asked through the crate `dynamixel2`, but for finding out who is there and whether the adapter
-//! hands back what is sent: that is done with our own packets, and so is all the rest on an adapter that does, since
-//! the crate does not expect an echo.
+//! Requests to Dynamixel servos go through the crate `dynamixel2`. Two things use our own packets: finding the
+//! servos, and finding out whether the adapter echoes. If it does, all requests use them, since the crate does not
+//! expect an echo.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -19,17 +19,17 @@ use crate::bus::timing::wire_time;
 use crate::model::Protocol;
 use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
 
-/// The rate a line is opened at, which every adapter has; another is set before anything is sent.
+/// Rate at which a line is opened, since every adapter supports it; the real rate is set before anything is sent.
 const OPENING_BAUD: u32 = 57_600;
-/// How much longer than its bytes an answer may take: FTDI adapters hold it back for up to 16 ms, and a servo that
-/// stores a setting first takes some more.
+/// Extra time for an answer, beyond that of its bytes: FTDI adapters hold it back for up to 16 ms, and a servo that
+/// first stores a setting takes longer.
 const PATIENCE: Duration = Duration::from_millis(40);
-/// How often a question is asked before it is given up.
+/// Number of attempts at a request.
 const TRIES: u32 = 3;
-/// Received bytes are moved in pieces of this size.
+/// Size of the pieces in which received bytes are moved.
 const PIECE_BYTES: usize = 512;
 
-/// A serial line, open for this program alone, on which single servos are asked outside the loop.
+/// A serial line, reserved for this program, for requests to single servos outside the loop.
 #[derive(Debug)]
 pub struct ServicePort {
     path: PathBuf,
@@ -37,7 +37,7 @@ pub struct ServicePort {
     poll_list: PollList,
     baud: u32,
     is_echoing: bool,
-    /// On a copy of the line's descriptor.
+    /// Works on a copy of the line's descriptor.
     dynamixel: dynamixel::Bus,
 }
 
@@ -65,12 +65,12 @@ impl ServicePort {
         })
     }
 
-    /// The device, as it was named when opened.
+    /// The device, as named when opened.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the adapter was heard to hand back what is sent.
+    /// True once the adapter was found to echo.
     pub fn is_echoing(&self) -> bool {
         self.is_echoing
     }
@@ -88,7 +88,7 @@ impl ServicePort {
         Ok(())
     }
 
-    /// Asks the servo at `address` up to three times, or once where twice would do harm.
+    /// Sends a request to the servo at `address` up to three times, or once if repeating it would do harm.
     pub(super) fn ask(&mut self, address: Address, ask: &Ask<'_>) -> Result<Vec<u8>, ServiceError> {
         let tries = if ask.is_repeatable() { TRIES } else { 1 };
         let mut is_damaged = false;
@@ -112,8 +112,8 @@ impl ServicePort {
         })
     }
 
-    /// After a question that was asked more than once, the answers to all of them may still come, and one of them
-    /// could pass for the answer to the next question.
+    /// Waits, after a repeated request, for late answers to all its repetitions: one of them could pass for the
+    /// answer to the next request.
     pub(super) fn let_late_answers_pass(&mut self, repetitions: u32) -> Result<(), ServiceError> {
         if repetitions > 0 {
             self.pause(PATIENCE);
@@ -130,7 +130,7 @@ impl ServicePort {
         self.ask_raw(address, ask)
     }
 
-    /// Asks once with our own packets, and notices an echo.
+    /// Sends the request once with our own packets, and notices an echo.
     pub(super) fn ask_raw(&mut self, address: Address, ask: &Ask<'_>) -> Result<Answer, ServiceError> {
         self.set_baud(address.baud)?;
         let (instruction, parameters, data_bytes) = ask.packet(address.protocol);
@@ -160,7 +160,7 @@ impl ServicePort {
             listener.hear(&echo.rest(), |packet| answer.take(address, data_bytes, packet));
             listener.end(|packet| answer.take(address, data_bytes, packet));
         }
-        // Two that talk at once spoil each other's headers, too.
+        // Two servos that talk at once spoil each other's headers, too.
         if answer == Answer::Missing && is_noisy && !is_understood {
             answer = Answer::Damaged;
         }
@@ -168,23 +168,23 @@ impl ServicePort {
         Ok(answer)
     }
 
-    /// Throws away what has arrived.
+    /// Discards the received bytes.
     pub(super) fn discard_input(&mut self) -> Result<(), ServiceError> {
         let mut piece = [0; PIECE_BYTES];
         while self.receive(&mut piece)? > 0 {}
         Ok(())
     }
 
-    /// Hands `bytes` to the line.
+    /// Sends `bytes`.
     pub(super) fn send(&mut self, bytes: &[u8]) -> Result<(), ServiceError> {
         match rustix::io::write(descriptor(&self.line), bytes) {
-            // A line that does not drain shows as servos that do not answer.
+            // A line that does not drain shows up as servos that do not answer.
             Ok(_) | Err(Errno::AGAIN | Errno::INTR) => Ok(()),
             Err(_) => Err(self.gone()),
         }
     }
 
-    /// Takes what has arrived; never waits.
+    /// Takes the received bytes; never waits.
     pub(super) fn receive(&mut self, into: &mut [u8]) -> Result<usize, ServiceError> {
         match rustix::io::read(descriptor(&self.line), into) {
             Ok(0) => Err(self.gone()),
@@ -194,7 +194,7 @@ impl ServicePort {
         }
     }
 
-    /// Waits until something has arrived, at most until `deadline` on the monotonic clock.
+    /// Waits for received bytes, at most until `deadline` on the monotonic clock.
     pub(super) fn wait_for_input(&mut self, deadline: Duration) -> Result<(), ServiceError> {
         self.poll_list.wait_until(deadline);
         match self.poll_list.readiness(0) {
@@ -203,12 +203,12 @@ impl ServicePort {
         }
     }
 
-    /// Lets some time pass.
+    /// Waits for `time`.
     pub(crate) fn pause(&self, time: Duration) {
         sleep_until(monotonic() + time);
     }
 
-    /// An echo was heard.
+    /// Notes that the adapter echoes.
     pub(super) fn note_echo(&mut self) {
         self.is_echoing = true;
     }
@@ -222,7 +222,7 @@ fn is_gone(path: &Path) -> bool {
     !path.exists()
 }
 
-/// Takes the echo of a request off what arrives, if there is one.
+/// Removes the echo of a request from the received bytes, if there is one.
 struct Echo<'a> {
     ahead: &'a [u8],
     held: Vec<u8>,
@@ -238,7 +238,7 @@ impl Echo<'_> {
         self.is_over && self.ahead.is_empty()
     }
 
-    /// What is not, and cannot become, an echo.
+    /// The bytes that are no echo, and cannot become one.
     fn strip(&mut self, heard: &[u8]) -> Vec<u8> {
         if self.is_over {
             return heard.to_vec();
@@ -260,7 +260,7 @@ impl Echo<'_> {
         all
     }
 
-    /// What only began like one.
+    /// The bytes that began like an echo but were none.
     fn rest(&mut self) -> Vec<u8> {
         if self.is_over {
             return Vec::new();

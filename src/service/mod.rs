@@ -1,7 +1,7 @@
-//! Single servos outside the loop: finding, reading, setting up, keeping what they were set to.
+//! Single servos outside the loop: find, read, set up and back up.
 //!
-//! Comes in: a serial device, a servo's address, register names. Goes out: values in people's units, or an error that
-//! says what to do. Nothing here is used while a robot moves, and servos are without torque except where said.
+//! In: a serial device, a servo's address, register names. Out: values in people's units, or an error that says
+//! what to do. Nothing here is used while a robot moves, and servos are without torque except where stated.
 //!
 //! ```no_run
 //! use hippocamp::model::Protocol;
@@ -14,7 +14,7 @@
 //! # Ok::<(), hippocamp::service::ServiceError>(())
 //! ```
 //!
-//! Writing is for the program's own commands alone: a goal written so would have skipped the safety checks.
+//! Only the program's own commands can write: a goal written here would skip the safety checks.
 
 mod ask;
 pub mod backup;

@@ -1,8 +1,8 @@
-//! Who is on a line: every id, at one rate after another, in both languages.
+//! Finds the servos on a line: asks every id, at one rate after another, in both protocols.
 //!
-//! Every id is asked by itself, since servos that answer a broadcast talk over each other. Nobody waits for a slow
-//! adapter: the next id is asked as soon as an answer would have crossed the line, and an answer that arrives later
-//! says itself whose it is.
+//! The scan asks every id by itself, since servos that answer a broadcast talk over each other. It does not wait
+//! for slow adapters: it asks the next id as soon as an answer would have crossed the line. A later answer still
+//! carries its servo's id.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -18,18 +18,18 @@ use crate::model::Protocol;
 use crate::platform::monotonic;
 use crate::units::ServoId;
 
-/// Beyond the bytes: the longest return delay of a servo (254 x 2 us), and the unevenness of USB, which hands over
-/// what is sent once a millisecond.
+/// Extra time beyond the bytes: the longest return delay of a servo (254 x 2 us), and the jitter of USB, which
+/// sends once a millisecond.
 const SLACK: Duration = Duration::from_micros(508 + 1500);
-/// In the second pass, after noise: as long as a slow adapter may hold an answer back.
+/// Extra time in the second pass, after noise: as long as a slow adapter may hold an answer back.
 const LONG_SLACK: Duration = Duration::from_millis(12);
-/// Answers are awaited this long after the last question: FTDI adapters hold them back for up to 16 ms.
+/// Time to wait for answers after the last request: FTDI adapters hold them back for up to 16 ms.
 const LINGER: Duration = Duration::from_millis(40);
 /// Data bytes of an answer: a Dynamixel's to a ping, the first registers of a Feetech servo.
 const FEETECH_HEAD: u8 = 6;
 const PIECE_BYTES: usize = 512;
 
-/// Rates to look at, likely ones first.
+/// Rates to try, likely ones first.
 pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
     match protocol {
         Protocol::Dynamixel => {
@@ -39,38 +39,38 @@ pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
     }
 }
 
-/// About how long one pass over `ids` ids takes at `baud`.
+/// Approximate duration of one pass over `ids` ids at `baud`.
 pub fn pass_time(protocol: Protocol, baud: u32, ids: usize) -> Duration {
     pace(protocol, baud, SLACK).saturating_mul(u32::try_from(ids).unwrap_or(u32::MAX)) + LINGER
 }
 
-/// Who answered.
+/// A servo that answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Where.
+    /// Its address.
     pub address: Address,
-    /// Who it says it is.
+    /// The model and firmware that it reports.
     pub identity: Identity,
-    /// Whether more than one answer came: two servos have this id.
+    /// True if more than one answer came: two servos have this id.
     pub is_twin: bool,
 }
 
-/// What one pass found.
+/// The result of one pass.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pass {
     /// Servos, by id.
     pub found: Vec<Found>,
     /// Ids from which only damaged answers came.
     pub damaged: Vec<ServoId>,
-    /// Whether the user broke it off.
+    /// True if the user broke it off.
     pub is_interrupted: bool,
 }
 
 impl ServicePort {
-    /// Asks each of `ids` at one rate in one language; ends early once `stop` is set.
+    /// Asks each of `ids` at one rate in one protocol; ends early once `stop` is set.
     ///
     /// # Errors
-    /// When the line cannot be used, or not at this rate.
+    /// If the line cannot be used, or not at this rate.
     pub fn scan(
         &mut self,
         protocol: Protocol,
@@ -83,7 +83,7 @@ impl ServicePort {
         if !first.has_noise || first.pass.is_interrupted {
             return Ok(first.pass);
         }
-        // Two have talked at once, or the line is bad. Those who were heard are not asked again.
+        // Two servos have talked at once, or the line is bad. Do not ask servos again that answered.
         let is_heard = |id: &ServoId| first.pass.found.iter().any(|found| found.address.id == *id);
         let unheard: Vec<ServoId> = ids.iter().copied().filter(|id| !is_heard(id)).collect();
         let second = self.scan_once(protocol, baud, &unheard, LONG_SLACK, stop)?;
@@ -126,7 +126,7 @@ impl ServicePort {
             echoed.push(sent);
             let noise = ear.heed.noise();
             self.hear_until(monotonic() + pace, Some(*id), &mut ear)?;
-            // So slowly, noise is of the servo that was asked.
+            // At this slow pace, noise comes from the servo that was asked.
             if slack == LONG_SLACK && ear.heed.noise() > noise + echo_bytes && !ear.has(*id) {
                 ear.heed.pass.damaged.push(*id);
             }
@@ -141,7 +141,7 @@ impl ServicePort {
         Ok(ear.heed)
     }
 
-    /// Listens until `deadline`, or until the servo that was asked has answered.
+    /// Listens until `deadline`, or until servo `asked` has answered.
     fn hear_until(
         &mut self,
         deadline: Duration,
@@ -166,7 +166,7 @@ impl ServicePort {
 fn question(protocol: Protocol) -> Ask<'static> {
     match protocol {
         Protocol::Dynamixel => Ask::Ping,
-        // Not a ping: a servo with a voltage alarm answers it with the very bytes of the request, as an echo does.
+        // Not a ping: a servo with a voltage alarm answers a ping with the bytes of the request, as an echo would.
         Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
     }
 }
@@ -176,19 +176,19 @@ fn pace(protocol: Protocol, baud: u32, slack: Duration) -> Duration {
     wire_time(exchange_bytes(protocol, parameters.len(), data_bytes), baud) + slack
 }
 
-/// What was heard in one pass.
+/// The bytes heard in one pass, and what they contained.
 #[derive(Debug, Default)]
 struct Heed {
     pass: Pass,
-    /// Everything that arrived.
+    /// All received bytes.
     bytes: Vec<u8>,
-    /// Bytes of it that belong to good answers.
+    /// Number of bytes in good answers.
     good: usize,
     has_noise: bool,
 }
 
 impl Heed {
-    /// Bytes that belong to no good answer.
+    /// Number of bytes outside good answers.
     fn noise(&self) -> usize {
         self.bytes.len().saturating_sub(self.good)
     }

@@ -1,4 +1,4 @@
-//! One servo: who it is, what its registers hold, and writing them.
+//! One servo: its identity, reading its registers, and writing them.
 
 use std::time::Duration;
 
@@ -14,23 +14,23 @@ use crate::model::{Firmware, Protocol};
 use crate::platform::monotonic;
 use crate::units::ServoId;
 
-/// How often it is asked who is there.
+/// Number of attempts to identify it.
 const TRIES: u32 = 3;
-/// Most bytes read at once.
+/// Most bytes in one read.
 const BLOCK_BYTES: u8 = 32;
-/// What a Feetech servo is asked to know who it is: firmware, byte order, model and id, and all up to its phase.
+/// Bytes that identify a Feetech servo: firmware, byte order, model and id, and all up to its phase.
 const FEETECH_HEAD: u8 = 19;
 const FEETECH_PHASE: usize = 18;
 const FINE_SPEED: u8 = 4;
-/// A servo that restarts is back within this time: Feetech says about 1.8 s.
+/// Time within which a restarted servo answers again: Feetech says about 1.8 s.
 const RESTART: Duration = Duration::from_secs(5);
-/// Between two looks whether it is back.
+/// Time between checks whether it answers again.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
-/// A register, what it holds, and its bytes as they stand in the servo.
+/// A register, its value, and its bytes in the servo's order.
 type Held = (RegisterInfo, Value, Vec<u8>);
 
-/// A servo that answers, on a line that is free for it.
+/// A servo that answers, on a line reserved for it.
 #[derive(Debug)]
 pub struct Servo<'p> {
     port: &'p mut ServicePort,
@@ -39,16 +39,16 @@ pub struct Servo<'p> {
 }
 
 impl ServicePort {
-    /// The servo at `address`, asked who it is.
+    /// The servo at `address`; asks for its identity.
     ///
     /// # Errors
-    /// When it does not answer, or only with damaged answers, as two servos with one id do.
+    /// If it does not answer, or only with damaged answers, as two servos with one id do.
     pub fn servo(&mut self, address: Address) -> Result<Servo<'_>, ServiceError> {
         let identity = self.identify(address, TRIES)?;
         Ok(Servo { port: self, address, identity })
     }
 
-    /// The same, asked only once: for looking where it may well not be.
+    /// The same with a single request: for addresses that may well be empty.
     ///
     /// # Errors
     /// As [`ServicePort::servo`].
@@ -62,7 +62,7 @@ impl ServicePort {
         Servo { port: self, address, identity }
     }
 
-    /// Who is at `address`; asked up to so many times.
+    /// The identity of the servo at `address`; asks up to `tries` times.
     pub(super) fn identify(&mut self, address: Address, tries: u32) -> Result<Identity, ServiceError> {
         let ask = match address.protocol {
             Protocol::Dynamixel => Ask::Ping,
@@ -89,10 +89,10 @@ impl ServicePort {
         })
     }
 
-    /// Whether anybody answers at `address`, be it with a damaged answer.
+    /// True if any servo answers at `address`, even with a damaged answer.
     ///
     /// # Errors
-    /// When the line cannot be used.
+    /// If the line cannot be used.
     pub fn is_anybody_at(&mut self, address: Address) -> Result<bool, ServiceError> {
         match self.identify(address, 2) {
             Ok(_) | Err(ServiceError::Damaged { .. }) => Ok(true),
@@ -102,7 +102,7 @@ impl ServicePort {
     }
 }
 
-/// What an answer says of who gave it: a Dynamixel's to a ping, or the first registers of a Feetech servo.
+/// The identity in an answer: a Dynamixel's to a ping, or the first registers of a Feetech servo.
 pub(super) fn identity(protocol: Protocol, data: &[u8]) -> Option<Identity> {
     match (protocol, data) {
         (Protocol::Dynamixel, &[low, high, firmware]) => Some(Identity {
@@ -128,7 +128,7 @@ pub(super) fn identity(protocol: Protocol, data: &[u8]) -> Option<Identity> {
     }
 }
 
-/// What a backup says of its servo.
+/// The identity of a backup's servo.
 pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_endian: bool) -> Identity {
     let family = match protocol {
         Protocol::Dynamixel => Family::DynamixelX,
@@ -139,17 +139,17 @@ pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_e
 }
 
 impl Servo<'_> {
-    /// Where it answers now.
+    /// Its present address.
     pub fn address(&self) -> Address {
         self.address
     }
 
-    /// Who it is.
+    /// Its identity.
     pub fn identity(&self) -> Identity {
         self.identity
     }
 
-    /// Whether the adapter hands back what is sent.
+    /// True if the adapter echoes.
     pub fn is_line_echoing(&self) -> bool {
         self.port.is_echoing()
     }
@@ -157,7 +157,7 @@ impl Servo<'_> {
     /// The register of this name.
     ///
     /// # Errors
-    /// When it has none; names the one that was meant, or all.
+    /// If the servo lacks it; the error gives the most similar name, or all.
     pub fn register(&self, name: &str) -> Result<RegisterInfo, ServiceError> {
         self.identity.register(name).ok_or_else(|| {
             let registers = self.identity.registers();
@@ -171,20 +171,20 @@ impl Servo<'_> {
         })
     }
 
-    /// What the register of this name holds.
+    /// The value of the register of this name.
     ///
     /// # Errors
-    /// When there is no such register, or no good answer.
+    /// If there is no such register, or no good answer came.
     pub fn read(&mut self, name: &str) -> Result<Value, ServiceError> {
         let register = self.register(name)?;
         let raw = self.read_raw(&register)?;
         Ok(self.identity.value(&register, raw))
     }
 
-    /// The count a register holds.
+    /// The count in a register.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub fn read_raw(&mut self, register: &RegisterInfo) -> Result<i64, ServiceError> {
         let Register { address, bytes, .. } = register.register;
         // A Feetech servo's answer to a read of two bytes can equal its request, which an adapter may echo.
@@ -193,23 +193,23 @@ impl Servo<'_> {
         Ok(self.decode(register.register, data.get(..usize::from(bytes)).unwrap_or_default()))
     }
 
-    /// `bytes` bytes from the address `start` on, as they stand in the servo.
+    /// `bytes` bytes from the address `start` on, in the servo's order.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub fn read_bytes(&mut self, start: u16, bytes: u8) -> Result<Vec<u8>, ServiceError> {
         self.port.ask(self.address, &Ask::Read { start, bytes })
     }
 
-    /// Every register it has, with what it holds, by address. Registers its firmware does not know are left out.
+    /// All its registers with their values, by address. Leaves out registers that its firmware lacks.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub fn read_all(&mut self) -> Result<Vec<(RegisterInfo, Value)>, ServiceError> {
         Ok(self.read_all_bytes()?.into_iter().map(|(register, value, _)| (register, value)).collect())
     }
 
-    /// The same with the bytes as they stand in the servo.
+    /// The same with the bytes in the servo's order.
     pub(super) fn read_all_bytes(&mut self) -> Result<Vec<Held>, ServiceError> {
         let registers = self.identity.registers();
         let mut all = Vec::new();
@@ -249,7 +249,7 @@ impl Servo<'_> {
     /// Writes a register in its own unit, and reads it back. See [`Servo::write_raw`].
     ///
     /// # Errors
-    /// When the value does not fit, or as [`Servo::write_raw`].
+    /// If the value does not fit, or as [`Servo::write_raw`].
     pub(crate) fn write(&mut self, name: &str, physical: f64) -> Result<(), ServiceError> {
         let register = self.register(name)?;
         if register.access == Access::Fixed {
@@ -259,11 +259,11 @@ impl Servo<'_> {
         self.write_raw(&register, raw)
     }
 
-    /// Writes a count to a register and reads it back. For a setting the torque is taken off and, on Feetech, the
-    /// settings are unlocked and locked again; a new id or line rate is followed.
+    /// Writes a count to a register and reads it back. For a setting it takes the torque off and, on Feetech,
+    /// unlocks and locks the settings; it follows the servo to a new id or line rate.
     ///
     /// # Errors
-    /// When the servo does not take it.
+    /// If the servo does not accept it.
     pub(crate) fn write_raw(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
         match (register.access, &*register.name) {
             (Access::Fixed, _) => {
@@ -275,8 +275,8 @@ impl Servo<'_> {
         }
     }
 
-    /// Does `work` with settings open for change: torque off, and on Feetech unlocked; they are locked again
-    /// afterwards, whatever comes of it.
+    /// Calls `work` with settings writable: torque off, and on Feetech unlocked. Locks them again afterwards,
+    /// whatever the result.
     pub(crate) fn change_settings<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, ServiceError>,
@@ -288,13 +288,14 @@ impl Servo<'_> {
         let Some(lock) = self.identity.register("lock") else { return work(self) };
         self.put(&lock, 0)?;
         let result = work(self);
-        // What became of the work counts for more than a lock that did not close: it closes without power, too.
+        // An error of the work takes precedence over a lock that did not close: it also closes when the power goes
+        // off.
         let locked = self.put(&lock, 1);
         let result = result?;
         locked.map(|()| result)
     }
 
-    /// Writes a setting while they are open, as [`Servo::change_settings`] has them.
+    /// Writes a setting inside [`Servo::change_settings`].
     pub(crate) fn put_setting(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
         match &*register.name {
             "id" => self.move_to_id(register, raw),
@@ -303,10 +304,10 @@ impl Servo<'_> {
         }
     }
 
-    /// Whether its settings are locked, where it has a lock: what is written to an unlocked one outlasts the power.
+    /// True if its settings are locked, or if it has no lock: writes to an unlocked servo survive without power.
     ///
     /// # Errors
-    /// When no good answer came.
+    /// If no good answer came.
     pub fn is_locked(&mut self) -> Result<bool, ServiceError> {
         match self.identity.register("lock") {
             Some(lock) => Ok(self.read_raw(&lock)? == 1),
@@ -314,7 +315,7 @@ impl Servo<'_> {
         }
     }
 
-    /// Takes the torque off and says whether there was any.
+    /// Takes the torque off and returns whether it was on.
     pub(crate) fn take_torque_off(&mut self) -> Result<bool, ServiceError> {
         let torque = self.register("torque_enable")?;
         let had_torque = self.read_raw(&torque)? != 0;
@@ -324,15 +325,15 @@ impl Servo<'_> {
         Ok(had_torque)
     }
 
-    /// Restarts it, torque off, and waits until it answers again.
+    /// Restarts the servo, torque off, and waits until it answers again.
     pub(crate) fn reboot(&mut self) -> Result<(), ServiceError> {
         self.take_torque_off()?;
         self.ask_without_answer(&Ask::Reboot)?;
         self.await_return()
     }
 
-    /// Takes every setting back to what the factory set, but for id and line rate (Feetech: but for the id), and waits
-    /// until it answers again.
+    /// Resets every setting to the factory value, except id and line rate (Feetech: except the id), and waits until
+    /// the servo answers again.
     pub(crate) fn reset(&mut self) -> Result<(), ServiceError> {
         self.take_torque_off()?;
         let lock = self.identity.register("lock");
@@ -342,7 +343,7 @@ impl Servo<'_> {
         lock.iter().try_for_each(|lock| self.put(lock, 1))
     }
 
-    /// A servo may be too busy with it to answer.
+    /// Sends a request; accepts that a servo may be too busy with it to answer.
     fn ask_without_answer(&mut self, ask: &Ask<'_>) -> Result<(), ServiceError> {
         match self.port.ask(self.address, ask) {
             Ok(_) | Err(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => Ok(()),
@@ -350,7 +351,7 @@ impl Servo<'_> {
         }
     }
 
-    /// Waits until it answers, where it did or at another rate.
+    /// Waits until the servo answers, at its old rate or another.
     fn await_return(&mut self) -> Result<(), ServiceError> {
         let own = self.address;
         let others = own.protocol.bauds().iter().map(|baud| Address { baud: *baud, ..own });
@@ -373,7 +374,7 @@ impl Servo<'_> {
         Ok(())
     }
 
-    /// Lets some time pass.
+    /// Waits for `time`.
     pub(crate) fn pause(&self, time: Duration) {
         self.port.pause(time);
     }
@@ -396,12 +397,13 @@ impl Servo<'_> {
         if moved == self.address {
             return Ok(());
         }
-        // Before anything is written: can the adapter follow?
+        // Check that the adapter supports the rate before anything is written.
         self.port.set_baud(baud)?;
         self.move_to(register, raw, moved)
     }
 
-    /// Writes what changes its address and follows it there. The answer may come from either address, or be lost.
+    /// Writes a register that changes the address, and follows the servo there. The answer may come from either
+    /// address, or be lost.
     fn move_to(&mut self, register: &RegisterInfo, raw: i64, moved: Address) -> Result<(), ServiceError> {
         let data = self.encode(register.register, raw);
         for _ in 0..TRIES {
@@ -423,7 +425,7 @@ impl Servo<'_> {
         self.port.identify(self.address, TRIES)?;
         let found = self.read_raw(register)?;
         if found == raw {
-            // It has taken it, and needs to start anew to follow it.
+            // The servo holds the new value but applies it only after a restart.
             self.ask_without_answer(&Ask::Reboot)?;
             self.await_return()?;
             if self.address == moved {
@@ -441,10 +443,10 @@ impl Servo<'_> {
         self.put_bytes(register, &data)
     }
 
-    /// The same for the bytes as they shall stand in the servo.
+    /// The same for bytes in the servo's order.
     pub(super) fn put_bytes(&mut self, register: &RegisterInfo, data: &[u8]) -> Result<(), ServiceError> {
         match self.port.ask(self.address, &Ask::Write { start: register.register.address, data }) {
-            // A servo can be set to answer reads only. Then what it holds tells.
+            // A servo can be set to answer reads only. Then its content shows whether the write worked.
             Ok(_) | Err(ServiceError::NoAnswer { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -458,7 +460,7 @@ impl Servo<'_> {
         Err(ServiceError::NotTaken { address: self.address, register, wanted, found })
     }
 
-    /// Whether another servo answers at `address`.
+    /// True if another servo answers at `address`.
     pub(super) fn is_anybody_else_at(&mut self, address: Address) -> Result<bool, ServiceError> {
         Ok(address != self.address && self.port.is_anybody_at(address)?)
     }
@@ -476,7 +478,7 @@ fn end(register: &RegisterInfo) -> u16 {
     register.register.address + u16::from(register.register.bytes)
 }
 
-/// Runs of registers without a gap, of at most [`BLOCK_BYTES`].
+/// Blocks of adjacent registers, each of at most [`BLOCK_BYTES`].
 fn blocks(registers: &[RegisterInfo]) -> Vec<&[RegisterInfo]> {
     let mut blocks = Vec::new();
     let mut rest = registers;

@@ -1,7 +1,7 @@
-//! What a new servo must be set to before a robot can use it, and setting it so.
+//! The settings that a new servo needs before a robot can use it, and writing them.
 //!
-//! The registers are these, and no others (docs/servos.md has them as a table): what a person has chosen for limits of
-//! heat, voltage and current, gains and protection stays as it is.
+//! These registers are written, and no others (docs/servos.md has them as a table). Limits of temperature, voltage
+//! and current, gains and protection that a person has chosen stay as they are.
 
 use super::backup::Backup;
 use super::error::{Address, ServiceError};
@@ -10,7 +10,7 @@ use super::servo::Servo;
 use crate::model::Protocol;
 use crate::units::ServoId;
 
-/// What a register is to hold.
+/// The content that a register should have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Want {
     /// This count.
@@ -19,13 +19,13 @@ enum Want {
     Bits { of: i64, set: i64 },
 }
 
-/// A register that is set.
+/// A register to set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Target {
     /// Its name.
     pub name: &'static str,
     want: Want,
-    /// Set while the servo is new, and left alone afterwards: the calibration may change it.
+    /// True if it is set only while the servo is new: later the calibration may change it.
     pub is_for_new: bool,
 }
 
@@ -33,18 +33,17 @@ const fn count(name: &'static str, count: i64) -> Target {
     Target { name, want: Want::Count(count), is_for_new: false }
 }
 
-/// All of the motor's drive: the controller limits torque by the register that this one limits.
+/// Full drive of the motor: the controller limits torque by the register that this one limits.
 const PWM_ALL: i64 = 885;
 const TORQUE_ALL: i64 = 1000;
-/// No second id.
+/// No secondary id.
 const NO_ID: i64 = 255;
-/// Phase bits of a Feetech STS: speed unit, position beyond one turn. The controller wants speeds in single steps, and
-/// a position within one turn that is the same after every power-on. The bits of drive and feedback direction stay as
-/// the maker set them: one without the other would drive the servo away from its goal.
+/// Phase bits of a Feetech STS: speed unit, position beyond one turn. The controller needs speeds in single steps,
+/// and a position within one turn that is the same after every power-on. The bits of drive and feedback direction
+/// stay as the maker set them: changing only one would drive the servo away from its goal.
 const PHASE: Want = Want::Bits { of: 4 | 16, set: 4 };
 
-/// Everything that a servo is set to beside id and line rate, in the order of writing.
-/// `return_delay_us` is the bus's.
+/// All settings of a servo beside id and line rate, in the order of writing. `return_delay_us` is the bus's.
 pub fn targets(family: Family, return_delay_us: u32) -> Vec<Target> {
     let delay = count("return_delay_time", i64::from(return_delay_us / 2));
     let offset = Target { is_for_new: true, ..count("homing_offset", 0) };
@@ -83,7 +82,7 @@ pub fn targets(family: Family, return_delay_us: u32) -> Vec<Target> {
     targets
 }
 
-/// Where a servo answers that comes out of the box: id 1, at 57600 baud (Dynamixel) or 1 Mbaud (Feetech).
+/// The address of a servo out of the box: id 1, at 57600 baud (Dynamixel) or 1 Mbaud (Feetech).
 pub fn factory_address(protocol: Protocol) -> Address {
     let baud = match protocol {
         Protocol::Dynamixel => 57_600,
@@ -92,22 +91,22 @@ pub fn factory_address(protocol: Protocol) -> Address {
     Address { protocol, baud, id: ServoId(1) }
 }
 
-/// A register that must change.
+/// A register to change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// Which.
+    /// The register.
     pub register: RegisterInfo,
-    /// What it holds.
+    /// Its present value.
     pub held: Value,
-    /// What it is to hold.
+    /// Its new value.
     pub wanted: Value,
 }
 
-/// What must change on `servo`, which is new or was set up before, other than id and rate. A register its firmware
-/// does not know is passed over.
+/// The necessary changes to `servo` other than id and rate; `is_new` is false if it was set up before. Skips
+/// registers that its firmware lacks.
 ///
 /// # Errors
-/// When no good answer came.
+/// If no good answer came.
 pub fn changes(servo: &mut Servo<'_>, targets: &[Target], is_new: bool) -> Result<Vec<Change>, ServiceError> {
     let identity = servo.identity();
     let held = servo.read_all()?;
@@ -124,7 +123,7 @@ pub fn changes(servo: &mut Servo<'_>, targets: &[Target], is_new: bool) -> Resul
     Ok(wanted.filter_map(change).collect())
 }
 
-/// Whether a servo that was as `then` can be as `now` only because some of `targets`, its id and its rate were written.
+/// True if writes of `targets`, id and rate alone can have changed a servo from `then` to `now`.
 pub fn is_begun(then: &Backup, now: &Backup, targets: &[Target]) -> bool {
     let is_wanted = |name: &str, before: i64, count: i64| {
         targets.iter().filter(|target| target.name == name).any(|target| match target.want {
@@ -143,11 +142,11 @@ pub fn is_begun(then: &Backup, now: &Backup, targets: &[Target]) -> bool {
         })
 }
 
-/// Makes `changes`, then gives the servo its id, then its rate; reads all of it back. Broken off anywhere, the servo
-/// answers at its old address, or under its new id at its old rate, or at its new address.
+/// Writes `changes`, then the servo's id, then its rate; reads everything back. If this breaks off anywhere, the
+/// servo answers at its old address, or under its new id at its old rate, or at its new address.
 ///
 /// # Errors
-/// When it does not take something.
+/// If the servo does not accept something.
 pub(crate) fn carry_out(
     servo: &mut Servo<'_>,
     targets: &[Target],

@@ -1,4 +1,4 @@
-//! An arm without buses, and what it can be told to do.
+//! An arm without buses, and its possible strokes.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts and times are small")]
 
 use glam::DVec3;
@@ -12,7 +12,7 @@ use hippocamp::signals::Permission;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
-/// A robot that does not come to rest in this time never does, s.
+/// A robot that does not come to rest within this time never does, s.
 const WAKES_S: f64 = 60.0;
 
 pub(crate) fn plan(robot: &Robot, command: StrokeCommand) -> TentaclePlan {
@@ -20,7 +20,7 @@ pub(crate) fn plan(robot: &Robot, command: StrokeCommand) -> TentaclePlan {
     TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command)
 }
 
-/// Every stroke, to the places the robot file names.
+/// Every stroke, with the targets that the robot file names.
 pub(crate) fn strokes(robot: &Robot) -> Vec<Stroke> {
     let tentacle = robot.motion.tentacle().unwrap();
     vec![Stroke::Rest, Stroke::Sway, Stroke::Walk, Stroke::Swim]
@@ -33,25 +33,25 @@ pub(crate) fn chance(source: &mut Pcg64Mcg) -> f64 {
     (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// An arm without buses: its servos are where they are told to be. Goals are judged in every cycle.
+/// An arm without buses: its servos reach their goals at once. Every cycle checks the goals.
 pub(crate) struct Arm<'r> {
     robot: &'r Robot,
     pub(crate) controller: Controller<'r>,
     /// Goals of the last two cycles, newest first, rad.
     pub(crate) goals: [Vec<f64>; 2],
     pub(crate) interventions: u32,
-    /// The least distance so far of two arms, or of one and the base, skin to skin, m.
+    /// The least distance so far between two arms, or between one and the base, skin to skin, m.
     pub(crate) clearance_m: f64,
     cycles: u64,
-    /// How often a joint was stopped by its range, harder than by its acceleration.
+    /// How often its range stopped a joint harder than its acceleration limit allows.
     pub(crate) hard_stops: u32,
 }
 
-/// Distances are looked at once in so many cycles.
+/// Distances are checked once in this many cycles.
 const CLEARANCE_EVERY: u64 = 3;
 
 impl<'r> Arm<'r> {
-    /// Awake and at rest.
+    /// An arm that is awake and at rest.
     pub(crate) fn awake(robot: &'r Robot) -> Arm<'r> {
         let plan = plan(robot, StrokeCommand::default());
         let controller = Controller::new(robot, plan, Method::CcdThenFinish, f64::MAX);
@@ -89,12 +89,13 @@ impl<'r> Arm<'r> {
         activity
     }
 
-    /// The distance the robot file has arms keep, m.
+    /// The distance that the robot file requires between arms, m.
     pub(crate) fn clearance_wanted_m(&self) -> f64 {
         self.robot.motion.tentacle().unwrap().clearance_m
     }
 
-    /// Goes on for `for_s`; every goal is in its range, and no joint is faster or gains speed faster than it may.
+    /// Performs `command` for `for_s`. Asserts that every goal is in its range, and that every joint keeps its
+    /// limits of speed and acceleration.
     pub(crate) fn perform(&mut self, command: StrokeCommand, for_s: f64) {
         let dt_s = self.robot.period_s();
         for _ in 0..(for_s * self.robot.rate_hz) as usize {
@@ -109,7 +110,7 @@ impl<'r> Arm<'r> {
                 let most = self.robot.safety.rate_share * joint.no_load_speed_rad_s();
                 assert!(speed.abs() <= most * (1.0 + 1e-9), "{}: {speed} rad/s", joint.name);
                 let acceleration = (speed - speed_before) / dt_s;
-                // Range outranks acceleration: a joint does not overrun its limit to stop gently. It stops, no more.
+                // Range outranks acceleration: a joint does not overrun its limit to stop gently. It may only stop.
                 let stops = acceleration * speed_before < 0.0 && speed.abs() < speed_before.abs();
                 let is_at_end = now <= low + 1e-9 || now >= high - 1e-9;
                 let most = self.robot.safety.acceleration_rad_s2;
@@ -125,8 +126,9 @@ impl<'r> Arm<'r> {
     }
 }
 
-/// The least distance of two arms, or of one and the base, skin to skin, in this pose: by places along the links, five a
-/// link, of which those of two root groups, and those of a root group and the base, are left out; m.
+/// The least distance between two arms, or between one and the base, skin to skin, in this pose, m. It compares
+/// points along the links, five per link, and skips pairs of points in two root groups, or in a root group and the
+/// base.
 pub(crate) fn clearance_m(robot: &Robot, goals: &[f64]) -> f64 {
     let tentacle = robot.motion.tentacle().unwrap();
     let arms: Vec<(f64, Vec<(bool, DVec3)>)> = tentacle

@@ -1,8 +1,8 @@
-//! What a pseudo-terminal costs by itself: the bytes of an exchange sent and awaited raw, without a controller.
+//! The cost of a pseudo-terminal by itself: sends and awaits the raw bytes of an exchange, without a controller.
 //!
-//! Under the conditions of the run beside it: the same bytes at the same rate on as many lines, through
-//! [`SerialPorts`], by a thread of the loop's priority on the loop's processor, to servos like the run's that the
-//! same thread serves.
+//! Runs under the conditions of the run beside it: the same bytes at the same rate on as many lines, through
+//! [`SerialPorts`]. The thread has the loop's priority and runs on the loop's processor; the servos are like the
+//! run's, and the same thread serves both.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,17 +23,17 @@ use hw_sim::World;
 
 use super::built::world;
 
-/// What was measured.
+/// The measurements.
 pub(crate) struct Bare {
-    /// Exchanges of each bus, us, timed as the loop times its own.
+    /// Duration of the exchanges of each bus, us, timed as the loop times its own.
     pub(crate) exchange_us: Vec<Quantiles>,
-    /// From each deadline to the end of the sleep, us.
+    /// Time from each deadline to the end of the sleep, us.
     pub(crate) late_us: Quantiles,
-    /// What real-time promises the system made.
+    /// The real-time settings that the system granted.
     pub(crate) granted: Vec<String>,
 }
 
-/// What one exchange of bus `index` costs on the wire alone.
+/// Cost of one exchange of bus `index` on the wire alone.
 pub(crate) fn wire_cost(robot: &Robot, index: usize) -> CycleCost {
     let bus = Bus { adapter_latency_us: 0, ..robot.buses[index].clone() };
     let read = match bus.protocol {
@@ -58,8 +58,8 @@ pub(crate) fn world_of_twins(robot: &Robot) -> World {
     world(&both)
 }
 
-/// Measures on the lines of the twin, served at `paths`, from `first` on (on the clock of [`monotonic`]), once a
-/// period, until `is_done`, with the requests of a robot that stands, as in `plan`. Keeps to `processor`.
+/// Measures on the lines of the twin, served at `paths`: from `first` on (on the clock of [`monotonic`]), once a
+/// period, until `is_done`, with the requests of a robot that stands, as in `plan`. Stays on `processor`.
 pub(crate) fn measure(
     robot: &Robot,
     paths: &[PathBuf],
@@ -90,7 +90,7 @@ fn exchange(
     let mut took_us = vec![Histogram::<u64>::new(3).unwrap(); requests.len()];
     let mut late_us = Histogram::<u64>::new(3).unwrap();
     let mut piece = [0; 512];
-    // The ports' clock began when they were opened.
+    // The ports' clock started when they were opened.
     let offset = monotonic().saturating_sub(Duration::from_nanos(ports.now().0));
     let mut deadline = Time(u64::try_from(first.saturating_sub(offset).as_nanos()).unwrap());
     while !is_done.load(Ordering::Relaxed) {
@@ -103,7 +103,7 @@ fn exchange(
             sent[bus] = ports.now();
         }
         let mut left = replies.to_vec();
-        // An answer that takes longer than a period is lost.
+        // An answer that takes longer than a period counts as lost.
         let latest = sent[0] + period;
         while left.iter().any(|left| *left > 0) && ports.now() < latest {
             for bus in 0..left.len() {
@@ -133,7 +133,7 @@ fn micros(duration: Duration) -> u64 {
     u64::try_from(duration.as_micros()).unwrap()
 }
 
-/// What is sent on each bus in the last cycle before the robot walks.
+/// The bytes sent on each bus in the last cycle before the robot walks.
 fn requests(robot: &Robot, plan: RunPlan) -> Vec<Vec<u8>> {
     let sent = std::cell::RefCell::new(vec![Vec::new(); robot.buses.len()]);
     let ports = Listening { ports: SimPorts::on_virtual_clock(world(robot)), sent: &sent };
@@ -148,7 +148,7 @@ fn requests(robot: &Robot, plan: RunPlan) -> Vec<Vec<u8>> {
     standing
 }
 
-/// Simulated ports that remember what was last sent on each bus.
+/// Simulated ports that remember the last bytes sent on each bus.
 struct Listening<'s> {
     ports: SimPorts,
     sent: &'s std::cell::RefCell<Vec<Vec<u8>>>,

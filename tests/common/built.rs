@@ -1,4 +1,4 @@
-//! A built robot: simulated servos behind pseudo-terminals, a calibrated unit file that says so, and the real
+//! A built robot: simulated servos behind pseudo-terminals, a calibrated unit file with their devices, and the real
 //! program to drive it.
 
 use std::fs;
@@ -17,25 +17,25 @@ use toml::value::Date;
 
 use super::config_file;
 
-/// Chance behind where the limp joints are.
+/// Seed for the start angles of the limp joints.
 pub(crate) const SEED: u64 = 1;
 
-/// Nothing should take longer, even on a busy machine.
+/// Longest time for anything, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 pub(crate) struct Built {
     pub(crate) robot: Robot,
     pub(crate) robot_file: PathBuf,
     pub(crate) unit_file: PathBuf,
-    /// None once its ports are gone for good.
+    /// `None` once its ports are gone for good.
     pub(crate) server: Option<PtyServer>,
-    /// For whatever the program writes.
+    /// Folder for the files that the program writes.
     pub(crate) folder: TempDir,
 }
 
 impl Built {
-    /// The shipped robot `file`, made to rise quickly. Its servos keep the requests they hear, and are as punctual as
-    /// the system lets them be: those of a real line do not wait for a processor.
+    /// The shipped robot `file`, made to rise quickly. Its servos keep the requests they hear, and are as punctual
+    /// as the system allows: servos on a real line do not wait for a processor.
     pub(crate) fn new(file: &str) -> Built {
         let served = |robot: &Robot| {
             let mut world = world(robot);
@@ -45,7 +45,7 @@ impl Built {
         Built::served(file, served, || drop(request_real_time(None)))
     }
 
-    /// The same, its servos in a world of the caller's making, served by a thread that does `prepare` first.
+    /// The same with its servos in a world that the caller makes, served by a thread that calls `prepare` first.
     pub(crate) fn served(
         file: &str,
         servos: impl FnOnce(&Robot) -> World,
@@ -62,7 +62,7 @@ impl Built {
         Built { robot, robot_file, unit_file, server: Some(server), folder }
     }
 
-    /// `hippocamp run` on this robot, silent unless told otherwise.
+    /// `hippocamp run` on this robot, without input and output unless the caller changes that.
     pub(crate) fn run(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
         command.arg("run").arg(&self.robot_file).arg("--unit").arg(&self.unit_file);
@@ -70,15 +70,15 @@ impl Built {
         command
     }
 
-    /// Of the loop.
+    /// Period of the loop.
     pub(crate) fn period(&self) -> Duration {
         Duration::from_secs_f64(self.robot.period_s())
     }
 
-    /// Looks at the servos.
+    /// Calls `look` with the servos' world.
     ///
     /// # Panics
-    /// When they are gone.
+    /// If the servos are gone.
     pub(crate) fn with_world<R>(&self, look: impl FnOnce(&mut World) -> R) -> R {
         self.server.as_ref().unwrap().with_world(look)
     }
@@ -86,7 +86,7 @@ impl Built {
     /// Waits until `is_so`.
     ///
     /// # Panics
-    /// When that takes longer than anything should, even on a busy machine.
+    /// If that takes too long even for a busy machine.
     pub(crate) fn wait_for(&self, what: &str, mut is_so: impl FnMut() -> bool) {
         let start = monotonic();
         while !is_so() {
@@ -95,7 +95,7 @@ impl Built {
         }
     }
 
-    /// How many servos truly have torque.
+    /// Number of servos that truly have torque.
     pub(crate) fn with_torque(&self) -> usize {
         let servos = self.robot.joints.iter().filter_map(|joint| joint.servo);
         let has_torque = |world: &World, bus, id| world.shaft(bus, id).is_some_and(|shaft| shaft.torque_on);
@@ -103,7 +103,7 @@ impl Built {
     }
 }
 
-/// The servos of `robot`. The terminal, or nothing, takes the adapter's place.
+/// The servos of `robot`. The adapter's latency is 0: a terminal, or nothing, takes its place.
 pub(crate) fn world(robot: &Robot) -> World {
     let mut without_adapters = Robot { physics: None, ..robot.clone() };
     for bus in &mut without_adapters.buses {
@@ -112,7 +112,7 @@ pub(crate) fn world(robot: &Robot) -> World {
     simulation::world(&without_adapters, SEED, &FaultScript::default()).unwrap()
 }
 
-/// The unit file of `robot` whose buses `server` serves.
+/// The unit file of `robot`, with its buses served by `server`.
 fn unit(file: &str, robot: &Robot, server: &PtyServer) -> Unit {
     let bus = |(name, path): (&String, &PathBuf)| UnitBus {
         name: name.clone(),

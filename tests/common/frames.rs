@@ -1,4 +1,4 @@
-//! What the servos of a bus were told, exchange by exchange, with the time it had crossed the line.
+//! The commands that the servos of a bus heard, exchange by exchange, each with the time it had crossed the line.
 
 use hippocamp::model::servo_model::Register;
 use hippocamp::model::{Protocol, Robot};
@@ -14,15 +14,15 @@ const FAST_SYNC_READ: u8 = 0x8A;
 /// One exchange as the servos of a bus heard it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Frame {
-    /// When all of it had crossed the line, ns since power-up.
+    /// Time when all of it had crossed the line, ns since power-up.
     pub(crate) at_ns: u64,
-    /// Id and goal position of each servo that was given one, counts.
+    /// Id and goal position of each servo that got a goal, counts.
     pub(crate) goals: Vec<(u8, u64)>,
-    /// Ids of those that were told to let go.
+    /// Ids of the servos that were ordered to let go.
     pub(crate) let_go: Vec<u8>,
 }
 
-/// Every exchange that has crossed the line of `bus`: its goals go before a group read.
+/// Every exchange that has crossed the line of `bus`: its goals precede a group read.
 pub(crate) fn frames(robot: &Robot, world: &World, bus: usize) -> Vec<Frame> {
     let of_bus = robot.joints.iter().map(servo).find(|servo| servo.bus == bus).unwrap();
     let registers = of_bus.model.registers;
@@ -57,7 +57,7 @@ fn written(protocol: Protocol, parameters: &[u8], register: Register) -> Vec<(u8
     rows.chunks_exact(usize::from(register.bytes) + 1).map(|row| (row[0], value(&row[1..]))).collect()
 }
 
-/// When the last servo of `robot` was told to let go after `from_ns`; none as long as one was not.
+/// Time after `from_ns` when the last servo of `robot` was ordered to let go; `None` until all were.
 pub(crate) fn all_let_go_ns(robot: &Robot, world: &World, from_ns: u64) -> Option<u64> {
     let mut last_ns = 0;
     for bus in 0..robot.buses.len() {

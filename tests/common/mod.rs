@@ -1,4 +1,5 @@
-//! What the tests of whole runs share: the shipped robots, runs on simulated buses, and an eye on every cycle.
+//! Shared parts of the tests of whole runs: the shipped robots, runs on simulated buses, and a watch on every
+//! cycle.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -31,17 +32,17 @@ use hw_sim::{FaultScript, World};
 #[allow(unused_imports, reason = "each test binary uses a part of it")]
 pub(crate) use spy::Spy;
 
-/// The robots that can run, by the names of their files.
+/// File names of the robots that can run.
 pub(crate) const ROBOTS: [&str; 2] = ["horse.toml", "horse-dynamixel.toml"];
-/// No run of these tests has reason to take longer than this, s.
+/// No run in these tests should take longer than this, s.
 const LONGEST_RUN_S: f64 = 120.0;
 
-/// A file of the folder `config`.
+/// A file in the folder `config`.
 pub(crate) fn config_file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)
 }
 
-/// A shipped robot, its simulated joints turning freely.
+/// A shipped robot with its simulated joints turning freely.
 pub(crate) fn shipped(name: &str) -> Robot {
     in_physics(name).without_body()
 }
@@ -51,13 +52,13 @@ pub(crate) fn in_physics(name: &str) -> Robot {
     config::load(&config_file(name)).unwrap_or_else(|error| panic!("{error}")).robot
 }
 
-/// Its motion.
+/// The robot's motion.
 pub(crate) fn horse_of(robot: &Robot) -> HorseMotion {
     let horse = robot.motion.horse().unwrap();
     horse.clone()
 }
 
-/// What the horse `robot` can do.
+/// The capability of the horse `robot`.
 pub(crate) fn capability(robot: &Robot) -> HorseCapability {
     HorseCapability::of(robot, &horse_of(robot)).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -92,17 +93,17 @@ pub(crate) struct Scenario<'r> {
     pub(crate) robot: &'r Robot,
     pub(crate) plan: HorsePlan,
     pub(crate) walk_for_s: f64,
-    /// Where the limp joints are, rad; at random by the seed if not given.
+    /// Start angles of the limp joints, rad; random by the seed if not given.
     pub(crate) pose: Option<Vec<f64>>,
     pub(crate) seed: u64,
     /// Fault script.
     pub(crate) faults: &'r str,
-    /// What the operator wants at each time since power-up, s.
+    /// The operator's order at each time since power-up, s.
     pub(crate) order: &'r dyn Fn(f64) -> Order,
 }
 
 impl<'r> Scenario<'r> {
-    /// A walk of `gait` at nine tenths of its top speed, from a random pose, with nothing going wrong.
+    /// A walk of `gait` at nine tenths of its top speed, from a random pose, without faults.
     pub(crate) fn new(robot: &'r Robot, gait: &str, walk_for_s: f64) -> Scenario<'r> {
         Scenario {
             robot,
@@ -115,7 +116,7 @@ impl<'r> Scenario<'r> {
         }
     }
 
-    /// The same from the sitting pose, which it leaves after a time that is always the same.
+    /// The same from the sitting pose, which it always leaves after the same time.
     pub(crate) fn from_sitting(robot: &'r Robot, gait: &str, walk_for_s: f64) -> Scenario<'r> {
         let mut scenario = Scenario::new(robot, gait, walk_for_s);
         scenario.pose = Some(scenario.plan.sit_pose_rad.clone());
@@ -131,8 +132,8 @@ impl<'r> Scenario<'r> {
         .unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Runs it; `look` sees the world and what the robot is doing at the beginning of every
-    /// cycle, and ends the run by returning true.
+    /// Runs it; `look` gets the world and the robot's activity at the beginning of every cycle, and ends the run by
+    /// returning true.
     fn run_and_look(
         &self,
         mut look: impl FnMut(&World, Activity, Permission) -> bool,
@@ -142,7 +143,7 @@ impl<'r> Scenario<'r> {
         let report = run(self.robot, self.run_plan(), ports.clone(), |status| {
             let ports = eye.borrow();
             let time_s = Time(ports.world().now_ns()).as_secs_f64();
-            // A panic here ends the run as failed, which no test takes for good.
+            // A panic here ends the run as failed, which no test accepts.
             assert!(time_s < LONGEST_RUN_S, "this run does not end");
             let is_enough = look(ports.world(), status.activity, status.permission);
             if is_enough { Order::StopAtOnce } else { (self.order)(time_s) }
@@ -156,7 +157,7 @@ impl<'r> Scenario<'r> {
         self.run_and_look(|_, _, _| false).0
     }
 
-    /// Runs it and returns why it could not start, and the ports.
+    /// Runs it and returns the reason why it could not start, and the ports.
     pub(crate) fn fail_to_start(&self) -> (String, SharedPorts) {
         let ports = SharedPorts::new(self.world());
         match run(self.robot, self.run_plan(), ports.clone(), |_| Order::Go) {
@@ -174,12 +175,12 @@ impl<'r> Scenario<'r> {
         }
     }
 
-    /// Runs it and writes down every cycle.
+    /// Runs it and records every cycle.
     pub(crate) fn watch(&self) -> Watched {
         self.watch_until(Activity::Done)
     }
 
-    /// Runs it and writes down every cycle until it does `last`; what comes then is not looked at.
+    /// Runs it and records every cycle until its activity is `last`; ignores the rest.
     pub(crate) fn watch_until(&self, last: Activity) -> Watched {
         let mut moments = Vec::new();
         let mut is_over = false;
@@ -201,7 +202,7 @@ impl<'r> Scenario<'r> {
     }
 }
 
-/// A run and what was true at the beginning of each of its cycles, and at its end.
+/// A run with the true state at the beginning of each of its cycles, and at its end.
 pub(crate) struct Watched {
     pub(crate) report: Report,
     pub(crate) moments: Vec<Moment>,
@@ -209,15 +210,15 @@ pub(crate) struct Watched {
 
 /// One moment, from the simulated servos themselves.
 pub(crate) struct Moment {
-    /// Since power-up, s.
+    /// Time since power-up, s.
     pub(crate) time_s: f64,
     pub(crate) activity: Activity,
     pub(crate) permission: Permission,
-    /// One a joint, in the robot's order.
+    /// One for each joint, in the robot's order.
     pub(crate) servos: Vec<Truth>,
 }
 
-/// What one servo truly holds and does.
+/// The true state of one servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Truth {
     /// Goal position register, counts.
@@ -225,7 +226,7 @@ pub(crate) struct Truth {
     /// Torque limit register.
     pub(crate) torque_limit: i32,
     pub(crate) torque_on: bool,
-    /// Shaft, counts.
+    /// Shaft position, counts.
     pub(crate) position: f64,
 }
 
@@ -247,7 +248,7 @@ impl Moment {
     }
 }
 
-/// A register as the servo holds it; none of those looked at here is ever negative.
+/// A register as the servo holds it; no register read here is ever negative.
 fn register(world: &World, servo: &Servo, register: Register) -> i32 {
     let byte = |place: u8| {
         let address = register.address + u16::from(place);
@@ -257,7 +258,7 @@ fn register(world: &World, servo: &Servo, register: Register) -> i32 {
 }
 
 impl Watched {
-    /// The first moment of which `is` holds.
+    /// The first moment for which `is` holds.
     pub(crate) fn first(&self, is: impl Fn(&Moment) -> bool) -> Option<&Moment> {
         self.moments.iter().find(|moment| is(moment))
     }
@@ -272,13 +273,13 @@ impl Watched {
         self.first(|moment| moment.permission == Permission::Stop).map(|moment| moment.time_s)
     }
 
-    /// What the servos hold and do after the run.
+    /// The state of the servos after the run.
     pub(crate) fn end(&self) -> &[Truth] {
         self.moments.last().map_or(&[], |moment| &moment.servos)
     }
 
     /// Asserts that no goal register under torque left its range or moved faster than its rate, for a start inside
-    /// the ranges, whatever the servos heard of the goals that were sent.
+    /// the ranges, whichever of the sent goals the servos heard.
     pub(crate) fn assert_goals_kept_limits(&self, robot: &Robot) {
         assert_eq!(self.report.joints.range_violations, 0);
         assert_eq!(self.report.joints.rate_violations, 0);
@@ -296,7 +297,7 @@ impl Watched {
             }
             for ((_, before), (time_s, now)) in goals().zip(goals().skip(1)) {
                 let turn = f64::from((now.goal - before.goal).abs());
-                // One that has just lost its torque goes nowhere: after a reset its goal is the factory's.
+                // A servo that has just lost its torque does not move: after a reset its goal is the factory's.
                 let goes = before.torque_on && now.torque_on;
                 assert!(
                     !goes || turn <= step + 1e-6,
@@ -313,7 +314,7 @@ impl Watched {
 pub(crate) struct SharedPorts(Rc<RefCell<SimPorts>>);
 
 impl SharedPorts {
-    /// On a virtual clock.
+    /// Ports on a virtual clock.
     pub(crate) fn new(world: World) -> SharedPorts {
         SharedPorts(Rc::new(RefCell::new(SimPorts::on_virtual_clock(world))))
     }
@@ -322,7 +323,7 @@ impl SharedPorts {
         self.0.borrow()
     }
 
-    /// A torque (N m) on the shaft of the servo at a place on a bus, until told another.
+    /// Puts a torque (N m) on the shaft of the servo at this index on a bus, until the next call.
     pub(crate) fn load(&self, bus: usize, place: usize, torque_nm: f64) {
         self.0.borrow_mut().world_mut().load(bus, place, torque_nm);
     }

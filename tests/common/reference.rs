@@ -1,5 +1,5 @@
-//! A walk that nothing disturbs, on a virtual clock: what a run over pseudo-terminals tells its servos, cycle by cycle,
-//! as long as nothing disturbs it either.
+//! An undisturbed walk on a virtual clock: the commands that a run over pseudo-terminals sends its servos, cycle by
+//! cycle, as long as it too is undisturbed.
 
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
@@ -11,21 +11,21 @@ use super::built::world;
 use super::frames::{Frame, frames};
 use super::{SharedPorts, plan};
 
-/// How much of the walk is looked at, s.
+/// Length of the walk that is recorded, s.
 const WALK_S: f64 = 5.0;
 
-/// Exchanges that may be lost one after another; more are a hold.
+/// Most exchanges that may be lost in a row; more count as a hold.
 const LOST_MAX: usize = 12;
 
 pub(crate) struct Reference {
-    /// What bus 0 was told in each cycle.
+    /// The commands on bus 0 in each cycle.
     pub(crate) frames: Vec<Frame>,
-    /// What the robot did in each.
+    /// The activity of the robot in each cycle.
     activities: Vec<Activity>,
 }
 
 impl Reference {
-    /// Of `hippocamp run` without further options.
+    /// The reference for `hippocamp run` without further options.
     pub(crate) fn of(robot: &Robot) -> Reference {
         let mut world = world(robot);
         world.keep_requests();
@@ -36,7 +36,7 @@ impl Reference {
         let mut activities = Vec::new();
         let mut left = WALK_S * robot.rate_hz;
         run(robot, plan, ports.clone(), |status| {
-            // That of the cycle before.
+            // The activity of the cycle before.
             activities.push(status.activity);
             left -= f64::from(u8::from(status.activity == Activity::Walking));
             if left > 0.0 { Order::Go } else { Order::StopAtOnce }
@@ -54,11 +54,11 @@ impl Reference {
         self.activities.iter().position(|of| *of == activity).unwrap()
     }
 
-    /// When the first of `frames` after `from_ns` whose goals are not those of the undisturbed walk had crossed, ns. A
-    /// hold, in which goals stay as they are, is no such thing, nor is an exchange that was lost.
+    /// Time when the first of `frames` after `from_ns` with goals other than those of the undisturbed walk had
+    /// crossed, ns. A hold, in which goals stay the same, does not count, nor does a lost exchange.
     pub(crate) fn left_at_ns(&self, frames: &[Frame], from_ns: u64) -> Option<u64> {
         let count = self.frames.iter().map(|frame| frame.goals.len()).max();
-        // Those of which a part was lost tell nothing.
+        // Ignore exchanges of which a part was lost.
         let is_whole = |frame: &&Frame| Some(frame.goals.len()) == count;
         let undisturbed: Vec<&Frame> = self.frames.iter().filter(is_whole).collect();
         let (before, after): (Vec<&Frame>, Vec<&Frame>) =

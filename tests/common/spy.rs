@@ -1,23 +1,23 @@
-//! Ports with an ear on them.
+//! Ports that record the packets sent.
 
 use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::units::Time;
 use hw_sim::World;
 
-/// Simulated ports on a virtual clock that remember what was sent, and show themselves after each wait.
+/// Simulated ports on a virtual clock that remember the packets sent, and call the test after each wait.
 pub(crate) struct Spy<W> {
     inner: SimPorts,
-    /// Every packet that was sent, whatever the bus.
+    /// Every packet sent, whatever the bus.
     pub(crate) sent: Vec<Vec<u8>>,
     /// The bus whose adapter is gone.
     pub(crate) gone: Option<usize>,
-    /// What its lines are called.
+    /// Names of its lines.
     pub(crate) devices: &'static [&'static str],
     after_wait: W,
 }
 
 impl<W: FnMut(&SimPorts)> Spy<W> {
-    /// On the buses of `world`, all of them there.
+    /// Ports on the buses of `world`, all of them present.
     pub(crate) fn new(world: World, after_wait: W) -> Spy<W> {
         let inner = SimPorts::on_virtual_clock(world);
         Spy { inner, sent: Vec::new(), gone: None, devices: &[], after_wait }

@@ -1,45 +1,46 @@
-//! A robot's body as plain data: what carries its shafts, and what it stands on.
+//! A robot's body as plain data: the links that carry its shafts, and the ground it stands on.
 
 /// A robot: a trunk, chains of links that hang on it, and the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyConfig {
-    /// What all chains hang on.
+    /// The trunk that all chains hang on.
     pub trunk: Trunk,
     /// The chains, each from the trunk outwards.
     pub chains: Vec<Chain>,
-    /// What it stands on.
+    /// The ground it stands on.
     pub ground: Ground,
-    /// What acts in every joint beside its servo.
+    /// Torques that act in every joint beside its servo's.
     pub joints: JointMechanics,
-    /// Motor steps in one step of the body, 1 to 4: more are faster and coarser.
+    /// Motor steps in one step of the body, 1 to 4; a larger number is faster and coarser.
     pub motor_steps: u32,
 }
 
-/// What acts in every joint beside its servo.
+/// Torques that act in every joint beside its servo's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointMechanics {
     /// Torque lost for each unit of speed, N m s/rad, not negative.
     pub viscosity_nm_s: f64,
-    /// Stiffness and damping of stops, N m/rad and N m s/rad, not negative. A stop pushes back but never holds fast.
+    /// Stiffness and damping of stops, N m/rad and N m s/rad, not negative. A stop pushes back but never
+    /// pulls.
     pub stop: (f64, f64),
 }
 
 impl Default for JointMechanics {
-    /// No viscosity; stops that a stalled servo gives way a few degrees.
+    /// No viscosity; a stalled servo can push a few degrees into a stop.
     fn default() -> JointMechanics {
         JointMechanics { viscosity_nm_s: 0.0, stop: (60.0, 0.3) }
     }
 }
 
-/// How far hinges in one place may swing and twist together; behind it is a stop.
+/// Limit on how far hinges in one place may swing and twist together; beyond it a stop pushes back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BallStop {
-    /// The last of the hinges, which carries the link: place among the chain's links.
+    /// The last of the hinges, which carries the link: its index among the chain's links.
     pub last: usize,
     /// How many hinges there are, 2 or 3.
     pub hinges: usize,
-    /// Corners of a region, going round it: swing across the link's rest direction X (y and z of its axis, times the sine
-    /// of half its angle), and lowest and highest twist about X, rad.
+    /// Corners of a region, going round it: swing across the link's rest direction X (y and z of its axis, times
+    /// the sine of half its angle), and lowest and highest twist about X, rad.
     pub corners: Vec<([f64; 2], (f64, f64))>,
 }
 
@@ -52,41 +53,42 @@ pub struct Trunk {
     pub mass_kg: f64,
     /// Centre of its mass, m.
     pub center_m: [f64; 3],
-    /// The box it is: middle, m.
+    /// Middle of the box that the trunk is, m.
     pub box_middle_m: [f64; 3],
-    /// Edges of that box, m, above 0. Its inertia is that of a full box of this size.
+    /// Edges of that box, m, above 0. The trunk has the inertia of a full box of this size.
     pub box_size_m: [f64; 3],
 }
 
 /// A limb.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    /// Place of the first joint, trunk's frame, m.
+    /// Position of the first joint, trunk's frame, m.
     pub root_m: [f64; 3],
-    /// Turn from the chain's own frame to the trunk's: unit quaternion x, y, z, w.
+    /// Rotation from the chain's own frame to the trunk's: unit quaternion x, y, z, w.
     pub root_rotation: [f64; 4],
-    /// Share of its weight that something outside carries, 0 to 1: water, a counterweight.
+    /// Share of its weight that something outside carries (water, a counterweight), 0 to 1.
     pub carried_share: f64,
     /// Its links.
     pub links: Vec<Link>,
     /// Its ball joints.
     pub balls: Vec<BallStop>,
-    /// The foot at its tip.
+    /// The foot at its tip, if it has one.
     pub foot: Option<Foot>,
 }
 
 /// A hinge and the link behind it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
-    /// Turning axis in the frame of the link before it, unit length; positive turns are right-handed.
+    /// Rotation axis in the frame of the link before it, unit length; positive turns are right-handed.
     pub axis: [f64; 3],
-    /// To the next hinge or the tip at angle 0, in its own frame, m; may be 0 but for the last.
+    /// Vector to the next hinge or the tip at angle 0, in its own frame, m; may be 0 except in the last link.
     pub end_m: [f64; 3],
     /// Mass, kg, not negative.
     pub mass_kg: f64,
     /// Centre of its mass in its own frame, m.
     pub center_m: [f64; 3],
-    /// Radius of the round rod it is, for its inertia and for lying on the ground, m, above 0.
+    /// Radius of the round rod that stands for the link, m, above 0: used for its inertia and its contact
+    /// with the ground.
     pub radius_m: f64,
     /// Lowest and highest angle, rad, between mechanical stops.
     pub stops_rad: (f64, f64),
@@ -94,27 +96,27 @@ pub struct Link {
     pub servo: ShaftLink,
 }
 
-/// Which shaft turns a hinge, and how.
+/// The shaft that turns a hinge, and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftLink {
-    /// Its place among all servos, bus by bus in the order of configuration.
+    /// Its index among all servos, bus by bus in the order of configuration.
     pub shaft: usize,
     /// Encoder count, with its fraction, at the hinge's angle 0.
     pub zero_counts: f64,
-    /// A positive turn of the hinge is a falling count.
+    /// True if the count falls when the hinge turns in the positive direction.
     pub is_reversed: bool,
-    /// Inertia of rotor and gears at the shaft, kg m^2, above 0, in the place of the servo model's.
+    /// Inertia of rotor and gears at the shaft, kg m^2, above 0; replaces the servo model's.
     pub rotor_inertia_kg_m2: Option<f64>,
 }
 
-/// What a chain stands on, in its last link. Its axes are the trunk's where all of the chain's angles are 0.
+/// The foot of a chain, in its last link. Its axes are the trunk's when all of the chain's angles are 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Foot {
-    /// A round sole across the leg: a capsule along y, its middle the tip.
+    /// A round sole across the leg: a capsule along y, centred on the tip.
     Round {
         /// Radius, m, above 0.
         radius_m: f64,
-        /// Between the middles of its round ends, m, not negative.
+        /// Distance between the middles of its round ends, m, not negative.
         width_m: f64,
     },
     /// A flat sole: a box.
@@ -131,11 +133,11 @@ pub enum Foot {
 pub struct Ground {
     /// Coulomb friction between ground and robot, not negative.
     pub friction: f64,
-    /// How steep it is, rad: uphill where `uphill_rad` points.
+    /// Slope, rad; it rises towards `uphill_rad`.
     pub slope_rad: f64,
     /// Direction uphill, rad from x to the left.
     pub uphill_rad: f64,
-    /// Steps across the way.
+    /// Steps across the robot's path.
     pub steps: Vec<Step>,
 }
 
@@ -146,7 +148,7 @@ impl Default for Ground {
     }
 }
 
-/// A block across the whole way.
+/// A block across the whole path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Where it begins, m along x from the start.
@@ -157,24 +159,24 @@ pub struct Step {
     pub height_m: f64,
 }
 
-/// What a body cannot be.
+/// A value that no body can have.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("body: {what}: expected {expected}")]
 pub struct BodyError {
-    /// Which part, and its value.
+    /// The part, and its value.
     pub what: String,
     /// What was expected there.
     pub expected: &'static str,
 }
 
 impl BodyConfig {
-    /// Mass of all of it, kg.
+    /// Total mass, kg.
     pub fn mass_kg(&self) -> f64 {
         let links = self.chains.iter().flat_map(|chain| &chain.links);
         self.trunk.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
     }
 
-    /// Whether all of it can be.
+    /// Checks that every value is possible.
     pub(super) fn check(&self) -> Result<(), BodyError> {
         let positive = |what: &str, value: f64| {
             let is_good = value.is_finite() && value > 0.0;

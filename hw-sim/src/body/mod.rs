@@ -1,11 +1,11 @@
 //! The seam where joint torque meets joint motion.
 //!
-//! In: the torque of every motor. Out: every shaft's new position and speed. [`FreeJoints`] turn each on its own;
-//! a [`RigidBody`] couples them by links, masses, gravity and the ground, with the same friction and reflected
-//! inertia, and knows the truth of the robot: a [`BodyState`].
+//! In: the torque of every motor. Out: every shaft's new position and speed. [`FreeJoints`] turns each shaft
+//! independently. A [`RigidBody`] couples them through links, masses, gravity and the ground, with the same
+//! friction and reflected inertia, and gives the true state of the robot: a [`BodyState`].
 //!
-//! Between the motor with its gears and the output shaft is free play: the motor turns by the backlash before the
-//! shaft, and the encoder on it, follow. In a rigid body they are one.
+//! Between the geared motor and the output shaft is free play: the motor turns by the backlash before the
+//! shaft, and the encoder on it, follow. In a rigid body the two are one.
 
 mod config;
 mod rigid;
@@ -17,7 +17,7 @@ pub use config::{
 pub use rigid::RigidBody;
 pub use state::{BodyState, FootState, Push, PushFrame};
 
-/// One output shaft and the motor and gears that turn it. All is as seen at the shaft.
+/// One output shaft and the geared motor that turns it. All values are seen at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftState {
     /// Angle, rad; 0 at encoder count 0, positive where counts grow, not wrapped.
@@ -26,7 +26,7 @@ pub struct ShaftState {
     pub speed_rad_s: f64,
     /// Speed of motor and gears, rad/s.
     pub motor_speed_rad_s: f64,
-    /// How far motor and gears are ahead of the shaft, rad; within half the backlash either way.
+    /// How far the geared motor is ahead of the shaft, rad; at most half the backlash either way.
     pub slack_rad: f64,
     /// Free play between them, rad, not negative.
     pub backlash_rad: f64,
@@ -34,20 +34,20 @@ pub struct ShaftState {
     pub inertia_kg_m2: f64,
     /// Coulomb friction of the gearbox, N m, not negative.
     pub friction_nm: f64,
-    /// Share of the torque from outside that a gearbox at rest holds by itself, 0 to 1.
+    /// Share of the external torque that a gearbox at rest holds by itself, 0 to 1.
     pub holding_share: f64,
-    /// Torque from outside on the shaft, N m, positive where counts grow.
+    /// External torque on the shaft, N m, positive where counts grow.
     pub load_nm: f64,
     /// The shaft is jammed: it must not move in this step.
     pub is_stuck: bool,
 }
 
-/// Slower than this gears rest: friction measured on an STS3215 falls from there on, rad/s (kscalelabs/sysid,
-/// STS_3215_12V_20250317, model M4).
+/// Gears slower than this are at rest, rad/s: below it the friction measured on an STS3215 falls
+/// (kscalelabs/sysid, STS_3215_12V_20250317, model M4).
 const RESTING_RAD_S: f64 = 0.055;
 
 impl ShaftState {
-    /// At 0, still, free of load, without backlash.
+    /// A shaft at 0, still, without load or backlash.
     pub fn at_rest(inertia_kg_m2: f64, friction_nm: f64) -> ShaftState {
         ShaftState {
             position_rad: 0.0,
@@ -70,30 +70,33 @@ impl ShaftState {
     }
 }
 
-/// Whatever carries the shafts.
+/// The body that carries the shafts.
 pub trait Body {
-    /// Moves all shafts by `dt_s` seconds under motor torques (N m, one a shaft, same order, every step).
+    /// Moves all shafts by `dt_s` seconds under motor torques (N m, one for each shaft, always in the same
+    /// order).
     fn step(&mut self, dt_s: f64, shafts: &mut [ShaftState], torques: &[f64]);
 
-    /// A force from outside acts during the next step only. Joints that carry nothing do not feel it.
+    /// Applies an external force during the next step only. Does nothing if the joints carry nothing.
     fn push(&mut self, _push: &Push) {}
 
-    /// Two hands take the trunk and keep it level, and where it is over the ground, or let it go. They carry none of its
-    /// weight. Joints that carry nothing have no trunk.
+    /// Two hands take hold of the trunk and keep it level and in place over the ground, or let it go. They
+    /// carry none of its weight. Does nothing if the joints carry nothing: there is no trunk.
     fn hold_trunk(&mut self, _is_held: bool) {}
 
-    /// Two hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin, m). Once motors
-    /// have kept all joints still for a while they set it down, and let go when it stands.
+    /// Two hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin,
+    /// m). Once the motors have kept all joints still for a while, the hands set the robot down and let go
+    /// when it stands.
     fn carry_trunk(&mut self, _height_m: f64) {}
 
-    /// What the robot truly does; none where joints carry nothing.
+    /// The true state of the robot; `None` if joints carry nothing.
     fn state(&self) -> Option<&BodyState> {
         None
     }
 }
 
-/// Every shaft turns on its own: reflected inertia, friction and load, nothing else attached. A shaft without load
-/// stays where it is while the motor turns through the backlash; a loaded one rests against its flank.
+/// Every shaft turns independently: reflected inertia, friction and load, nothing else attached. A shaft
+/// without load stays where it is while the motor turns through the backlash; a loaded one rests against the
+/// flank of the gear.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FreeJoints;
 
@@ -109,12 +112,12 @@ fn step_shaft(dt_s: f64, shaft: &mut ShaftState, torque_nm: f64) {
     // A jam holds the load.
     let load_nm = if shaft.is_stuck { 0.0 } else { shaft.load_nm };
     let pushed = shaft.motor_speed_rad_s + dt_s * (torque_nm + load_nm) / shaft.inertia_kg_m2;
-    // Friction takes speed away but never turns it round; so slow gears stick.
+    // Friction removes speed but never reverses it; so slow gears stick.
     let lost = dt_s * shaft.present_friction_nm() / shaft.inertia_kg_m2;
     shaft.motor_speed_rad_s = pushed.signum() * (pushed.abs() - lost).max(0.0);
     let half = 0.5 * shaft.backlash_rad;
     let ahead = shaft.slack_rad + dt_s * shaft.motor_speed_rad_s;
-    // The load keeps the shaft ahead of the gears it pushes on.
+    // The load keeps the shaft pressed ahead against the gears.
     let is_loaded = load_nm.abs() > 0.0;
     shaft.slack_rad = if is_loaded { half.copysign(-load_nm) } else { ahead.clamp(-half, half) };
     let way = ahead - shaft.slack_rad;

@@ -1,20 +1,21 @@
-//! What a robot truly does, and what pushes it.
+//! The true motion of a robot, and the forces that push it.
 
-/// The truth of a body after a step. World frame: origin on the ground under the start, x forward, y left, z up.
+/// The true state of a body after a step. World frame: origin on the ground under the start, x forward, y
+/// left, z up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyState {
     /// Origin of the trunk's frame, world frame, m.
     pub position_m: [f64; 3],
-    /// Height of that origin above the ground's plane, steps left aside, m.
+    /// Height of that origin above the ground's plane, ignoring steps, m.
     pub height_m: f64,
-    /// Turn from the trunk's frame to the world's: unit quaternion x, y, z, w.
+    /// Rotation from the trunk's frame to the world's: unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
     /// Velocity of the trunk frame's origin, world frame, m/s.
     pub velocity_m_s: [f64; 3],
-    /// Angular rate of the trunk in its own frame, rad/s: what a gyroscope in it feels.
+    /// Angular rate of the trunk in its own frame, rad/s: as a gyroscope in it would measure.
     pub rate_rad_s: [f64; 3],
-    /// Acceleration less gravity of the trunk frame's origin, in the trunk's frame, mean of the step, m/s^2: what an
-    /// accelerometer there feels; (0, 0, 9.81) at rest.
+    /// Acceleration less gravity of the trunk frame's origin, in the trunk's frame, mean of the step, m/s^2:
+    /// as an accelerometer there would measure; (0, 0, 9.81) at rest.
     pub specific_force_m_s2: [f64; 3],
     /// Each foot, in the order of the chains that have one.
     pub feet: Vec<FootState>,
@@ -24,22 +25,22 @@ pub struct BodyState {
     pub links_contact_n: f64,
     /// Impulse of the ground on the trunk along the ground's normals, since the start, N s.
     pub trunk_impulse_ns: f64,
-    /// Impulse of the ground on the links of each chain other than its foot, along the ground's normals, since the start,
-    /// N s.
+    /// Impulse of the ground on the links of each chain other than its foot, along the ground's normals, since the
+    /// start, N s.
     pub chain_impulses_ns: Vec<f64>,
-    /// True while somebody's hands hold the trunk.
+    /// True while hands hold the trunk.
     pub is_held: bool,
-    /// Angular impulse that went through each joint's gears, of motor and rotor, since the start, in the order of the
-    /// configuration, N m s. Their friction is left aside; mechanical stops are not behind them.
+    /// Angular impulse of motor and rotor that passed through each joint's gears since the start, N m s, in
+    /// the order of the configuration. Excludes gear friction and mechanical stops.
     pub joint_impulses_nms: Vec<f64>,
-    /// False once a number got lost; the body stands still from then on.
+    /// False once a number is no longer finite; the body stands still from then on.
     pub is_finite: bool,
 }
 
 /// One foot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FootState {
-    /// Place of its chain in the configuration.
+    /// Index of its chain in the configuration.
     pub chain: usize,
     /// Middle of the sole, world frame, m.
     pub position_m: [f64; 3],
@@ -47,7 +48,7 @@ pub struct FootState {
     pub force_n: f64,
 }
 
-/// Whose axes a push's force follows.
+/// The axes in which a push's force is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PushFrame {
     /// The trunk's.
@@ -79,7 +80,7 @@ impl BodyState {
         (roll, pitch, yaw)
     }
 
-    /// Whether the trunk lies on the ground or is turned over.
+    /// True if the trunk lies on the ground or is turned over.
     pub fn is_fallen(&self) -> bool {
         let [x, y, ..] = self.rotation;
         // The trunk's z axis more than 60 degrees from upright.

@@ -1,4 +1,4 @@
-//! What Dynamixel servos do with a packet, and what they answer. Source: ROBOTIS e-manual, Protocol 2.0.
+//! How Dynamixel servos carry out a packet and answer it. Source: ROBOTIS e-manual, Protocol 2.0.
 
 use super::group::Line;
 use super::packet::{BROADCAST, Heard, Request, STATUS, status};
@@ -26,14 +26,14 @@ const BULK_READ: u8 = 0x92;
 const BULK_WRITE: u8 = 0x93;
 const FAST_BULK_READ: u8 = 0x9A;
 
-/// Status Return Level from which on reads are answered; pings always are.
+/// Lowest Status Return Level at which a servo answers reads; it always answers pings.
 pub(super) const LEVEL_READ: i64 = 1;
-/// Status Return Level from which on everything is answered.
+/// Lowest Status Return Level at which a servo answers everything.
 const LEVEL_ALL: i64 = 2;
-/// Highest secondary id; those above switch it off.
+/// Highest secondary id; values above switch it off.
 const SECONDARY_ID_MAX: u8 = 252;
 
-/// Carries out a packet on the servos that hear it; returns what they say.
+/// Carries out a packet on the servos that hear it; returns their replies.
 pub(crate) fn answer(heard: &Heard, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
     match heard {
         Heard::Request(request) => carry_out(request, servos, hears, now_ns),
@@ -47,10 +47,10 @@ pub(crate) fn answer(heard: &Heard, servos: &mut [Servo], hears: &[bool], now_ns
 
 fn carry_out(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
     if request.instruction == STATUS {
-        // A host that talks like a servo is nobody's master.
+        // Servos ignore a host that sends status packets.
         return Vec::new();
     }
-    // To Bus Watchdog every instruction packet is a sign of life, whoever it is for.
+    // For the Bus Watchdog every instruction packet is a sign of life, whatever its id.
     for (servo, _) in servos.iter_mut().zip(hears).filter(|(_, hears)| **hears) {
         servo.heard_ns = now_ns;
     }
@@ -77,7 +77,7 @@ fn carry_out(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u6
     let mut slots = Vec::new();
     for (index, servo) in servos.iter_mut().enumerate().filter(|(index, _)| hears[*index]) {
         let Some(by) = addressee(servo, request.id) else { continue };
-        // A servo that is given another id, level or delay still answers that request as before.
+        // A servo that gets another id, level or delay still answers that request with the old ones.
         let (id, delay_ns) = (servo.id(), servo.return_delay_ns());
         let does_answer = by == Addressee::Own
             && match request.instruction {
@@ -94,7 +94,7 @@ fn carry_out(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u6
     slots
 }
 
-/// By what name this servo is meant by `id`, if it is.
+/// How `id` addresses this servo; `None` if it does not.
 pub(super) fn addressee(servo: &Servo, id: u8) -> Option<Addressee> {
     match id {
         BROADCAST => Some(Addressee::All),
@@ -104,7 +104,7 @@ pub(super) fn addressee(servo: &Servo, id: u8) -> Option<Addressee> {
     }
 }
 
-/// All answer a broadcast ping, in order of id.
+/// Replies to a broadcast ping: all servos answer, in order of id.
 fn pings(servos: &[Servo], hears: &[bool]) -> Vec<Slot> {
     let mut order: Vec<(usize, &Servo)> =
         servos.iter().enumerate().filter(|(index, _)| hears[*index]).collect();
@@ -123,7 +123,7 @@ pub(super) fn answers(servo: &Servo, level: i64) -> bool {
     servo.get(STATUS_RETURN_LEVEL) >= level
 }
 
-/// Bit 7 of every error field: the hardware error register is not zero.
+/// Bit 7 of every error field: set if the hardware error register is not zero.
 pub(super) fn alert(servo: &Servo) -> u8 {
     if servo.get(HARDWARE_ERROR) == 0 { 0 } else { 0x80 }
 }
@@ -154,8 +154,8 @@ fn single(request: &Request, servo: &mut Servo, by: Addressee, now_ns: u64) -> R
             table::write(servo, address, data, by, now_ns)
         }
         REG_WRITE => {
-            // That it is refused at once, as a write would be, and that it takes the place of an older one, is our
-            // reading.
+            // The manual does not say so, but we refuse it at once, as a write would be, and let it replace
+            // an older one.
             let (address, data) = address_and_data(parameters)?;
             table::check(servo, address, data, by)?;
             servo.dynamixel.registered = Some((address, data.to_vec(), by));
@@ -171,7 +171,7 @@ fn single(request: &Request, servo: &mut Servo, by: Addressee, now_ns: u64) -> R
             servo.restart(now_ns);
             Ok(())
         }
-        // These two write EEPROM.
+        // These two instructions write EEPROM.
         FACTORY_RESET | CONTROL_TABLE_BACKUP if by == Addressee::Group => Err(Refusal::Access),
         FACTORY_RESET => power::factory_reset(servo, parameters, by, now_ns),
         CONTROL_TABLE_BACKUP => power::backup(servo, parameters, now_ns),

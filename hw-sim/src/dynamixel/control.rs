@@ -1,11 +1,12 @@
-//! How a Dynamixel X turns its motor, and what it measures. Source: ROBOTIS e-manual, X-series: Operating Mode, gains,
-//! goals and trajectories.
+//! How a Dynamixel X drives its motor, and what it measures. Source: ROBOTIS e-manual, X-series: Operating
+//! Mode, gains, goals and trajectories.
 //!
-//! The manual gives the scale of each gain and not the units they work in. Here controllers run at 1 kHz, as Realtime
-//! Tick counts; position is in counts, its rates are a millisecond's change, velocity is in the register's unit, and
-//! what comes out is in units of Goal PWM. Current-based position mode has the controller and gains of position mode
-//! here, its current held within Goal Current, since its own gains are not published. The XL330 measures what it takes
-//! from the supply; here its current is the motor's, as that of the others.
+//! The manual gives the scale of each gain but not the units it works in. Here controllers run at 1 kHz, as
+//! Realtime Tick counts. Position is in counts, its derivatives are changes per millisecond, velocity is in
+//! the register's unit, and the output is in units of Goal PWM. Current-based position mode uses the
+//! controller and gains of position mode, with its current limited to Goal Current, since its own gains are
+//! not published. The XL330 measures its supply current; here its current is the motor's, as on the other
+//! models.
 
 use super::profile::{self, Point, Profile, Settings};
 use super::protection;
@@ -22,13 +23,13 @@ pub(super) const MODE_EXTENDED: i64 = 4;
 pub(super) const MODE_CURRENT_POSITION: i64 = 5;
 pub(super) const MODE_PWM: i64 = 16;
 
-/// Drive Mode: counts grow the other way.
+/// Drive Mode bit: counts grow the other way.
 const REVERSE: i64 = 1;
-/// Drive Mode: profile registers are times.
+/// Drive Mode bit: profile registers are times.
 pub(super) const TIME_BASED: i64 = 4;
-/// Value of Goal PWM and Present PWM that is full duty.
+/// Value of Goal PWM and Present PWM at full duty.
 const PWM_FULL: f64 = 885.0;
-/// Values of the gains that are 1.
+/// Values of the gain registers that mean a gain of 1.
 const P_GAIN_ONE: f64 = 128.0;
 const I_GAIN_ONE: f64 = 65_536.0;
 const D_GAIN_ONE: f64 = 16.0;
@@ -37,31 +38,31 @@ const FEEDFORWARD_ONE: f64 = 4.0;
 const STEPS_PER_S: f64 = 1_000.0;
 /// Velocity unit, rad/s: 0.229 rpm.
 pub(super) const VELOCITY_UNIT_RAD_S: f64 = 0.229 * std::f64::consts::TAU / 60.0;
-/// PWM Slope unit, V in a control step: 1.977 mV/ms.
+/// PWM Slope unit, V per control step: 1.977 mV/ms.
 const SLOPE_UNIT_V: f64 = 0.001_977;
-/// Largest homing offset that position mode does not ignore.
+/// Largest homing offset that position mode accepts.
 const HOMING_MAX: i64 = 1024;
-/// Moving Status.
+/// Moving Status bits.
 const IN_POSITION: i64 = 1;
 const PROFILE_ONGOING: i64 = 2;
 const NOT_FOLLOWING: i64 = 8;
-/// How near its goal a shaft has arrived, and how far off its way it does not follow, counts. The manual calls both
-/// predefined and does not tell them: our choice.
+/// Distance from the goal at which a shaft has arrived, and distance from its trajectory at which it no
+/// longer follows, counts. The manual calls both predefined and does not give them: our choice.
 const ARRIVED_COUNTS: f64 = 20.0;
 const FOLLOWING_COUNTS: f64 = 100.0;
 
-/// How it is moving: all that begins anew when it gets torque.
+/// The state of its motion, which resets when it gets torque.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
-    /// The way to the goal; none while there is no torque, and in the modes that need none.
+    /// The trajectory to the goal; `None` while there is no torque, and in modes that need none.
     pub(super) profile: Option<Profile>,
-    /// Where it is on that way.
+    /// Its present point on that trajectory.
     pub(super) point: Point,
-    /// Integral part of the controller, PWM units.
+    /// Integral term of the controller, PWM units.
     integral: f64,
     /// Share of the supply on the motor in the last step, in the direction in which the registers count.
     duty: f64,
-    /// More was wanted of the motor in the last step than it may give.
+    /// True if the controller asked more of the motor in the last step than its limit.
     pub(super) is_at_limit: bool,
     /// How long it has stood at its limit without moving, s.
     pub(super) stalled_s: f64,
@@ -89,7 +90,7 @@ pub(super) fn goal_register(servo: &Servo) -> u16 {
     }
 }
 
-/// 1 or -1: which way registers count.
+/// 1 or -1: the direction in which registers count.
 fn direction(servo: &Servo) -> i64 {
     if servo.get(DRIVE_MODE) & REVERSE == 0 { 1 } else { -1 }
 }
@@ -109,15 +110,15 @@ pub(super) fn present_counts(servo: &Servo) -> i64 {
     direction(servo) * servo.encoder_counts - servo.turns_left_out + if is_ignored { 0 } else { homing }
 }
 
-/// Makes Present Position an angle within one turn again, as at power-on, at torque-on in position mode, and at
-/// the change to position mode (e-manual, Operating Mode, note on Present Position).
+/// Reduces Present Position to an angle within one turn, as at power-on, at torque-on in position mode, and
+/// at the change to position mode (e-manual, Operating Mode, note on Present Position).
 pub(super) fn leave_turns_out(servo: &mut Servo) {
     let counts = direction(servo) * servo.encoder_counts;
     servo.turns_left_out = counts - counts.rem_euclid(COUNTS_PER_TURN);
     servo.registers.set(PRESENT_POSITION, present_counts(servo));
 }
 
-/// Forgets the way it was on, and makes the goal of the position modes the place where the shaft is.
+/// Drops the trajectory, and sets the goal of the position modes to the shaft's position.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 pub(super) fn hold(servo: &mut Servo) {
     let present = present_counts(servo);
@@ -125,7 +126,7 @@ pub(super) fn hold(servo: &mut Servo) {
     servo.dynamixel.motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
 }
 
-/// Sets out for the goal, if it is another or by another profile than before.
+/// Starts towards the goal, if the goal or its profile has changed.
 pub(super) fn head_for_goal(servo: &mut Servo, now_ns: u64) {
     if !is_torque_on(servo) {
         return;
@@ -157,12 +158,12 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64, supply_v: f64) -> Drive
     let forward = if direction(servo) == 1 { 1.0 } else { -1.0 };
     let speed_rad_s = forward * speed_rad_s;
     let mode = servo.get(OPERATING_MODE);
-    // PWM mode has PWM Limit for a limit; in the others Goal PWM is one.
+    // In PWM mode the limit is PWM Limit; in the others it is Goal PWM.
     let limit = servo.value(if mode == MODE_PWM { PWM_LIMIT } else { GOAL_PWM }).abs();
     let wanted = match mode {
         MODE_PWM => servo.value(GOAL_PWM),
         MODE_VELOCITY => velocity_pwm(servo, speed_rad_s, limit),
-        // There is no current that stops a shaft; the short does.
+        // No current stops a shaft; shorting the motor does.
         MODE_CURRENT if protection::has_watchdog_tripped(servo) => 0.0,
         MODE_CURRENT => {
             let amperes = servo.value(GOAL_CURRENT) * current_unit(servo).unwrap_or(0.0);
@@ -183,7 +184,7 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64, supply_v: f64) -> Drive
     Drive::Duty(forward * duty)
 }
 
-/// Position modes: PID and feedforward about the trajectory. The D part works on the shaft's true speed, since
+/// Position modes: PID and feedforward about the trajectory. The D term uses the shaft's true speed, since
 /// differences of whole counts would only add noise.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 fn position_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
@@ -217,7 +218,7 @@ fn integral(servo: &mut Servo, gain: f64, error: f64, others: f64, limit: f64) -
     *sum
 }
 
-/// What makes this current flow, PWM units, at a speed in the direction in which the registers count.
+/// PWM that makes this current flow, PWM units, at a speed in the direction in which the registers count.
 fn current_pwm(servo: &Servo, amperes: f64, speed_rad_s: f64, supply_v: f64) -> f64 {
     let model = servo.model;
     let share = amperes / model.stall_current_a + speed_rad_s / model.no_load_speed_rad_s;
@@ -261,7 +262,7 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     follow(servo, present, is_fast, around.now_ns);
 }
 
-/// Goes on along the profile, and says so.
+/// Moves on along the profile, and updates the status registers.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 fn follow(servo: &mut Servo, present: i64, is_fast: bool, now_ns: u64) {
     let mode = servo.get(OPERATING_MODE);

@@ -1,6 +1,6 @@
 //! Instructions for many servos at once: sync and bulk, plain and fast. Source: ROBOTIS e-manual, Protocol 2.0.
 //!
-//! The data read are those of the moment the request ends, for every servo.
+//! Every servo returns its data from the moment the request ends.
 
 use super::answer::{LEVEL_READ, addressee, alert, answers, outcome, talk};
 use super::packet::{crc16, fast_status_head};
@@ -8,14 +8,14 @@ use super::table::{self, Addressee};
 use crate::reply::Slot;
 use crate::servo::Servo;
 
-/// One servo and what is to be read of it.
+/// One servo and the registers to read from it.
 struct Item {
     id: u8,
     address: u16,
     count: u16,
 }
 
-/// The servos of a bus, and which of them hear it.
+/// The servos of a bus, and which of them hear the line.
 pub(super) struct Line<'a> {
     pub(super) servos: &'a mut [Servo],
     pub(super) hears: &'a [bool],
@@ -32,33 +32,33 @@ impl Line<'_> {
     fn write(&mut self, id: u8, address: u16, data: &[u8]) {
         for (servo, _) in self.servos.iter_mut().zip(self.hears).filter(|(_, hears)| **hears) {
             if let Some(by @ (Addressee::Own | Addressee::Group)) = addressee(servo, id) {
-                // A refusal has nobody to hear it: group writes have no status packet.
+                // A refusal is dropped: group writes have no status packet.
                 let _ = table::write(servo, address, data, by, self.now_ns);
             }
         }
     }
 
-    /// One address and length for all.
+    /// Sync read: one address and length for all servos.
     pub(super) fn sync_read(&self, parameters: &[u8]) -> Vec<Slot> {
         self.read(&sync_items(parameters))
     }
 
-    /// The same, answered by one packet.
+    /// Fast sync read: the same, answered by one packet.
     pub(super) fn fast_sync_read(&self, parameters: &[u8]) -> Vec<Slot> {
         self.fast_read(&sync_items(parameters))
     }
 
-    /// Address and length for each.
+    /// Bulk read: an address and length for each servo.
     pub(super) fn bulk_read(&self, parameters: &[u8]) -> Vec<Slot> {
         self.read(&bulk_items(parameters))
     }
 
-    /// The same, answered by one packet.
+    /// Fast bulk read: the same, answered by one packet.
     pub(super) fn fast_bulk_read(&self, parameters: &[u8]) -> Vec<Slot> {
         self.fast_read(&bulk_items(parameters))
     }
 
-    /// One address and length, and data for each.
+    /// Sync write: one address and length, and data for each servo.
     pub(super) fn sync_write(&mut self, parameters: &[u8]) {
         let &[a, b, c, d, ref rows @ ..] = parameters else { return };
         let (address, count) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
@@ -67,7 +67,7 @@ impl Line<'_> {
         }
     }
 
-    /// Address, length and data for each.
+    /// Bulk write: address, length and data for each servo.
     pub(super) fn bulk_write(&mut self, parameters: &[u8]) {
         let mut rest = parameters;
         while let &[id, a, b, c, d, ref more @ ..] = rest {
@@ -78,7 +78,7 @@ impl Line<'_> {
         }
     }
 
-    /// Every servo gives a packet of its own, one after the other.
+    /// Every servo sends a packet of its own, one after the other.
     fn read(&self, items: &[Item]) -> Vec<Slot> {
         let slot = |item: &Item| match self.reader(item.id) {
             Some((index, servo)) => {
@@ -89,9 +89,9 @@ impl Line<'_> {
         items.iter().map(slot).collect()
     }
 
-    /// One packet by many servos: a block of error, id, data and CRC each, where a block's CRC is that of the
-    /// whole packet up to it. The body is not stuffed. The first servo's return delay counts, and a servo that
-    /// is not there ends the packet at its place.
+    /// One packet that many servos share: each sends a block of error, id, data and CRC, where a block's CRC
+    /// is that of the whole packet up to it. The body is not stuffed. The return delay is the first servo's,
+    /// and a missing servo ends the packet at its place.
     fn fast_read(&self, items: &[Item]) -> Vec<Slot> {
         let mut so_far = fast_status_head(items.iter().map(|item| 4 + usize::from(item.count)).sum());
         let mut slots: Vec<Slot> = Vec::new();

@@ -1,7 +1,7 @@
 //! Protocol 2.0 packets: `FF FF FD 00 id length(2) instruction parameters crc(2)`, with byte stuffing.
 //!
-//! In: bytes off the line. Out: requests with a good CRC, unstuffed, and word of those with a bad one; and status
-//! packets as bytes. After a bad CRC the search starts again one byte later.
+//! In: bytes off the line. Out: requests with a good CRC, unstuffed; a note of each with a bad one; and
+//! status packets as bytes. After a bad CRC the search restarts one byte later.
 
 use crate::convert::length_u16;
 
@@ -11,7 +11,7 @@ pub(crate) const BROADCAST: u8 = 0xFE;
 pub(crate) const STATUS: u8 = 0x55;
 /// Header and reserved byte.
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
-/// Longest length field taken for one; a servo's buffer is not larger.
+/// Longest accepted length field; a servo's buffer is not larger.
 const LENGTH_MAX: usize = 1024;
 
 /// One request.
@@ -22,17 +22,17 @@ pub(crate) struct Request {
     pub(crate) parameters: Vec<u8>,
 }
 
-/// What has come off the line.
+/// A packet from the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Heard {
     Request(Request),
-    /// A packet for this id whose CRC does not fit.
+    /// A packet for this id whose CRC is wrong.
     BadCrc {
         id: u8,
     },
 }
 
-/// CRC of every single byte, so that a packet takes one step a byte and not eight.
+/// CRC of every single byte, so that the CRC takes one step for each byte instead of eight.
 const CRC_OF_BYTE: [u16; 256] = {
     let mut table = [0; 256];
     let mut byte = 0u16;
@@ -67,7 +67,7 @@ pub(crate) fn status(id: u8, error: u8, parameters: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// Beginning of the one packet that answers a fast sync read: all before the first servo's block.
+/// Beginning of the one packet that answers a fast sync read: everything before the first servo's block.
 /// `blocks` is the length of all blocks together.
 pub(crate) fn fast_status_head(blocks: usize) -> Vec<u8> {
     let mut packet = HEADER.to_vec();
@@ -77,7 +77,7 @@ pub(crate) fn fast_status_head(blocks: usize) -> Vec<u8> {
     packet
 }
 
-/// One more `FD` after every `FF FF FD`.
+/// Inserts one more `FD` after every `FF FF FD`.
 fn stuff(body: &[u8]) -> Vec<u8> {
     let mut stuffed = Vec::with_capacity(body.len());
     for &byte in body {
@@ -89,7 +89,7 @@ fn stuff(body: &[u8]) -> Vec<u8> {
     stuffed
 }
 
-/// Takes the `FD` after every `FF FF FD` away.
+/// Removes the `FD` after every `FF FF FD`.
 fn unstuff(body: &[u8]) -> Vec<u8> {
     let mut plain = Vec::with_capacity(body.len());
     let mut skip_at = None;
@@ -112,12 +112,12 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Forgets a packet that was begun.
+    /// Drops a partial packet.
     pub(crate) fn reset(&mut self) {
         self.buffer.clear();
     }
 
-    /// Takes one byte; gives the packet it completes.
+    /// Takes one byte; returns the packet that it completes.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Heard> {
         self.buffer.push(byte);
         let mut bad = None;
@@ -164,7 +164,7 @@ mod tests {
         Heard::Request(Request { id, instruction, parameters: parameters.to_vec() })
     }
 
-    /// Vectors of the e-manual, Protocol 2.0.
+    /// Test vectors of the e-manual, Protocol 2.0.
     #[test]
     fn vendor_vectors() {
         let ping = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E];

@@ -1,5 +1,5 @@
-//! What a Dynamixel is as shipped, at power-on and after a reboot; and its backup. Source: ROBOTIS e-manual, Protocol
-//! 2.0, Factory Reset, Reboot and Control Table Backup; X-series, Startup Configuration.
+//! The state of a Dynamixel as shipped, at power-on and after a reboot; and its backup. Source: ROBOTIS
+//! e-manual, Protocol 2.0, Factory Reset, Reboot and Control Table Backup; X-series, Startup Configuration.
 
 use super::control::{hold, is_torque_on, leave_turns_out};
 use super::rules;
@@ -11,18 +11,18 @@ use crate::servo::Servo;
 
 /// Startup Configuration: torque on.
 const STARTUP_TORQUE_ON: i64 = 1;
-/// Startup Configuration: what has been stored of RAM is there again.
+/// Startup Configuration: restore the stored RAM.
 const STARTUP_RAM_RESTORE: i64 = 2;
-/// Parameters of Factory Reset: all; all but the id; all but id and line rate.
+/// Parameters of Factory Reset: reset all; all but the id; all but id and line rate.
 const RESET_ALL: u8 = 0xFF;
 const RESET_BUT_ID: u8 = 1;
 const RESET_BUT_ID_AND_BAUD: u8 = 2;
-/// What must follow the first parameter of Clear.
+/// Bytes that must follow the first parameter of Clear.
 const CLEAR_KEY: [u8; 4] = [0x44, 0x58, 0x4C, 0x22];
-/// What must follow the first parameter of Control Table Backup.
+/// Bytes that must follow the first parameter of Control Table Backup.
 const BACKUP_KEY: [u8; 4] = [0x43, 0x54, 0x52, 0x4C];
 
-/// A servo that has just been set up.
+/// Sets up a servo at its first power-on.
 pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i64) {
     servo.registers.set(ID, i64::from(id));
     servo.registers.set(BAUD, baud_code);
@@ -30,7 +30,7 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     forget(servo);
 }
 
-/// What a reboot leaves: RAM as shipped, or as Startup Configuration wants it, no error, and no turns counted.
+/// Reboot: RAM as shipped, or as Startup Configuration sets it, no error, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
     servo.registers.reset(EEPROM_END..u16::MAX);
     servo.dynamixel = State { backup: servo.dynamixel.backup.take(), ..State::default() };
@@ -48,7 +48,7 @@ pub(crate) fn forget(servo: &mut Servo) {
     hold(servo);
 }
 
-/// RAM that Control Table Backup stores.
+/// True if Control Table Backup stores this register of RAM.
 fn is_stored_ram(register: &Register) -> bool {
     let address = register.address;
     GAINS.contains(&address)
@@ -62,8 +62,8 @@ fn copy(servo: &mut Servo, from: &RegisterFile, which: impl Fn(&Register) -> boo
     }
 }
 
-/// Factory Reset, which to all at once spares the ids. The manual does not say by which error a servo refuses an
-/// unknown parameter; here it is out of range.
+/// Factory Reset; one sent to all servos at once keeps the ids. The manual does not say with which error a
+/// servo refuses an unknown parameter; here it is out of range.
 pub(super) fn factory_reset(
     servo: &mut Servo,
     parameters: &[u8],
@@ -83,7 +83,8 @@ pub(super) fn factory_reset(
     Ok(())
 }
 
-/// Clear: turns are forgotten, if it stands. That its goal goes with them, so that it stays where it is, is our reading.
+/// Clear: resets the turn count if the shaft is at rest. We also move its goal along, so that it stays where
+/// it is: our reading.
 pub(super) fn clear(servo: &mut Servo, parameters: &[u8]) -> Result<(), Refusal> {
     match parameters.split_first() {
         Some((1, key)) if *key == CLEAR_KEY => {}
@@ -98,7 +99,7 @@ pub(super) fn clear(servo: &mut Servo, parameters: &[u8]) -> Result<(), Refusal>
     Ok(())
 }
 
-/// Control Table Backup: stores (1) or brings back (2) what is in EEPROM, and some of RAM for the next start.
+/// Control Table Backup: stores (1) or restores (2) the EEPROM, and some of RAM for the next start.
 pub(super) fn backup(servo: &mut Servo, parameters: &[u8], now_ns: u64) -> Result<(), Refusal> {
     let what = match parameters.split_first() {
         Some((&what @ 1..=2, key)) if *key == BACKUP_KEY => what,

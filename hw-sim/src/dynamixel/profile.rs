@@ -1,9 +1,9 @@
-//! The way to a goal: a velocity that ramps up, stays and ramps down. Source: ROBOTIS e-manual, X-series, "What is the
-//! Profile", Profile Acceleration (108), Profile Velocity (112), Moving Status (123).
+//! The trajectory to a goal: a velocity that ramps up, stays and ramps down. Source: ROBOTIS e-manual,
+//! X-series, "What is the Profile", Profile Acceleration (108), Profile Velocity (112), Moving Status (123).
 //!
-//! In: where it starts, the goal, the two registers. Out: position and velocity at any time. The manual says that a
-//! goal given under way makes the velocity go over smoothly into the new profile: here it starts with the position
-//! and velocity of the old one.
+//! In: start, goal, the two registers. Out: position and velocity at any time. The manual says that after a
+//! new goal in motion the velocity changes smoothly to the new profile: here the new profile starts with the
+//! position and velocity of the old one.
 
 /// Unit of Profile Velocity, count/s: 0.229 rpm.
 pub(super) const VELOCITY_UNIT: f64 = 0.229 / 60.0 * 4096.0;
@@ -12,20 +12,19 @@ const ACCELERATION_UNIT: f64 = 214.577 / 3600.0 * 4096.0;
 /// Unit of both in a time-based profile, s.
 const TIME_UNIT: f64 = 1e-3;
 
-/// Kind of a profile, as bits 4 and 5 of Moving Status say it.
+/// Kind of a profile, as in bits 4 and 5 of Moving Status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// No profile.
     Step = 0,
     /// Velocity without ramps.
     Rectangular = 1,
-    /// Never as fast as it might be.
+    /// Never reaches the highest velocity.
     Triangular = 2,
     Trapezoidal = 3,
 }
 
-/// What the registers say of profiles, in their own units. 0 is no limit; without one for the velocity there is no
-/// profile.
+/// The profile registers, in their own units. 0 means no limit; without a velocity limit there is no profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Settings {
     pub(super) velocity: i64,
@@ -50,11 +49,11 @@ impl Point {
     }
 }
 
-/// Velocity against time as a line of three straight pieces.
+/// Velocity against time as three straight pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
     pub(super) kind: Kind,
-    /// What it was made for: the goal, in the goal register's unit, and how.
+    /// Goal of the profile, in the goal register's unit, and its settings.
     goal: i64,
     settings: Settings,
     start_ns: u64,
@@ -62,12 +61,12 @@ pub(super) struct Profile {
     end: Point,
     /// Velocity between the ramps, count/s.
     cruise: f64,
-    /// How long ramp, cruise and ramp take, s.
+    /// Durations of ramp, cruise and ramp, s.
     durations: [f64; 3],
 }
 
 impl Profile {
-    /// From `start` to rest at the position `goal`, counts.
+    /// A profile from `start` to rest at the position `goal`, counts.
     pub(super) fn to_position(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
         let place = float(goal);
         let (kind, cruise, durations) = match settings {
@@ -83,7 +82,7 @@ impl Profile {
         Profile { kind, goal, settings, start_ns, start, end: Point::rest(place), cruise, durations }
     }
 
-    /// From `start` to the velocity `goal`, in units of [`VELOCITY_UNIT`].
+    /// A profile from `start` to the velocity `goal`, in units of [`VELOCITY_UNIT`].
     pub(super) fn to_velocity(start: Point, goal: i64, settings: Settings, start_ns: u64) -> Profile {
         let velocity = float(goal) * VELOCITY_UNIT;
         let acceleration = float(settings.acceleration);
@@ -100,7 +99,7 @@ impl Profile {
         Profile { kind, goal, settings, start_ns, start, end, cruise: velocity, durations }
     }
 
-    /// Whether it was made for the same goal in the same way.
+    /// True if it was made for this goal with these settings.
     pub(super) fn is_for(&self, goal: i64, settings: Settings) -> bool {
         self.goal == goal && self.settings == settings
     }
@@ -117,7 +116,7 @@ impl Profile {
         now_ns.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 
-    /// Where it is at `now_ns`.
+    /// The point at `now_ns`.
     pub(super) fn at(&self, now_ns: u64) -> Point {
         let mut left_s = self.elapsed_s(now_ns);
         let mut position = self.start.position;
@@ -140,7 +139,7 @@ impl Profile {
     }
 }
 
-/// Total time and time of each ramp are given; a ramp takes half of the total at most.
+/// Profile with given total and ramp times; a ramp takes at most half of the total.
 fn in_time(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
     let total = float(settings.velocity) * TIME_UNIT;
     let ramp = (float(settings.acceleration) * TIME_UNIT).min(total / 2.0);
@@ -155,8 +154,8 @@ fn in_time(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3])
     (kind, cruise, [ramp, total - 2.0 * ramp, ramp])
 }
 
-/// Highest velocity and acceleration are given. All but the result is reckoned in the direction of the cruise: that in
-/// which the goal lies from where it would come to rest if it braked now.
+/// Profile with given highest velocity and acceleration. All but the result is computed in the direction of
+/// the cruise: from the point where it would come to rest if it braked now, towards the goal.
 fn with_ramps(start: Point, goal: f64, settings: Settings) -> (Kind, f64, [f64; 3]) {
     let highest = float(settings.velocity) * VELOCITY_UNIT;
     let acceleration = float(settings.acceleration) * ACCELERATION_UNIT;
@@ -188,8 +187,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(500))]
 
-        /// From any place and speed to any goal: without a leap in position, none in velocity where there are ramps,
-        /// within velocity and acceleration, and to the goal.
+        /// From any position and speed to any goal: no jump in position, none in velocity where there are
+        /// ramps, within the velocity and acceleration limits, and up to the goal.
         #[test]
         fn every_profile_is_unbroken_and_ends_at_its_goal(
             position in -5_000.0..5_000.0f64,
@@ -221,7 +220,8 @@ mod tests {
                     let limit = (float(fastest) * VELOCITY_UNIT).max(velocity.abs());
                     prop_assert!(now.velocity.abs() < limit + 1e-6);
                 }
-                // The way is the area under the velocity; where that bends inside the step, not quite.
+                // The distance is the area under the velocity; this is not exact if the velocity bends inside
+                // the step.
                 let faster = now.velocity.abs().max(last.velocity.abs()).max(profile.cruise.abs());
                 prop_assert!((now.position - last.position).abs() < faster * step_s + 1e-6, "{:?}", profile);
                 last = now;

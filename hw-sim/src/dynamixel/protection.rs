@@ -1,5 +1,5 @@
-//! What makes a Dynamixel stop by itself: hardware errors and the bus watchdog. Source: ROBOTIS e-manual, X-series,
-//! Shutdown (63), Hardware Error Status (70), Bus Watchdog (98).
+//! Conditions in which a Dynamixel stops by itself: hardware errors and the bus watchdog. Source: ROBOTIS
+//! e-manual, X-series, Shutdown (63), Hardware Error Status (70), Bus Watchdog (98).
 
 use super::control::{self, is_torque_on};
 use crate::registers::dynamixel_x::*;
@@ -8,16 +8,18 @@ use crate::servo::{Servo, Surroundings};
 const ERROR_VOLTAGE: i64 = 1;
 const ERROR_TEMPERATURE: i64 = 4;
 const ERROR_OVERLOAD: i64 = 32;
-/// What Bus Watchdog reads once it has tripped.
+/// Value of Bus Watchdog once it has tripped.
 const WATCHDOG_TRIPPED: i64 = -1;
 /// Bus Watchdog unit, ns: 20 ms.
 const WATCHDOG_UNIT_NS: u64 = 20_000_000;
-/// How long a motor may stand at its limit, s. The manual speaks of a load that persists and gives no time: our choice.
+/// How long a motor may stand at its limit, s. The manual mentions a persistent load and gives no time: our
+/// choice.
 const OVERLOAD_S: f64 = 2.0;
-/// Speed under which it is taken to stand, rad/s: the factory's Moving Threshold.
+/// Speed below which the shaft counts as standing, rad/s: the factory's Moving Threshold.
 const STANDING_RAD_S: f64 = 10.0 * control::VELOCITY_UNIT_RAD_S;
 
-/// Errors stay until a reboot; those in the Shutdown mask also switch the torque off until then.
+/// Sets hardware errors. Errors stay until a reboot; those in the Shutdown mask also switch the torque off
+/// until then.
 pub(super) fn watch_hardware(
     servo: &mut Servo,
     deci_volts: i64,
@@ -49,9 +51,9 @@ pub(super) fn has_watchdog_tripped(servo: &Servo) -> bool {
     servo.get(BUS_WATCHDOG) == WATCHDOG_TRIPPED
 }
 
-/// Stops a servo with torque that has not heard its bus for as long as Bus Watchdog says. The manual says that
-/// it stops, and not how: here it holds the place it was at, torque on, or brakes in the modes that hold none.
-/// Its goal is gone, so that it stays there when the error is cleared.
+/// Stops a servo with torque that has not heard its bus for the time in Bus Watchdog. The manual says that it
+/// stops, but not how: here it holds its position, torque on, or brakes in the modes without a position. It
+/// drops its goal, so that it stays there when the error is cleared.
 pub(super) fn watch_bus(servo: &mut Servo, now_ns: u64) {
     let Ok(units @ 1..) = u64::try_from(servo.get(BUS_WATCHDOG)) else { return };
     if is_torque_on(servo) && now_ns.saturating_sub(servo.heard_ns) >= units * WATCHDOG_UNIT_NS {

@@ -1,4 +1,4 @@
-//! Which numbers a register takes, and what follows from one written. Source: ROBOTIS e-manual, X-series.
+//! Values that a register accepts, and the effects of a write. Source: ROBOTIS e-manual, X-series.
 
 use super::control::{self, leave_turns_out, present_counts};
 use super::protection;
@@ -11,15 +11,16 @@ use crate::servo::Servo;
 const TORQUE_ON_BY_GOAL: i64 = 8;
 /// Bits of Drive Mode these models have: reverse, time-based profile, torque on by goal update.
 const DRIVE_MODE_BITS: i64 = 1 | control::TIME_BASED | TORQUE_ON_BY_GOAL;
-/// Highest value of the profile registers where they are times.
+/// Highest value of the profile registers when they are times.
 const TIME_MAX: i64 = 32_737;
-/// Protocol Type: Dynamixel 2.0. All other types are for remote controls, but for 1, Protocol 1.0.
+/// Protocol Type: Dynamixel 2.0. Apart from 1, Protocol 1.0, all other types are for remote controls.
 const PROTOCOL_2: i64 = 2;
 
-/// May the host write this number now? Outside the range of the control table it may not (error 4), nor outside what
-/// a limit register says (6). After the bus watchdog has tripped it may write no goal until it has written 0 to the
-/// watchdog (4). That the watchdog takes no other number then is our reading; and no manual says by which error a
-/// servo that has shut down refuses torque.
+/// Checks whether the host may write this number now. A servo refuses a value outside the range of the
+/// control table (error 4) or outside a limit register (6). After the bus watchdog has tripped it refuses
+/// goals until the host has written 0 to the watchdog (4). Two points are our reading: the watchdog then
+/// takes no other number, and the error with which a servo that has shut down refuses torque, which no manual
+/// gives.
 pub(super) fn check(servo: &Servo, register: &Register, value: i64) -> Result<(), Refusal> {
     let has_tripped = protection::has_watchdog_tripped(servo);
     let fits = match register.address {
@@ -50,7 +51,7 @@ pub(super) fn check(servo: &Servo, register: &Register, value: i64) -> Result<()
     if value.abs() <= servo.get(limit) { Ok(()) } else { Err(Refusal::DataLimit) }
 }
 
-/// Writes what has been checked. Of a goal and a profile written together the profile counts for the goal.
+/// Applies checked changes. A profile written together with a goal holds for that goal.
 pub(super) fn apply(servo: &mut Servo, changes: &[(u16, i64)], now_ns: u64) {
     let mut is_new_goal = false;
     for &(address, value) in changes {
@@ -76,7 +77,7 @@ pub(super) fn apply(servo: &mut Servo, changes: &[(u16, i64)], now_ns: u64) {
     }
 }
 
-/// What follows from another number in the register at `address`.
+/// Carries out the effects of a new number in the register at `address`.
 fn changed(servo: &mut Servo, address: u16, now_ns: u64) {
     match address {
         TORQUE_ENABLE if control::is_torque_on(servo) => torque_on(servo, now_ns),
@@ -101,7 +102,8 @@ fn changed(servo: &mut Servo, address: u16, now_ns: u64) {
     }
 }
 
-/// In the position modes the shaft holds where it stands until a goal comes; in the others it does as it is told.
+/// In the position modes the shaft holds its position until a goal comes; in the others it follows its goal
+/// at once.
 fn torque_on(servo: &mut Servo, now_ns: u64) {
     if servo.get(OPERATING_MODE) == control::MODE_POSITION {
         leave_turns_out(servo);
@@ -110,7 +112,7 @@ fn torque_on(servo: &mut Servo, now_ns: u64) {
     control::head_for_goal(servo, now_ns);
 }
 
-/// All goals that have a limit register.
+/// Resets all goals that have a limit register.
 pub(super) fn reset_goals(servo: &mut Servo) {
     for (goal, limit) in
         [(GOAL_PWM, PWM_LIMIT), (GOAL_CURRENT, CURRENT_LIMIT), (GOAL_VELOCITY, VELOCITY_LIMIT)]
@@ -119,7 +121,8 @@ pub(super) fn reset_goals(servo: &mut Servo) {
     }
 }
 
-/// A goal at its limit; but that of velocity mode is to stand (our reading: no motor sets off because it has got
+/// Sets a goal to its limit, but the goal of velocity mode to 0 (our reading: no motor should start just
+/// because it gets torque).
 /// torque).
 fn reset_goal(servo: &mut Servo, goal: u16, limit: u16) {
     let is_to_stand = goal == GOAL_VELOCITY && servo.get(OPERATING_MODE) == control::MODE_VELOCITY;

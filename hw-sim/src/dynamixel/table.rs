@@ -18,21 +18,21 @@ pub(super) enum Refusal {
     Access = 7,
 }
 
-/// By what name a servo is spoken to.
+/// How a packet addresses a servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Addressee {
     /// By its id: it answers.
     Own,
-    /// With all others.
+    /// Together with all others.
     All,
-    /// By its secondary id: its EEPROM is out of reach.
+    /// By its secondary id: it refuses EEPROM writes.
     Group,
 }
 
-/// Registers and the numbers they are to hold.
+/// Registers and their new values.
 pub(super) type Changes = Vec<(u16, i64)>;
 
-/// Bytes of registers; every address must belong to one.
+/// Reads bytes of registers; every address must belong to one.
 pub(super) fn read(servo: &Servo, address: u16, count: u16) -> Result<Vec<u8>, Refusal> {
     if count == 0 {
         return Err(Refusal::DataLength);
@@ -43,8 +43,8 @@ pub(super) fn read(servo: &Servo, address: u16, count: u16) -> Result<Vec<u8>, R
         .ok_or(Refusal::Access)
 }
 
-/// The address that is meant by `address`: of indirect data what they point at. Those that point at indirect data
-/// again mean that byte, whatever it points at.
+/// The address that `address` stands for: for indirect data, the one it points at. A pointer to other
+/// indirect data means that byte itself: pointers do not chain.
 fn meant(servo: &Servo, address: u16) -> u16 {
     if address < INDIRECT_START {
         return address;
@@ -53,7 +53,7 @@ fn meant(servo: &Servo, address: u16) -> u16 {
     pointer.and_then(|pointer| u16::try_from(servo.get(pointer)).ok()).unwrap_or(address)
 }
 
-/// What `data` would change, if all of it may be written.
+/// The changes that `data` would make, if all of it may be written.
 pub(super) fn check(
     servo: &Servo,
     address: u16,
@@ -73,7 +73,7 @@ pub(super) fn check(
         if register.access == Access::Read || is_locked {
             return Err(Refusal::Access);
         }
-        // Indirect data make up a register if they point at its bytes one after the other.
+        // Indirect data make up a register if they point at all its bytes in order.
         let is_whole = (0..u16::from(register.size)).all(|offset| {
             here.checked_add(offset).is_some_and(|at| meant(servo, at) == register.address + offset)
         });

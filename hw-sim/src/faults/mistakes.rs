@@ -1,31 +1,31 @@
-//! What is wrong with a fault script: every mistake counted, as many kept as are told.
+//! Mistakes in a fault script: all are counted, and the first ones kept for the error message.
 
 use std::fmt;
 
-/// Most mistakes of a script that are told one by one: nobody mends more at once.
+/// Most mistakes of a script that the error lists: no one fixes more at once.
 const TOLD: usize = 50;
 
-/// One thing wrong with a fault script.
+/// One mistake in a fault script.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
     /// Line, from 1.
     pub line: usize,
-    /// Path of the key, places of the list from 0: `fault[1].kind`. Empty where the text is not TOML.
+    /// Path of the key, with list indices from 0: `fault[1].kind`. Empty if the text is not TOML.
     pub key: String,
-    /// The value as it stands there; none where the key is not set.
+    /// The value in the script; `None` if the key is not set.
     pub value: Option<String>,
     /// What was expected.
     pub expected: String,
 }
 
-/// What is wrong with a fault script, in its order; at least one mistake.
+/// The mistakes in a fault script, in its order; at least one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct FaultError {
-    /// What the script is called.
+    /// Name of the script.
     pub file_name: String,
     /// The mistakes, the first 50 of the script if there are more.
     pub mistakes: Vec<Mistake>,
-    /// How many more there are.
+    /// Number of further mistakes.
     pub more: usize,
 }
 
@@ -37,10 +37,10 @@ pub(super) struct Mistakes {
 }
 
 impl Mistakes {
-    /// Notes a mistake in this line; it is only made where it is one of the first.
+    /// Notes a mistake in this line; calls `make` only if the mistake is among the first.
     pub(super) fn note(&mut self, line: usize, make: impl FnOnce() -> Mistake) {
         self.count += 1;
-        // Of two in one line the one noted first stands first.
+        // If a line has two mistakes, the one noted first stands first.
         let place = self.kept.partition_point(|kept| kept.line <= line);
         if place < TOLD {
             self.kept.truncate(TOLD - 1);
@@ -48,12 +48,12 @@ impl Mistakes {
         }
     }
 
-    /// Notes one that is made already.
+    /// Notes a mistake that is already made.
     pub(super) fn push(&mut self, mistake: Mistake) {
         self.note(mistake.line, || mistake);
     }
 
-    /// What is wrong with the script called `file_name`; none if nothing is.
+    /// The mistakes in the script called `file_name`; `None` if there are none.
     pub(super) fn finish(self, file_name: &str) -> Option<FaultError> {
         let more = self.count - self.kept.len();
         let error = FaultError { file_name: file_name.to_owned(), mistakes: self.kept, more };
@@ -62,12 +62,12 @@ impl Mistakes {
 }
 
 impl FaultError {
-    /// How many mistakes there are.
+    /// Number of mistakes.
     pub fn count(&self) -> usize {
         self.mistakes.len() + self.more
     }
 
-    /// What it says, a line each. What is in the script is in it as it stands there.
+    /// The message, one line for each mistake. Text from the script appears unchanged.
     pub fn lines(&self) -> Vec<String> {
         let line = |Mistake { line, key, value, expected }: &Mistake| {
             let found = match value {

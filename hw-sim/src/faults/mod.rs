@@ -1,4 +1,5 @@
-//! What goes wrong, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts itself.
+//! Which faults are active, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts
+//! itself.
 
 mod mistakes;
 mod pushes;
@@ -20,21 +21,21 @@ pub use reader::words;
 pub use script::{FaultKind, FaultScript, GroundChange, ScriptedFault, ScriptedPush, Target};
 use timeline::{Fault, Timeline};
 
-/// A servo that is reset is without supply for this long, ns: a step of the motors sees it.
+/// Time without supply of a servo that is reset, ns: long enough for a motor step to see it.
 const RESET_NS: u64 = 1_000_000;
 
 /// The faults of one bus.
 #[derive(Debug, Default)]
 pub(crate) struct BusFaults {
     faults: Timeline,
-    /// Moments the adapter is pulled out, latest first.
+    /// Times at which the adapter is pulled out, latest first.
     unplugs_ns: Vec<u64>,
     /// Ids the servos were built with, in their order.
     pub(crate) home_ids: Vec<u8>,
 }
 
 impl BusFaults {
-    /// Those of a servo that are on.
+    /// Active faults of a servo.
     fn on(&self, now_ns: u64, id: u8) -> impl Iterator<Item = &Fault> {
         self.faults.on(now_ns).filter(move |fault| fault.is_of(id))
     }
@@ -47,7 +48,7 @@ impl BusFaults {
         self.any_on(now_ns, id, FaultKind::Silent)
     }
 
-    /// The id the servo takes for its own, if not the one it has; of several that it took last.
+    /// The id that the servo takes for its own, if not its real one; if several, the last it took.
     pub(crate) fn wrong_id(&self, now_ns: u64, id: u8) -> Option<u8> {
         self.on(now_ns, id).find_map(|fault| match fault.kind {
             FaultKind::WrongId { as_id } => Some(as_id),
@@ -55,7 +56,7 @@ impl BusFaults {
         })
     }
 
-    /// How much later than it should a reply comes, ns.
+    /// Extra delay of a reply, ns.
     pub(crate) fn late_ns(&self, now_ns: u64, id: u8) -> u64 {
         self.on(now_ns, id)
             .map(|fault| match fault.kind {
@@ -69,7 +70,7 @@ impl BusFaults {
         self.any_on(now_ns, id, FaultKind::Garbled)
     }
 
-    /// Which share of the replies says something else; the largest if there are several.
+    /// Share of the replies with scrambled content; the largest if there are several.
     pub(crate) fn scrambled_share(&self, now_ns: u64, id: u8) -> f64 {
         let shares = self.on(now_ns, id).map(|fault| match fault.kind {
             FaultKind::Scrambled { share } => share,
@@ -82,7 +83,7 @@ impl BusFaults {
         self.any_on(now_ns, id, FaultKind::CutShort)
     }
 
-    /// Whether the servo has no supply: its own plug is out, or it is reset.
+    /// True if the servo has no supply: its own plug is out, or it is being reset.
     pub(crate) fn takes_power(&self, now_ns: u64, id: u8) -> bool {
         self.on(now_ns, id).any(|fault| fault.kind == FaultKind::Reset || fault.is_one_plug())
     }
@@ -130,15 +131,15 @@ impl BusFaults {
         forced.max_by(f64::total_cmp)
     }
 
-    /// Has the adapter pulled out at `now_ns`, for `for_ns`.
+    /// Pulls the adapter out at `now_ns`, for `for_ns`.
     pub(crate) fn unplug(&mut self, now_ns: u64, for_ns: u64) {
         let until_ns = now_ns.saturating_add(for_ns);
         self.faults.add(Fault { kind: FaultKind::Unplugged, from_ns: now_ns, until_ns, id: None });
-        // Those to come are later: this is the next.
+        // The pending ones are later: this is the next.
         self.unplugs_ns.push(now_ns);
     }
 
-    /// Has the adapter back at `now_ns`.
+    /// Puts the adapter back at `now_ns`.
     pub(crate) fn plug_in(&mut self, now_ns: u64) {
         self.faults.retain(|fault| !(fault.is_adapters_plug() && fault.is_on(now_ns)));
     }
@@ -148,7 +149,7 @@ impl BusFaults {
         self.unplugs_ns.last().copied()
     }
 
-    /// That has happened.
+    /// Removes that event once it has happened.
     pub(crate) fn take_unplug(&mut self) {
         self.unplugs_ns.pop();
     }
@@ -166,7 +167,7 @@ impl ImuFaults {
     }
 }
 
-/// What a script comes to: the faults of every bus, of the host, and of the inertial measurement unit.
+/// A script sorted by target: the faults of every bus, of the host, and of the inertial measurement unit.
 pub(crate) struct Assigned {
     pub(crate) buses: Vec<BusFaults>,
     pub(crate) stalls: HostStalls,
@@ -174,7 +175,7 @@ pub(crate) struct Assigned {
 }
 
 impl FaultKind {
-    /// True of what befalls the inertial measurement unit.
+    /// True for faults of the inertial measurement unit.
     pub fn is_of_imu(self) -> bool {
         use FaultKind::{ImuFrozen, ImuGarbled, ImuSilent, ImuUnplugged};
         matches!(self, ImuFrozen | ImuGarbled | ImuSilent | ImuUnplugged)
@@ -189,7 +190,7 @@ pub(crate) struct HostStalls {
 }
 
 impl HostStalls {
-    /// Sum of the stalls that have come due; they are gone then.
+    /// Sum of the stalls that are due; removes them.
     pub(crate) fn take(&mut self, now_ns: u64) -> u64 {
         let due: u64 = self.stalls.iter().filter(|(from, _)| *from <= now_ns).map(|(_, delay)| delay).sum();
         self.stalls.retain(|(from, _)| *from > now_ns);

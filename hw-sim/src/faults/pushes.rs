@@ -1,4 +1,4 @@
-//! Pushes of the trunk by script: when each comes, and where to.
+//! Scripted pushes of the trunk: when each comes, and in which direction.
 
 use std::f64::consts::PI;
 
@@ -12,9 +12,9 @@ use crate::convert::nanoseconds;
 /// The pushes of a script that are still to come.
 #[derive(Debug)]
 pub(crate) struct Pushes {
-    /// When each comes next, ns; none for one that comes no more.
+    /// When each comes next, ns; `None` for one that will not come again.
     waiting: Vec<(Option<u64>, ScriptedPush)>,
-    /// Where those go that the script gives no direction.
+    /// Random direction of the pushes for which the script gives none.
     chance: Pcg64Mcg,
 }
 
@@ -24,11 +24,11 @@ impl Pushes {
             FaultKind::Push(push) => Some((Some(nanoseconds(fault.at_s)), push)),
             _ => None,
         });
-        // A stream of its own: what goes wrong on the buses is the same with and without pushes.
+        // A separate random stream: the faults on the buses are the same with and without pushes.
         Pushes { waiting: pushes.collect(), chance: Pcg64Mcg::seed_from_u64(seed ^ 0x5075_7368) }
     }
 
-    /// A push that comes by `now_ns`: from when, until when (exclusive), ns, and what; it is gone then.
+    /// Removes and returns a push due by `now_ns`: start, end (exclusive), ns, and the push.
     pub(crate) fn take(&mut self, now_ns: u64) -> Option<(u64, u64, Push)> {
         let is_due =
             |(at_ns, _): &&mut (Option<u64>, ScriptedPush)| at_ns.is_some_and(|at_ns| at_ns <= now_ns);

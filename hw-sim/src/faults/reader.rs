@@ -13,7 +13,7 @@ use crate::body::Step;
 use crate::config::BusConfig;
 use crate::convert::nearest_u8;
 
-/// Whom a kind befalls, and so which keys it has.
+/// The target of a kind, which decides which keys it has.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Scope {
     /// The host, once: no `for_s`, `bus` or `id`.
@@ -29,13 +29,13 @@ enum Scope {
     Trunk,
 }
 
-/// A kind as it is written.
+/// A kind of fault in a script.
 struct Kind {
     word: &'static str,
     scope: Scope,
-    /// The key it has alone, what that means, and its limits.
+    /// The key that only this kind has, its meaning, and its limits.
     own: Option<(&'static str, &'static str, RangeInclusive<f64>)>,
-    /// With the value of that key; whatever it is where there is none.
+    /// Makes the fault from the value of that key; kinds without such a key ignore it.
     make: fn(f64) -> FaultKind,
 }
 
@@ -99,13 +99,13 @@ pub fn words() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|kind| kind.word)
 }
 
-/// How long a push lasts that does not say, s: a shove with a hand.
+/// How long a push lasts if the script does not say, s: a shove with a hand.
 const PUSH_S: f64 = 0.1;
 
-/// Keys of a push alone.
+/// Keys that only a push has.
 const PUSH_KEYS: [&str; 5] = ["impulse_n_s", "force_n", "direction_deg", "place_mm", "every_s"];
 
-/// Keys a fault may have, whatever its kind; those from `for_s` on not in every kind.
+/// Keys of all kinds of fault; some kinds lack those from `for_s` on.
 const KEYS: [&str; 15] = [
     "kind",
     "at_s",
@@ -126,31 +126,31 @@ const KEYS: [&str; 15] = [
 
 const DIRECTION: &str = "a direction in degrees from ahead to the left";
 
-/// Most faults of a script, and most blocks of a ground: more than hours of a bad day.
+/// Most faults in a script, and most blocks on a ground: more than hours of a bad day.
 const FAULTS_MAX: usize = 10_000;
 const STEPS_MAX: usize = 1000;
-/// Longest piece of the script repeated in a mistake, characters.
+/// Longest piece of the script that a mistake quotes, characters.
 const PIECE_SHOWN: usize = 60;
 
 /// Hardest push, N: some hundred times the weight of a robot on a bench.
 const FORCE_MAX_N: f64 = 1e4;
-/// Longest time a script may name, s: 100 days, far from where nanoseconds run out.
+/// Longest time in a script, s: 100 days, far from an overflow of nanoseconds.
 const TIME_MAX_S: f64 = 8.64e6;
 
 impl FaultScript {
     /// Reads a script: a list of `[[fault]]`, each with `kind`, `at_s`, optionally `for_s` (else for good), `bus`
     /// (else every bus), `id` (else every servo; without `bus`, one that only one bus has), and the kind's own key:
     /// `delay_ms`, `share`, `as_id`, `volts` or `celsius`. A push has `impulse_n_s` or `force_n`, and optionally
-    /// `direction_deg`, `place_mm` and `every_s`. And `[ground]`: another ground than the robot's own.
+    /// `direction_deg`, `place_mm` and `every_s`. A section `[ground]` replaces parts of the robot's own ground.
     ///
     /// # Errors
-    /// Every mistake, with its line and key. Whether there are such buses and servos is not known here.
+    /// Every mistake, with its line and key. This does not check whether the buses and servos exist.
     pub fn from_toml(text: &str) -> Result<FaultScript, FaultError> {
         FaultScript::for_buses(text, "fault script", None)
     }
 
-    /// The same for a script in a file called `file_name`, to be played on `buses` if these are given: a bus or
-    /// a servo that is not among them is told with everything else.
+    /// The same for a script in a file called `file_name`, to be played on `buses` if these are given: a bus or a
+    /// servo that is not among them counts as one more mistake.
     ///
     /// # Errors
     /// Every mistake, with its line and key.
@@ -171,7 +171,7 @@ impl FaultScript {
     }
 }
 
-/// What is in a script, and the mistakes: of what has a mistake only the parts without one are what they should be.
+/// The content of a script, and its mistakes; parts with a mistake hold no meaningful value.
 #[derive(Default)]
 struct Content {
     faults: Vec<ScriptedFault>,
@@ -185,7 +185,7 @@ fn read(text: &str) -> Content {
     let lines = Lines::of(text);
     let mut mistakes = Mistakes::default();
     if !errors.is_empty() {
-        // What follows a slip in its own line is seldom a second one.
+        // Further mistakes in one line usually follow from the first.
         let mut first_in_line = BTreeMap::new();
         for error in &errors {
             let line = lines.line_of(error.span().map_or(0, |span| span.start));
@@ -248,7 +248,7 @@ struct Source<'a> {
 /// One table of the script while it is read.
 struct Section<'a> {
     source: Source<'a>,
-    /// What its keys' paths begin with.
+    /// Prefix of the paths of its keys.
     path: String,
     /// Where it begins.
     line: usize,
@@ -310,7 +310,7 @@ impl<'a> Section<'a> {
         ScriptedPush { impulse_n_s, for_s, towards_rad: direction.map(f64::to_radians), place_m, every_s }
     }
 
-    /// `[ground]`, of the top of the script.
+    /// Reads `[ground]` at the top level of the script.
     fn read_ground(&mut self) -> GroundChange {
         let Some(value) = self.value("ground") else { return GroundChange::default() };
         let Some(table) = value.as_table() else {
@@ -328,7 +328,7 @@ impl<'a> Section<'a> {
         GroundChange { friction, slope_rad, uphill_rad, steps }
     }
 
-    /// `[[ground.step]]`, of `[ground]`.
+    /// Reads `[[ground.step]]` inside `[ground]`.
     fn read_steps(&mut self) -> Option<Vec<Step>> {
         let Some(items) = self.value("step")?.as_array() else {
             self.mistake("step", "blocks across the way: write [[ground.step]]");
@@ -357,13 +357,13 @@ impl<'a> Section<'a> {
         Some(steps)
     }
 
-    /// A table inside, which takes the mistakes with it.
+    /// A table inside this one; it takes over the list of mistakes.
     fn enter(&mut self, path: &str, line: usize, table: &'a DeTable<'a>) -> Section<'a> {
         let mistakes = std::mem::take(&mut self.mistakes);
         Section { source: self.source, path: path.to_owned(), line, table, mistakes }
     }
 
-    /// A number that may be left out.
+    /// An optional number.
     fn optional(&mut self, key: &str, meaning: &str, range: &RangeInclusive<f64>) -> Option<f64> {
         self.value(key).map(|_| self.number(key, meaning, range))
     }
@@ -428,7 +428,7 @@ impl<'a> Section<'a> {
         self.table.get(key).map(Spanned::get_ref)
     }
 
-    /// A number that must be there; 0 where there is a mistake.
+    /// A required number; 0 after a mistake.
     fn number(&mut self, key: &str, meaning: &str, range: &RangeInclusive<f64>) -> f64 {
         let number = self.value(key).and_then(real).filter(|number| range.contains(number));
         number.unwrap_or_else(|| {
@@ -437,7 +437,7 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// Line of a key; of the table where the key is not set.
+    /// Line of a key, or of the table if the key is not set.
     fn line_of(&self, key: &str) -> usize {
         let set = self.table.get_key_value(key);
         set.map_or(self.line, |(key, _)| self.source.lines.line_of(key.span().start))
@@ -447,7 +447,7 @@ impl<'a> Section<'a> {
         self.mistake_if_told(key, || expected.into());
     }
 
-    /// A mistake whose words are only made where it is one of those that are told.
+    /// Notes a mistake; builds its text only if the error will list it.
     fn mistake_if_told(&mut self, key: &str, expected: impl FnOnce() -> String) {
         let line = self.line_of(key);
         let value = self.table.get(key).and_then(|value| self.source.text.get(value.span()));
@@ -455,7 +455,7 @@ impl<'a> Section<'a> {
         self.mistakes.note(line, || Mistake {
             line,
             key: format!("{path}{}", shortened(key)),
-            // Only of a whole section, which is no use to repeat, is the text longer than a line.
+            // Only a whole section has more than one line, and quoting that is no use.
             value: value.map(|text| shortened(text.lines().next().unwrap_or_default())),
             expected: expected(),
         });
@@ -475,7 +475,7 @@ fn real(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// As much of a piece of the script as a mistake repeats.
+/// A piece of the script, cut to the length that a mistake quotes.
 fn shortened(piece: &str) -> String {
     match piece.char_indices().nth(PIECE_SHOWN) {
         Some((end, _)) => format!("{}...", &piece[..end]),

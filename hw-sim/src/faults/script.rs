@@ -1,70 +1,70 @@
-//! A list of faults. Knows no bus; names are looked up when a world is built.
+//! A list of faults. Knows no bus: names are looked up when a world is built.
 
 use super::mistakes::{FaultError, Mistake, Mistakes};
 use crate::body::{Ground, Step};
 
-/// What can go wrong.
+/// Kinds of fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaultKind {
-    /// The servo neither listens nor answers; its motor goes on as last told.
+    /// The servo neither listens nor answers; its motor continues with its last command.
     Silent,
     /// Replies come late.
     Slow {
-        /// By how much, ms.
+        /// Delay, ms.
         delay_ms: f64,
     },
-    /// One bit of each reply is flipped on the way to the host; in a fast sync read, of the servo's own block.
+    /// One bit of each reply flips on the way to the host; in a fast sync read, one in the servo's own block.
     BitFlip,
-    /// Every byte of each reply is another.
+    /// Every byte of each reply is changed.
     Garbled,
-    /// What each reply says is another, and its header, id and length are the true ones: one of 256 passes an 8-bit sum.
+    /// The content of a reply is changed but header, id and length stay true: 1 in 256 passes an 8-bit sum.
     Scrambled {
-        /// Share of the replies this befalls, 0 to 1.
+        /// Share of the replies affected, 0 to 1.
         share: f64,
     },
-    /// Each reply ends before its end.
+    /// Each reply stops before its end.
     CutShort,
-    /// Random bytes run ahead of each reply.
+    /// Random bytes precede each reply.
     Noise,
     /// The adapter gives the host back what it sends.
     Echo,
-    /// The servo takes itself for one with another id: two servos that answer to one id talk over each other.
+    /// The servo takes another servo's id for its own: two servos answer to one id and talk over each other.
     WrongId {
-        /// Which.
+        /// The wrong id.
         as_id: u8,
     },
-    /// Of a whole bus, the adapter is gone; of one servo, its plug, and with it the supply.
+    /// For a whole bus, the adapter is gone; for one servo, its plug is out, and its supply with it.
     Unplugged,
     /// The host oversleeps once.
     LateHost {
-        /// By how much, ms.
+        /// Delay, ms.
         delay_ms: f64,
     },
     /// The shaft does not turn, whatever the torque.
     Stuck,
-    /// The servo's overload protection finds too much load.
+    /// The servo's overload protection detects an overload.
     Overload,
-    /// The supply of the whole bus is gone; when it is back, the servos start anew.
+    /// The supply of the whole bus is gone; when it returns, the servos restart.
     BrownOut,
-    /// The servo starts anew, once.
+    /// The servo restarts, once.
     Reset,
-    /// The supply of the whole bus has another voltage.
+    /// The supply of the whole bus changes to the given voltage.
     LowVoltage {
-        /// Which, V.
+        /// The voltage, V.
         volts: f64,
     },
     /// Something pushes the trunk.
     Push(ScriptedPush),
-    /// The servo has another temperature; afterwards it cools as it would.
+    /// The servo has the given temperature; afterwards it cools normally.
     Hot {
-        /// Which, °C.
+        /// The temperature, °C.
         celsius: f64,
     },
-    /// The inertial measurement unit says nothing.
+    /// The inertial measurement unit sends nothing.
     ImuSilent,
-    /// It goes on saying what it said last.
+    /// It repeats its last output.
     ImuFrozen,
-    /// Every byte it says is another.
+    /// Every byte it sends is changed.
     ImuGarbled,
     /// Its adapter is gone.
     ImuUnplugged,
@@ -77,25 +77,25 @@ pub struct ScriptedPush {
     pub impulse_n_s: f64,
     /// How long it lasts, s, above 0.
     pub for_s: f64,
-    /// Where to, as the trunk is turned: rad from ahead to the left. None for somewhere else each time, by the world's
-    /// seed.
+    /// Direction relative to the trunk: rad from ahead to the left. `None` means a new random direction each time,
+    /// from the world's seed.
     pub towards_rad: Option<f64>,
-    /// Where on the trunk, in its frame, m.
+    /// The point of the trunk that it acts on, in the trunk's frame, m.
     pub place_m: [f64; 3],
-    /// It comes again after so long, s, above 0; none for once.
+    /// Period after which it comes again, s, above 0; `None` means once.
     pub every_s: Option<f64>,
 }
 
-/// Another ground than the robot's own; what is none stays as it is.
+/// Changes to the robot's own ground; a field that is `None` stays as it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GroundChange {
     /// Coulomb friction.
     pub friction: Option<f64>,
-    /// How steep it is, rad.
+    /// Slope, rad.
     pub slope_rad: Option<f64>,
     /// Direction uphill, rad from x to the left.
     pub uphill_rad: Option<f64>,
-    /// Steps across the way.
+    /// Steps across the robot's path.
     pub steps: Option<Vec<Step>>,
 }
 
@@ -111,21 +111,21 @@ impl GroundChange {
     }
 }
 
-/// Which servos a fault befalls.
+/// The servos that a fault affects.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Target {
-    /// Name of the bus. `None` means every bus; beside an id, the only one that has it.
+    /// Name of the bus. `None` means every bus or, with an id, the only bus that has it.
     pub bus: Option<String>,
     /// Id of the servo; `None` means every servo.
     pub id: Option<u8>,
-    /// Where in the script it stands.
+    /// Its position in the script.
     pub(super) place: Place,
 }
 
-/// Where in a script a target stands.
+/// Position of a target in the script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Place {
-    /// Place of the fault in the script, from 0.
+    /// Index of the fault in the script, from 0.
     pub(super) entry: usize,
     /// Lines, from 1, of its bus and its id.
     pub(super) bus_line: usize,
@@ -139,22 +139,22 @@ pub struct ScriptedFault {
     pub at_s: f64,
     /// How long it lasts, s, above 0; `None` means for good.
     pub for_s: Option<f64>,
-    /// What happens.
+    /// The kind of fault.
     pub kind: FaultKind,
-    /// To whom.
+    /// The servos it affects.
     pub target: Target,
 }
 
-/// A checked list of faults. The default is none.
+/// A checked list of faults. The default is empty.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultScript {
     /// The entries, in the order of the script.
     pub faults: Vec<ScriptedFault>,
-    /// The ground, where the script has another.
+    /// Changes to the ground.
     pub ground: GroundChange,
-    /// Line of the section that says so.
+    /// Line of the section that changes the ground.
     pub(super) ground_line: Option<usize>,
-    /// What errors call it.
+    /// Name of the script in errors.
     pub(super) file_name: String,
 }
 

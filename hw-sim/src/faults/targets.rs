@@ -1,10 +1,10 @@
-//! Which buses a fault befalls.
+//! Which buses a fault affects.
 
 use super::mistakes::Mistake;
 use super::script::Target;
 use crate::config::BusConfig;
 
-/// Places of the buses in `buses`: the one that is named, the only one that has the id, or all.
+/// Indices in `buses` of the buses meant: the named one, the only one that has the id, or all.
 pub(super) fn buses_of(target: &Target, buses: &[BusConfig]) -> Result<Vec<usize>, Mistake> {
     let entry = target.place.entry;
     let at_bus = |name: &str, expected| Mistake {
@@ -45,7 +45,7 @@ fn names(buses: &[BusConfig], places: &[usize]) -> String {
     names.join(", ")
 }
 
-/// The ids on the buses at `places`, bus by bus.
+/// The ids on these buses, bus by bus.
 fn ids(buses: &[BusConfig], places: &[usize]) -> String {
     let of_bus = |place: &usize| {
         let bus = &buses[*place];

@@ -1,4 +1,4 @@
-//! What a script may say, and what the errors say of one that may not be.
+//! What a script may contain, and the errors for one that is wrong.
 
 use super::*;
 

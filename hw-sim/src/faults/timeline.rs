@@ -1,5 +1,5 @@
-//! Faults in the order they begin, so that what is on at a moment is found without looking at all of them: a script of
-//! hours has thousands. In: faults. Out: those that are on.
+//! Faults in the order they begin, so that a look-up of the active ones need not search all: a script of hours has
+//! thousands. In: faults. Out: the active ones.
 
 use super::script::FaultKind;
 
@@ -8,7 +8,7 @@ use super::script::FaultKind;
 pub(super) struct Fault {
     pub(super) kind: FaultKind,
     pub(super) from_ns: u64,
-    /// Exclusive.
+    /// End, exclusive.
     pub(super) until_ns: u64,
     /// `None` means every servo of the bus.
     pub(super) id: Option<u8>,
@@ -19,12 +19,12 @@ impl Fault {
         (self.from_ns..self.until_ns).contains(&now_ns)
     }
 
-    /// The plug of one servo, and not that of the adapter, is out.
+    /// True if the plug of one servo, and not that of the adapter, is out.
     pub(super) fn is_one_plug(&self) -> bool {
         self.kind == FaultKind::Unplugged && self.id.is_some()
     }
 
-    /// That of the adapter.
+    /// True if the plug of the adapter is out.
     pub(super) fn is_adapters_plug(&self) -> bool {
         self.kind == FaultKind::Unplugged && self.id.is_none()
     }
@@ -34,10 +34,10 @@ impl Fault {
     }
 }
 
-/// All faults of one bus, or of one unit.
+/// All faults of one bus, or of one inertial measurement unit.
 #[derive(Debug, Default)]
 pub(super) struct Timeline {
-    /// Each with the latest end of it and all that began before it, ns.
+    /// Each fault with the latest end among it and all that began before it, ns.
     faults: Vec<(Fault, u64)>,
 }
 
@@ -48,7 +48,7 @@ impl Timeline {
         self.find_ends(place);
     }
 
-    /// Drops all but those that are to be kept.
+    /// Drops all faults but those for which `is_kept` is true.
     pub(super) fn retain(&mut self, mut is_kept: impl FnMut(&Fault) -> bool) {
         self.faults.retain(|(fault, _)| is_kept(fault));
         self.find_ends(0);
@@ -62,7 +62,7 @@ impl Timeline {
         }
     }
 
-    /// Those that are on, the latest begun first.
+    /// Active faults, the latest begun first.
     pub(super) fn on(&self, now_ns: u64) -> impl Iterator<Item = &Fault> {
         let begun = self.faults.partition_point(|(fault, _)| fault.from_ns <= now_ns);
         let not_over = self.faults[..begun].iter().rev().take_while(move |(_, until_ns)| *until_ns > now_ns);
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn what_is_on_is_what_has_begun_and_is_not_over() {
-        // In no order, some inside others, some alike, one for good.
+        // Unordered, some inside others, some alike, one for good.
         let spans = [(50, 60), (10, 90), (10, 12), (95, u64::MAX), (0, 5), (55, 55), (50, 60), (20, 30)];
         let fault = |(id, (from_ns, until_ns)): (u8, (u64, u64))| Fault {
             kind: FaultKind::Silent,

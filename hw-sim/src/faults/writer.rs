@@ -1,11 +1,11 @@
-//! A fault script as it is typed in, of faults that were made otherwise: what a program has drawn, a person can play.
+//! Writes faults as a script in TOML, so that a person can replay faults that a program has drawn at random.
 
 use std::fmt::Write;
 
 use super::script::{FaultKind, FaultScript, ScriptedFault};
 
 impl FaultKind {
-    /// The word it has in scripts.
+    /// Its name in scripts.
     pub fn name(self) -> &'static str {
         match self {
             FaultKind::Silent => "silent",
@@ -49,7 +49,7 @@ impl FaultScript {
 fn one(fault: &ScriptedFault) -> String {
     let mut text = format!("[[fault]]\nkind = \"{}\"\nat_s = {:?}\n", fault.kind.name(), fault.at_s);
     let mut key = |key: &str, value: f64| {
-        // A `String` takes all.
+        // Writing to a `String` cannot fail.
         let _ = writeln!(text, "{key} = {value:?}");
     };
     let mut for_s = fault.for_s;

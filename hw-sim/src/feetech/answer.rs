@@ -1,7 +1,7 @@
-//! Who talks after a request. Source: Feetech wiki, protocol ft-scs.
+//! Which servos answer a request. Source: Feetech wiki, protocol ft-scs.
 //!
-//! Servos answer a broadcast ping in the order of their ids, as those in the field do; the wiki allows it for a single
-//! servo only.
+//! Servos answer a broadcast ping in the order of their ids, as real ones do; the wiki allows it for a single servo
+//! only.
 
 use super::instruction::{answers_sync_read, obey, read};
 use super::memory;
@@ -13,7 +13,7 @@ use crate::servo::{Servo, listener};
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 
-/// Carries out a request on the servos that hear it; returns what they say.
+/// Carries out a request on the servos that hear it; returns their replies.
 pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
     let is_broadcast = request.id == BROADCAST;
     match (request.instruction, request.parameters.as_slice()) {
@@ -36,7 +36,7 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool], no
             let mut slots = Vec::new();
             for index in asked {
                 let servo = &mut servos[index];
-                // Asked under its old id, a servo answers with the new one it has just been given.
+                // A request to the old id gets an answer with the new id that the servo has just been given.
                 if let Some(data) =
                     obey(servo, request.instruction, &request.parameters, is_broadcast, now_ns)
                 {

@@ -1,9 +1,9 @@
-//! What a Feetech servo does with its registers: modes, drive, feedback. Source: Feetech wiki, memory-sts, memory-scscl.
+//! How a Feetech servo uses its registers: modes, drive, feedback. Source: Feetech wiki, memory-sts, memory-scscl.
 //!
-//! The position loop asks for a quarter of P tenths of a percent of the supply for each count of error (the table's
-//! "1/4"): 5.21 of the supply a radian at P = 32, and 5.28 were measured (kscalelabs/sysid, STS_3215_12V_20250317).
-//! The integral gain and its limit, 0 as shipped, and the factory block are held and do nothing. How the
-//! speed loop's gains are scaled is not published: ours hold the speed.
+//! For each count of error the position loop asks for a quarter of P tenths of a percent of the supply (the table's
+//! "1/4"): 5.21 of the supply for each radian at P = 32; 5.28 were measured (kscalelabs/sysid,
+//! STS_3215_12V_20250317). The integral gain and its limit, 0 as shipped, and the factory block are stored but have
+//! no effect. The scale of the speed loop's gains is not published: ours hold the speed.
 
 use crate::convert::round_to_i64;
 use crate::model::COUNTS_PER_TURN;
@@ -21,15 +21,15 @@ const MODE_PWM: i64 = 2;
 const MODE_STEP: i64 = 3;
 /// Torque switch: damping output.
 const DAMPING: i64 = 2;
-/// Torque switch: take the present position for 2048.
+/// Torque switch: makes the present position 2048.
 const CALIBRATE: i64 = 128;
 /// Phase: the motor turns the other way.
 const PHASE_DRIVE_REVERSED: i64 = 1;
-/// Phase: speed in steps of 1 count/s, or else of 50.
+/// Phase: speed in steps of 1 count/s; without this bit, of 50.
 const PHASE_FINE_SPEED: i64 = 4;
-/// Phase: speed 0 is the highest, or else none. Of positions only: clients stop speed mode with 0.
+/// Phase: speed 0 is the highest; without this bit, none. For positions only: clients stop speed mode with 0.
 const PHASE_ZERO_IS_HIGHEST: i64 = 8;
-/// Phase: position counts on past one turn, or else wraps.
+/// Phase: position counts on past one turn; without this bit it wraps.
 const PHASE_FULL_ANGLE: i64 = 16;
 /// Phase: the encoder counts the other way.
 const PHASE_FEEDBACK_REVERSED: i64 = 128;
@@ -39,22 +39,22 @@ const ACCELERATION_UNIT: f64 = 100.0;
 const COARSE_SPEED: f64 = 50.0;
 /// Unit of current, A.
 const CURRENT_UNIT_A: f64 = 0.0065;
-/// Step of the loops, s; the position is updated each millisecond (STS3250 data sheet).
+/// Period of the loops, s; the position is updated each millisecond (STS3250 data sheet).
 const STEP_S: f64 = 1e-3;
-/// How long a shaft must stand to have arrived, s: the factory block's DTs.
+/// Time that a shaft must stand before it counts as arrived, s: the factory block's DTs.
 const STANDING_S: f64 = 0.020;
 
 pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i64) {
     servo.registers.set(ID, i64::from(id));
     servo.registers.set(BAUD, baud_code);
     servo.registers.set(RETURN_DELAY, delay_units);
-    // So it is kept; only a backup is of the factory.
+    // Only the backup keeps the values as shipped.
     let backup = std::mem::replace(&mut servo.feetech, State::new(&servo.registers)).backup;
     servo.feetech.backup = backup;
     forget(servo);
 }
 
-/// The start from EPROM: RAM as shipped, and no turns counted.
+/// Starts from EPROM: RAM as shipped, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
     servo.registers.copy(&servo.feetech.stored, 0..EPROM_END);
     servo.registers.reset(EPROM_END..u16::MAX);
@@ -65,7 +65,7 @@ pub(crate) fn forget(servo: &mut Servo) {
     forget_turns(servo);
 }
 
-/// Makes the position an angle within one turn again.
+/// Reduces the position to an angle within one turn.
 pub(super) fn forget_turns(servo: &mut Servo) {
     let counts = encoder(servo);
     servo.turns_left_out = if servo.model.is_scs { 0 } else { counts - counts.rem_euclid(COUNTS_PER_TURN) };
@@ -73,7 +73,7 @@ pub(super) fn forget_turns(servo: &mut Servo) {
     rest(servo);
 }
 
-/// No way and no memory of one: the set point is where the shaft is.
+/// Drops the trajectory and its history: the set point is the shaft's position.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 fn rest(servo: &mut Servo) {
     let present = present_counts(servo);
@@ -87,7 +87,7 @@ pub(crate) fn is_torque_on(servo: &Servo) -> bool {
     matches!(servo.get(TORQUE_SWITCH), 1 | DAMPING)
 }
 
-/// The mode; SCS has no register for it: it is a motor when both its angle limits are 0.
+/// The mode; SCS has no register for it: it works as a motor when both its angle limits are 0.
 fn mode(servo: &Servo) -> i64 {
     let is_motor = || (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE)) == (0, 0);
     match servo.model.is_scs {
@@ -107,13 +107,13 @@ fn has_phase(servo: &Servo, bit: i64) -> bool {
 
 fn encoder(servo: &Servo) -> i64 {
     if servo.model.is_scs {
-        // A potentiometer ends where it ends.
+        // A potentiometer has end stops.
         return servo.encoder_counts.clamp(0, 1023);
     }
     if has_phase(servo, PHASE_FEEDBACK_REVERSED) { -servo.encoder_counts } else { servo.encoder_counts }
 }
 
-/// Position is what the encoder sees, less the offset (the opposite sign to Dynamixel's).
+/// Position: the encoder's value less the offset (the opposite sign to Dynamixel's).
 pub(super) fn present_counts(servo: &Servo) -> i64 {
     let counts = encoder(servo) - servo.turns_left_out;
     if servo.model.is_scs {
@@ -123,12 +123,12 @@ pub(super) fn present_counts(servo: &Servo) -> i64 {
     if has_phase(servo, PHASE_FULL_ANGLE) { counts } else { counts.rem_euclid(COUNTS_PER_TURN) }
 }
 
-/// How many counts are one step of the position registers.
+/// Counts in one step of the position registers.
 fn resolution(servo: &Servo) -> i64 {
     if servo.model.is_scs { 1 } else { servo.get(ANGLE_RESOLUTION).max(1) }
 }
 
-/// Where the servo is to be, counts.
+/// Goal position of the servo, counts.
 fn goal_counts(servo: &Servo) -> i64 {
     match mode(servo) {
         MODE_STEP => servo.feetech.run.step_goal,
@@ -139,14 +139,14 @@ fn goal_counts(servo: &Servo) -> i64 {
 pub(super) fn observe_position(servo: &mut Servo) {
     let present = present_counts(servo);
     let shown = match mode(servo) {
-        // Of step mode the way that is left.
+        // Step mode: the remaining distance.
         MODE_STEP => goal_counts(servo) - present,
         _ => present,
     };
     servo.registers.set(PRESENT_POSITION, shown / resolution(servo));
 }
 
-/// Side effects of a write to the register at `address`, which held `before`.
+/// Carries out the side effects of a write to the register at `address`, which held `before`.
 pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
     match address {
         TORQUE_SWITCH => match servo.get(TORQUE_SWITCH) {
@@ -161,7 +161,7 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
                 servo.feetech.run.is_under_way = is_under_way;
             }
             1 | DAMPING => {}
-            // Only 0, 1, 2 and 128 mean anything.
+            // Only 0, 1, 2 and 128 have a meaning.
             _ => servo.registers.set(TORQUE_SWITCH, 0),
         },
         GOAL_POSITION => {
@@ -184,7 +184,7 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
     observe_position(servo);
 }
 
-/// What the bridge does in this step, at `speed_rad_s` of the shaft.
+/// What the bridge does in this step, at shaft speed `speed_rad_s`.
 pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
     let demand = match (servo.get(TORQUE_SWITCH), mode(servo)) {
         (0, _) => {
@@ -203,7 +203,7 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
     Drive::Duty(if has_phase(servo, PHASE_DRIVE_REVERSED) { -drive } else { drive })
 }
 
-/// The open-loop drive; of the SCS series it stands where else the running time does, with its sign in bit 10.
+/// The open-loop drive; the SCS series keeps it in the register of the running time, with its sign in bit 10.
 fn pwm(servo: &Servo) -> f64 {
     let raw = servo.get(if servo.model.is_scs { RUNNING_TIME } else { GOAL_PWM });
     let signed = match (servo.model.is_scs, raw & 0x400) {
@@ -219,7 +219,7 @@ fn to_f64(counts: i64) -> f64 {
     counts as f64
 }
 
-/// Counts/s of one unit of the speed registers.
+/// One unit of the speed registers, counts/s.
 fn speed_unit(servo: &Servo) -> f64 {
     if servo.model.is_scs || has_phase(servo, PHASE_FINE_SPEED) { 1.0 } else { COARSE_SPEED }
 }
@@ -230,7 +230,7 @@ fn acceleration(servo: &Servo) -> f64 {
     if units == 0 { f64::INFINITY } else { ACCELERATION_UNIT * to_f64(units) }
 }
 
-/// How fast a way may be gone, counts/s.
+/// Highest speed on the way to a goal, counts/s.
 fn speed_max(servo: &Servo) -> f64 {
     let speed = servo.value(RUNNING_SPEED).abs() * speed_unit(servo);
     let time_s = if servo.model.is_scs { servo.value(RUNNING_TIME) * 1e-3 } else { 0.0 };
@@ -257,7 +257,7 @@ fn position_drive(servo: &mut Servo) -> f64 {
         return 0.0;
     }
     let (p, d) = (servo.value(POSITION_P), servo.value(POSITION_D));
-    // SCS: estimate, its table has no such factors.
+    // SCS: estimate, since its table has no such factors.
     let (p, d) = if servo.model.is_scs { (p, d) } else { (p / 4.0, d / 8.0) };
     let drive = 1e-3 * (p * error + d * change);
     let least = servo.value(MIN_START_TORQUE) / 1000.0;
@@ -273,7 +273,8 @@ fn speed_drive(servo: &mut Servo, speed_rad_s: f64) -> f64 {
     let counts_per_rad = servo.model.counts_per_rad();
     let run = &mut servo.feetech.run;
     run.profile.step_speed(wanted, acceleration, STEP_S);
-    // As shares of the no-load speed: at P = 10 the drive is five times the error, at I = 10 it grows as much in 0.05 s.
+    // As shares of the no-load speed: at P = 10 the drive is five times the error, at I = 10 it grows as much in
+    // 0.05 s.
     let error = (run.profile.speed / counts_per_rad - sign * speed_rad_s) / no_load;
     run.speed_drive = (run.speed_drive + 2.0 * i * error * STEP_S * 5.0).clamp(-1.0, 1.0);
     (0.5 * p * error + run.speed_drive).clamp(-1.0, 1.0)
@@ -300,7 +301,7 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
     protection::watch(servo, deci_volts, current, turns, around);
 }
 
-/// On the way to a goal until it stands there; in the other modes, while it turns.
+/// True on the way to a goal until the shaft stands there; in the other modes, while it turns.
 fn is_moving(servo: &mut Servo, turns: bool, dt_s: f64) -> bool {
     if !is_torque_on(servo) {
         return false;

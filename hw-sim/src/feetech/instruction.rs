@@ -1,7 +1,7 @@
-//! What one servo does with an instruction. Source: Feetech wiki, protocol ft-scs, section 4.
+//! How one servo carries out an instruction. Source: Feetech wiki, protocol ft-scs, section 4.
 //!
-//! FT-SCS has no word for refusal: the alarm bits of a status packet speak of the servo's health, not of the request.
-//! An instruction it does not know a servo leaves unanswered.
+//! FT-SCS has no code for a refusal: the alarm bits of a status packet describe the servo's health, not the
+//! request. A servo does not answer an instruction that it does not know.
 
 use super::{memory, series};
 use crate::registers::feetech_sts::{ASYNC_FLAG, RESPONSE_LEVEL};
@@ -18,7 +18,7 @@ const BACK_UP: u8 = 0x09;
 const RESET: u8 = 0x0A;
 const CALIBRATE: u8 = 0x0B;
 
-/// Carries it out; the data of the answer, if there is one.
+/// Carries out the instruction; returns the data of the answer, if there is one.
 pub(super) fn obey(
     servo: &mut Servo,
     instruction: u8,
@@ -27,7 +27,7 @@ pub(super) fn obey(
     now_ns: u64,
 ) -> Option<Vec<u8>> {
     let is_known = match (instruction, parameters) {
-        // The one instruction that is answered even to all.
+        // The one instruction that servos answer even when it is sent to all.
         (PING, _) => return Some(Vec::new()),
         (READ, &[address, count]) if !is_broadcast => return Some(read(servo, address, count)),
         (WRITE, [address, data @ ..]) => {
@@ -75,19 +75,19 @@ pub(super) fn obey(
     (is_known && !is_broadcast && servo.get(RESPONSE_LEVEL) == 1).then(Vec::new)
 }
 
-/// The wiki has sync read for "some" servos; the SCS series is not among them.
+/// True if the servo answers sync read. The wiki has it for "some" servos; the SCS series is not among them.
 pub(super) fn answers_sync_read(servo: &Servo) -> bool {
     !servo.model.is_scs
 }
 
-/// Bytes of the table; zeros outside it.
+/// Reads bytes of the table; zeros outside it.
 pub(super) fn read(servo: &Servo, address: u8, count: u8) -> Vec<u8> {
     (0..u16::from(count))
         .map(|offset| servo.registers.byte(u16::from(address) + offset).unwrap_or(0))
         .collect()
 }
 
-/// Whether what is written to EPROM now is kept without power.
+/// True if EPROM now keeps writes without power.
 pub(super) fn is_unlocked(servo: &Servo) -> bool {
     servo.get(series(servo).lock) == 0
 }

@@ -1,7 +1,7 @@
-//! What a host may write, and what of it outlasts the supply. Source: Feetech wiki, memory-sts and memory-scscl.
+//! What a host may write, and which writes outlast the supply. Source: Feetech wiki, memory-sts and memory-scscl.
 //!
-//! EPROM registers take effect at once, locked or not; only what was written while unlocked is still there after the
-//! servo has started anew.
+//! EPROM registers take effect at once, locked or not; only values written while unlocked survive a restart of the
+//! servo.
 
 use super::control::{self, is_position_mode, present_counts};
 use super::instruction::is_unlocked;
@@ -10,12 +10,12 @@ use crate::registers::feetech_sts::*;
 use crate::registers::{Access, Register};
 use crate::servo::Servo;
 
-/// The count that is the middle of a turn.
+/// The count in the middle of a turn.
 pub(super) const MIDDLE: i64 = 2048;
-/// Largest position offset; newer firmware is said to have 4095.
+/// Largest position offset; newer firmware is said to allow 4095.
 const OFFSET_MAX: i64 = 2047;
 
-/// Writes whole registers inside the data, each brought into its range; the rest is dropped.
+/// Writes whole registers inside the data, each clamped to its range; drops the rest.
 pub(super) fn write(servo: &mut Servo, address: u8, data: &[u8]) {
     let mut offset = 0;
     while let Some(rest) = data.get(offset..).filter(|rest| !rest.is_empty()) {
@@ -38,14 +38,14 @@ pub(super) fn write(servo: &mut Servo, address: u8, data: &[u8]) {
     }
 }
 
-/// Goals are held inside the angle limits, unless both limits are 0 (multi-turn).
+/// Range of a register: goals stay inside the angle limits, unless both limits are 0 (multi-turn).
 fn range(servo: &Servo, register: &Register) -> (i64, i64) {
     let limits = (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE));
     let has_limits = register.address == GOAL_POSITION && limits != (0, 0) && is_position_mode(servo);
     if has_limits { limits } else { (register.min, register.max) }
 }
 
-/// Puts a register, and keeps it if it is one to be kept.
+/// Sets a register, and stores it if EPROM should keep it.
 fn set(servo: &mut Servo, address: u16, value: i64) {
     servo.registers.set(address, value);
     if address < EPROM_END && is_unlocked(servo) {
@@ -53,14 +53,14 @@ fn set(servo: &mut Servo, address: u16, value: i64) {
     }
 }
 
-/// Parameter backup: for a servo that is unlocked.
+/// Parameter backup: works only if the servo is unlocked.
 pub(super) fn back_up(servo: &mut Servo) {
     if is_unlocked(servo) {
         servo.feetech.backup = servo.registers.clone();
     }
 }
 
-/// Parameter recovery: all but the id as it was backed up, or as shipped; for a servo that is unlocked.
+/// Parameter recovery: restores all but the id from the backup, or as shipped; works only if the servo is unlocked.
 pub(super) fn recover(servo: &mut Servo) {
     if is_unlocked(servo) {
         let id = servo.get(ID);
@@ -72,7 +72,7 @@ pub(super) fn recover(servo: &mut Servo) {
     }
 }
 
-/// Makes the present position `counts`, by the offset. It is kept, locked or not: our reading of "calibrate".
+/// Makes the present position `counts`, by the offset. EPROM keeps it, locked or not: our reading of "calibrate".
 pub(super) fn calibrate(servo: &mut Servo, counts: i64) {
     let actual = present_counts(servo) + servo.get(OFFSET);
     let offset = (actual - counts).rem_euclid(COUNTS_PER_TURN);

@@ -1,8 +1,8 @@
 //! Feetech FT-SCS servos. Source: Feetech wiki, reference, protocol ft-scs, memory-sts and memory-scscl.
 //!
-//! `packet` is the bytes, `answer` who talks after a request and `instruction` what one servo does with it, `memory`
-//! what may be written where and what of it is kept, `control` the motor and the feedback, `profile` the way to a goal,
-//! `protection` the alarms.
+//! `packet` has the bytes, `answer` decides which servos answer a request, `instruction` carries it out on one
+//! servo, `memory` holds what may be written and what is kept, `control` has the motor and the feedback, `profile`
+//! the trajectory to a goal, `protection` the alarms.
 
 pub(crate) mod answer;
 pub(crate) mod control;
@@ -17,33 +17,33 @@ use crate::servo::Servo;
 use profile::Profile;
 use protection::Protection;
 
-/// What a servo knows beside its registers.
+/// The state of a servo besides its registers.
 #[derive(Debug)]
 pub(crate) struct State {
     /// The registers whose EPROM part it starts with.
     stored: RegisterFile,
-    /// What parameter recovery brings back.
+    /// The registers that parameter recovery restores.
     backup: RegisterFile,
     run: Run,
 }
 
-/// What it forgets when it starts anew.
+/// State that a restart loses.
 #[derive(Debug, Default)]
 struct Run {
-    /// What an asynchronous write left: address and data.
+    /// A pending asynchronous write: address and data.
     pending: Option<(u8, Vec<u8>)>,
     profile: Profile,
-    /// How far it was to go when the goal came, counts.
+    /// Distance to the goal when the goal came, counts.
     way: f64,
-    /// Where step mode is to end, counts.
+    /// Goal of step mode, counts.
     step_goal: i64,
     /// A goal was written and has not been reached.
     is_under_way: bool,
     /// How long the shaft has stood still, s.
     still_s: f64,
-    /// Position error of the step before, counts.
+    /// Position error of the previous step, counts.
     last_error: f64,
-    /// Drive that speed mode has found to hold the speed, share of the supply.
+    /// Drive with which speed mode holds the speed, share of the supply.
     speed_drive: f64,
     /// Drive that the loop asks for before any limit, share of the supply.
     demand: f64,
@@ -51,13 +51,13 @@ struct Run {
 }
 
 impl State {
-    /// As shipped.
+    /// A servo as shipped.
     pub(crate) fn new(registers: &RegisterFile) -> State {
         State { stored: registers.clone(), backup: registers.clone(), run: Run::default() }
     }
 }
 
-/// Where a series has what both have.
+/// Addresses that differ between the series, for registers that both have.
 struct Series {
     lock: u16,
     holding_torque: u16,

@@ -1,13 +1,13 @@
 //! FT-SCS packets: `FF FF id length instruction parameters checksum`; length counts from the instruction on.
 //!
 //! In: bytes off the line. Out: requests with a good checksum; and status packets as bytes. There is no byte
-//! stuffing, so after a bad checksum the search for a header starts again one byte later.
+//! stuffing, so after a bad checksum the search for a header restarts one byte later.
 
 use crate::convert::{length_u8, low_byte};
 
 /// Id that every servo listens to.
 pub(crate) const BROADCAST: u8 = 0xFE;
-/// Longest length field taken for one: vendor SDKs refuse packets over 250 bytes.
+/// Longest accepted length field: vendor SDKs refuse packets over 250 bytes.
 const LENGTH_MAX: u8 = 250;
 
 /// One request.
@@ -38,12 +38,12 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Forgets a packet that was begun.
+    /// Drops a partial packet.
     pub(crate) fn reset(&mut self) {
         self.buffer.clear();
     }
 
-    /// Takes one byte; gives the request it completes.
+    /// Takes one byte; returns the request that it completes.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Request> {
         self.buffer.push(byte);
         loop {
@@ -81,7 +81,7 @@ impl Decoder {
 mod tests {
     use super::*;
 
-    /// Vectors of the Feetech wiki, protocol ft-scs.
+    /// Test vectors of the Feetech wiki, protocol ft-scs.
     #[test]
     fn vendor_vectors() {
         let mut decoder = Decoder::default();

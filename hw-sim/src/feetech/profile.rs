@@ -1,12 +1,12 @@
-//! The way to a goal: what acceleration and running speed make of it. In: goal, limits. Out: set position. Knows no
+//! The trajectory to a goal, under acceleration and running speed. In: goal, limits. Out: set position. Knows no
 //! registers. Source: Feetech wiki, memory-sts, addresses 41 and 46.
 
 /// A set point that moves to its goal.
 #[derive(Debug, Default)]
 pub(super) struct Profile {
-    /// Where it is, counts.
+    /// Its position, counts.
     pub(super) position: f64,
-    /// How fast it moves, counts/s.
+    /// Its speed, counts/s.
     pub(super) speed: f64,
 }
 
@@ -21,13 +21,14 @@ impl Profile {
     pub(super) fn step_to(&mut self, goal: f64, speed_max: f64, acceleration: f64, dt_s: f64) {
         let way = goal - self.position;
         let change = acceleration * dt_s;
-        // From this speed it can still stop at the goal, in whole steps; not a number without limit, which `min` passes over.
+        // Highest speed that can still stop at the goal, in whole steps; NaN if the acceleration is infinite, which
+        // `min` ignores.
         let stoppable = ((0.5 * change).powi(2) + 2.0 * acceleration * way.abs()).sqrt() - 0.5 * change;
         let wanted = stoppable.min(speed_max).min(way.abs() / dt_s).copysign(way);
         self.speed += (wanted - self.speed).clamp(-change, change);
         self.position += self.speed * dt_s;
         if acceleration.is_infinite() {
-            // A leap is no speed to slow down from.
+            // A jump leaves no speed to slow down from.
             self.speed = 0.0;
         }
     }

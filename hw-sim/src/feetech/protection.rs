@@ -1,6 +1,6 @@
-//! What a servo does to save itself: alarms, unloading, holding torque. Source: Feetech wiki, memory-sts, addresses 13
-//! to 20, 28, 34 to 38 and 65; that 80 % means the drive the position loop asks for, and that it falls to the holding
-//! torque then, was measured on an STS3215 (kscalelabs/sysid, STS_3215_12V_20250317).
+//! How a servo protects itself: alarms, unloading, holding torque. Source: Feetech wiki, memory-sts, addresses 13
+//! to 20, 28, 34 to 38 and 65. Measured on an STS3215 (kscalelabs/sysid, STS_3215_12V_20250317): the 80 % are of
+//! the drive that the position loop asks for, and the drive then falls to the holding torque.
 
 use super::series;
 use crate::convert::round_to_i64;
@@ -13,30 +13,30 @@ const CURRENT: i64 = 8;
 const OVERLOAD: i64 = 32;
 /// Unit of the protection times, s.
 const TIME_UNIT_S: f64 = 0.01;
-/// Largest protection current there is, in units of 6.5 mA.
+/// Largest allowed protection current, in units of 6.5 mA.
 const PROTECTION_CURRENT_MAX: i64 = 500;
 
-/// What has gone on for how long.
+/// Conditions, and how long each has lasted.
 #[derive(Debug, Default)]
 pub(super) struct Protection {
     /// Time with more drive than the overload torque, s.
     loaded_s: f64,
-    /// The drive at which overload began; no drive while there is none.
+    /// The drive at which the overload began; `None` while there is no overload.
     overload: Option<f64>,
     /// Time with more current than the protection current, s.
     current_s: f64,
-    /// It was for too long: the torque stays off until the host has switched it off.
+    /// True once overcurrent has lasted too long: the torque stays off until the host switches it off.
     is_overcurrent: bool,
 }
 
 impl Protection {
-    /// The host has switched the torque off.
+    /// Called when the host has switched the torque off.
     pub(super) fn let_go(&mut self) {
         *self = Protection::default();
     }
 }
 
-/// The largest drive the protection leaves, share of the supply.
+/// The largest drive that the protection allows, share of the supply.
 pub(super) fn drive_limit(servo: &Servo) -> f64 {
     match servo.feetech.run.protection.overload {
         Some(_) => servo.value(series(servo).holding_torque) / 100.0 * max_torque(servo),
@@ -48,11 +48,11 @@ fn max_torque(servo: &Servo) -> f64 {
     servo.value(MAX_TORQUE) / 1000.0
 }
 
-/// Raises the alarms there are, and unloads where the mask says so.
+/// Raises the present alarms, and unloads if the mask says so.
 pub(super) fn watch(servo: &mut Servo, deci_volts: i64, current: i64, turns: bool, around: &Surroundings) {
     let mask = servo.get(UNLOAD_MASK);
     let mut alarms = 0;
-    // Both limits 0: no voltage is measured (memory-scscl).
+    // Both limits 0: the servo measures no voltage (memory-scscl).
     let (lowest, highest) = (servo.get(MIN_VOLTAGE), servo.get(MAX_VOLTAGE));
     if !(lowest..=highest).contains(&deci_volts) && (lowest, highest) != (0, 0) {
         alarms |= VOLTAGE;
@@ -66,7 +66,7 @@ pub(super) fn watch(servo: &mut Servo, deci_volts: i64, current: i64, turns: boo
     let mut unloads = alarms & mask;
     if is_overloaded(servo, mask & OVERLOAD != 0, turns, around) {
         alarms |= OVERLOAD;
-        // Overload is answered with the holding torque, not with none.
+        // On overload the torque falls to the holding torque, not to zero.
         unloads &= !OVERLOAD;
     }
     if unloads != 0 {
@@ -87,9 +87,9 @@ fn is_overcurrent(servo: &mut Servo, current: i64, dt_s: f64) -> bool {
     protection.is_overcurrent
 }
 
-/// A shaft that turns is not overloaded, however hard it is driven: speed mode may run for hours. Overload ends when the
-/// loop asks for less than the holding torque or for the other direction, or when the host switches the torque off. Both
-/// are our reading; the wiki is silent.
+/// True while there is an overload. A shaft that turns is not overloaded, however hard it is driven: speed mode may
+/// run for hours. Overload ends when the loop asks for less than the holding torque or for the other direction, or
+/// when the host switches the torque off. Both rules are our reading; the wiki is silent.
 fn is_overloaded(servo: &mut Servo, is_enabled: bool, turns: bool, around: &Surroundings) -> bool {
     let series = series(servo);
     let (threshold, holding) = (servo.value(series.overload_torque), servo.value(series.holding_torque));

@@ -1,4 +1,4 @@
-//! How a unit is built in and how well it measures.
+//! How a unit is mounted and how well it measures.
 
 use crate::error::BuildError;
 
@@ -27,28 +27,29 @@ pub(super) const BAUDS: [(u16, u32); 9] = [
     (9, 921_600),
 ];
 
-/// An inertial measurement unit in the origin of the trunk's frame, set up already.
+/// An inertial measurement unit at the origin of the trunk's frame, already set up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImuConfig {
-    /// Outputs a second at power-on: 1, 2, 5, 10, 20, 50, 100, 125 or 200.
+    /// Outputs per second at power-on: 1, 2, 5, 10, 20, 50, 100, 125 or 200.
     pub rate_hz: f64,
-    /// Line rate at power-on and of the host, bit/s: 4800 to 921600, each double the one before but for 57600 to 115200.
+    /// Line rate at power-on and of the host, bit/s: 4800 to 921600, each double the one before except 57600 to
+    /// 115200.
     pub baud: u32,
-    /// Turn from the unit's axes to the trunk's: unit quaternion x, y, z, w.
+    /// Rotation from the unit's axes to the trunk's: unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
-    /// Age of what is measured when its first byte leaves, s, 0 to 1.
+    /// Age of a measurement when its first byte leaves, s, 0 to 1.
     pub delay_s: f64,
     /// Standard deviation of each acceleration, m/s^2.
     pub acceleration_noise_m_s2: f64,
-    /// Standard deviation of what each axis is wrong by all the time, m/s^2.
+    /// Standard deviation of each axis's constant error, m/s^2.
     pub acceleration_bias_m_s2: f64,
-    /// Standard deviation of each turn rate, rad/s.
+    /// Standard deviation of each angular rate, rad/s.
     pub rate_noise_rad_s: f64,
-    /// As `acceleration_bias_m_s2`, rad/s.
+    /// Standard deviation of each axis's constant error, rad/s.
     pub rate_bias_rad_s: f64,
     /// Standard deviation of each angle, rad.
     pub angle_noise_rad: f64,
-    /// Standard deviation of the slow part of each angle's error, rad; that of yaw grows without end.
+    /// Standard deviation of the slow part of each angle's error, rad; that of yaw grows without limit.
     pub angle_drift_rad: f64,
 }
 

@@ -1,9 +1,9 @@
 //! An inertial measurement unit that speaks WitMotion's standard protocol over a serial line of its own.
 //!
-//! In: the truth of the trunk after every step of the motors, and the host's commands. Out: frames of acceleration,
-//! turn rate and angles, each byte when it would have crossed the line. Its angles are no fusion of what it
-//! measures but the truth with noise and a slow drift. Settings changed by command hold until the power goes, unless
-//! they are saved.
+//! In: the true state of the trunk after every motor step, and the host's commands. Out: frames of acceleration,
+//! angular rate and angles, each byte when it would have crossed the line. The angles are not a fusion of its
+//! measurements but the truth with noise and a slow drift. Settings changed by command are lost without power,
+//! unless they are saved.
 
 mod config;
 mod packet;
@@ -26,14 +26,14 @@ use sense::{Measurement, Sense};
 const BITS_PER_BYTE: u64 = 10;
 /// Full scale of the accelerations, m/s^2: 16 g (WT901 datasheet v20-0702, 5.1.2).
 const ACCELERATION_FULL_M_S2: f64 = 16.0 * 9.806_65;
-/// Full scale of the turn rates, degrees/s (5.1.3).
+/// Full scale of the angular rates, degrees/s (5.1.3).
 const RATE_FULL_DEG_S: f64 = 2000.0;
-/// What it calls its temperature, hundredths of a degree Celsius.
+/// Temperature that it reports, hundredths of a degree Celsius.
 const TEMPERATURE: i16 = 2500;
-/// How long it takes commands after it was unlocked, ns (WIT Standard Communication Protocol: 10 s).
+/// How long it accepts commands after it was unlocked, ns (WIT Standard Communication Protocol: 10 s).
 const UNLOCKED_NS: u64 = 10_000_000_000;
-/// Bytes its line can have under way: beyond that it leaves outputs out. Our choice; the maker only says that it outputs
-/// less often (WT901 manual v0513, 2.4.2).
+/// Bytes that its line can have under way: beyond that it skips outputs. Our choice; the maker only says that it
+/// outputs less often (WT901 manual v0513, 2.4.2).
 const BACKLOG_BYTES: usize = 64;
 
 /// Registers, all from 5.2.1.
@@ -44,14 +44,14 @@ const BAUD: u8 = 0x04;
 const READ: u8 = 0x27;
 const KEY: u8 = 0x69;
 const KEY_OPEN: u16 = 0xB588;
-/// Written to the register that saves: keep what is set, start anew, forget all.
+/// Values of the register that saves: keep the settings, restart, reset to factory settings.
 const SAVE_KEEP: u16 = 0;
 const SAVE_RESTART: u16 = 0xFF;
 const SAVE_FORGET: u16 = 1;
-/// Which frames go out: bits of the content register, in their order.
+/// Which frames it sends: bits of the content register, in their order.
 const CONTENTS: [(u16, u8); 3] =
     [(1 << 1, packet::ACCELERATION), (1 << 2, packet::RATE), (1 << 3, packet::ANGLE)];
-/// As it leaves the factory: acceleration, turn rate, angle, magnetic field; 10 Hz; 9600 bit/s.
+/// Factory settings: acceleration, angular rate, angle, magnetic field; 10 Hz; 9600 bit/s.
 const FACTORY: Settings = Settings { content: 0x1E, rate: 0x06, baud: 2 };
 
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +62,7 @@ struct Settings {
 }
 
 impl Settings {
-    /// Time from output to output; none where there is no output.
+    /// Time between outputs; `None` if there are none.
     fn period_ns(self) -> Option<u64> {
         let (_, hz) = RATES.iter().find(|(code, _)| *code == self.rate)?;
         Some(crate::convert::nanoseconds(1.0 / hz))
@@ -73,22 +73,22 @@ impl Settings {
     }
 }
 
-/// The unit, its line and the host's end of that.
+/// The unit, its line and the host's end of the line.
 #[derive(Debug)]
 pub(crate) struct Imu {
     settings: Settings,
     saved: Settings,
     sense: Sense,
     faults: ImuFaults,
-    /// What it would go on saying if it froze now.
+    /// The output that it would repeat if it froze now.
     last: Option<Measurement>,
     commands: Commands,
     unlocked_until_ns: u64,
     next_output_ns: u64,
     host_baud: u32,
-    /// Until when it is sending what it has begun to.
+    /// End of the transmission under way, ns.
     talking_until_ns: u64,
-    /// Bytes for the host, and for the unit, with the time each gets there, in order.
+    /// Bytes for the host, and for the unit, with the arrival time of each, in order.
     inbox: VecDeque<(u64, u8)>,
     outbox: VecDeque<(u64, u8)>,
     rng: Pcg64Mcg,
@@ -102,7 +102,7 @@ impl Imu {
         seed: u64,
     ) -> Result<Imu, BuildError> {
         let (rate, baud) = config.check()?;
-        // What is not wanted is switched off, as in a unit that is set up.
+        // The unneeded frames are off, as in a unit that is set up.
         let settings = Settings { content: 0x0E, rate, baud };
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         Ok(Imu {
@@ -126,7 +126,7 @@ impl Imu {
         self.sense.observe(at_ns, body);
     }
 
-    /// Hands turn the trunk to this roll, pitch and yaw, rad, where there is no body.
+    /// Hands turn the trunk to this roll, pitch and yaw, rad, if there is no body.
     pub(crate) fn tilt(&mut self, to_rad: [f64; 3]) {
         self.sense.tilt(to_rad);
     }
@@ -135,12 +135,12 @@ impl Imu {
         self.sense.is_tilting()
     }
 
-    /// When something next happens here by itself.
+    /// When the next event in the unit happens by itself.
     pub(crate) fn next_ns(&self) -> u64 {
         self.outbox.front().map_or(self.next_output_ns, |&(at, _)| at.min(self.next_output_ns))
     }
 
-    /// Lets that happen.
+    /// Carries out that event.
     pub(crate) fn step(&mut self) {
         let now_ns = self.next_ns();
         if let Some((_, byte)) = self.outbox.front().copied().filter(|(at, _)| *at <= now_ns) {
@@ -182,7 +182,7 @@ impl Imu {
         self.talk(now_ns, bytes);
     }
 
-    /// A command of the host's. While locked it hears none but the key.
+    /// Carries out a command from the host. While locked the unit accepts only the unlock key.
     fn obey(&mut self, now_ns: u64, register: u8, value: u16) {
         if register == KEY {
             self.unlocked_until_ns = if value == KEY_OPEN { now_ns + UNLOCKED_NS } else { 0 };
@@ -222,14 +222,14 @@ impl Imu {
         i16::from_le_bytes(value.to_le_bytes())
     }
 
-    /// The power goes and comes: what was not saved is forgotten.
+    /// Power goes off and on: the unit loses settings that were not saved.
     pub(crate) fn restart(&mut self, now_ns: u64) {
         self.settings = self.saved;
         self.unlocked_until_ns = 0;
         self.next_output_ns = now_ns + self.settings.period_ns().unwrap_or(u64::MAX >> 1);
     }
 
-    /// As it comes out of its box: 10 Hz at 9600 bit/s.
+    /// Resets it to factory settings: 10 Hz at 9600 bit/s.
     pub(crate) fn reset_to_factory(&mut self, now_ns: u64) {
         self.saved = FACTORY;
         self.restart(now_ns);
@@ -245,7 +245,7 @@ impl Imu {
             }
             let at_ns = start_ns + self.duration_ns(place + 1);
             self.talking_until_ns = at_ns;
-            // A computer that never listens keeps no more than a page of it.
+            // For a host that never listens, the inbox keeps no more than a page.
             if self.inbox.len() < 4096 {
                 self.inbox.push_back((at_ns, byte));
             }
@@ -285,7 +285,7 @@ impl Imu {
         Ok(count)
     }
 
-    /// When to come back for a host that is served in pieces.
+    /// When to come back, for a host that is served in pieces.
     pub(crate) fn next_handover_ns(&self) -> Option<u64> {
         self.inbox.back().map(|&(at, _)| at)
     }
@@ -295,7 +295,7 @@ impl Imu {
     }
 }
 
-/// Time `count` bytes take at `baud`, ns, rounded up.
+/// Time that `count` bytes take at `baud`, ns, rounded up.
 fn duration_ns(count: usize, baud: u32) -> u64 {
     (count as u64).saturating_mul(BITS_PER_BYTE * 1_000_000_000).div_ceil(u64::from(baud))
 }

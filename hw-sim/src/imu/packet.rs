@@ -1,5 +1,5 @@
-//! The unit's language: frames out, commands in. Written from the maker's manual (WitMotion, WT901 datasheet v20-0702,
-//! sections 5.1 and 5.2, and the page "WIT Standard Communication Protocol").
+//! The unit's protocol: frames out, commands in. Written from the maker's manual (WitMotion, WT901 datasheet
+//! v20-0702, sections 5.1 and 5.2, and the page "WIT Standard Communication Protocol").
 
 use crate::convert::{low_byte, round_to_i64};
 
@@ -7,7 +7,7 @@ use crate::convert::{low_byte, round_to_i64};
 const HEAD: u8 = 0x55;
 /// Accelerations.
 pub(super) const ACCELERATION: u8 = 0x51;
-/// Turn rates.
+/// Angular rates.
 pub(super) const RATE: u8 = 0x52;
 /// Angles.
 pub(super) const ANGLE: u8 = 0x53;
@@ -25,17 +25,17 @@ pub(super) fn frame(kind: u8, numbers: [i16; 4]) -> [u8; 11] {
     bytes
 }
 
-/// `value` where `full` is 32768; the nearest number there is.
+/// `value` scaled so that `full` is 32768; the nearest possible number.
 pub(super) fn number(value: f64, full: f64) -> i16 {
     let number = round_to_i64(value / full * 32768.0).clamp(i16::MIN.into(), i16::MAX.into());
     i16::try_from(number).unwrap_or_default()
 }
 
-/// The same for an angle, rad, which goes on at the other end beyond half a turn.
+/// The same for an angle, rad, which wraps beyond half a turn.
 pub(super) fn angle(angle_rad: f64) -> i16 {
     let halves = angle_rad / std::f64::consts::PI;
     let number = round_to_i64((halves - 2.0 * (halves / 2.0).round()) * 32768.0);
-    // Half a turn is both 32768, which there is not, and -32768.
+    // Half a turn is both 32768, which does not fit, and -32768.
     i16::try_from(number).unwrap_or(i16::MIN)
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Commands {
 }
 
 impl Commands {
-    /// Hears one byte; the command it completes, as register and value.
+    /// Takes one byte; returns the command that it completes, as register and value.
     pub(super) fn push(&mut self, byte: u8) -> Option<(u8, u16)> {
         self.heard.push(byte);
         loop {

@@ -1,4 +1,4 @@
-//! What the unit measures of the truth: late, turned by its mounting, and wrong.
+//! How the unit measures the truth: late, rotated by its mounting, and with errors.
 
 use std::collections::VecDeque;
 
@@ -9,16 +9,16 @@ use super::config::ImuConfig;
 use crate::body::BodyState;
 use crate::convert::nanoseconds;
 
-/// Time in which the slow part of an angle's error becomes another, s. Our choice; the maker states none.
+/// Time constant of the slow part of an angle's error, s. Our choice; the maker states none.
 const DRIFT_S: f64 = 20.0;
 /// How fast hands turn a trunk, rad/s.
 const HANDS_RAD_S: f64 = 0.8;
-/// Gravity, m/s^2, where there is no body: as the rigid body has it.
+/// Gravity, m/s^2, if there is no body: the same as in the rigid body.
 const GRAVITY: f64 = 9.81;
 
 type Vector = [f64; 3];
 
-/// The truth of one step of the motors, in the trunk's axes.
+/// The truth of one motor step, in the trunk's axes.
 #[derive(Debug, Clone, Copy)]
 struct Truth {
     at_ns: u64,
@@ -27,7 +27,7 @@ struct Truth {
     force_m_s2: Vector,
 }
 
-/// What one output says, in the unit's axes.
+/// The content of one output, in the unit's axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Measurement {
     pub(super) force_m_s2: Vector,
@@ -36,7 +36,7 @@ pub(super) struct Measurement {
     pub(super) angles_rad: Vector,
 }
 
-/// A trunk in somebody's hands: roll, pitch and yaw, rad.
+/// A trunk in a person's hands: roll, pitch and yaw, rad.
 #[derive(Debug, Default)]
 struct Hands {
     now_rad: Vector,
@@ -49,7 +49,7 @@ impl Hands {
         self.now_rad.iter().zip(self.to_rad).any(|(now, to)| (to - now).abs() > 1e-9)
     }
 
-    /// Each angle goes its way at the same speed.
+    /// Moves each angle towards its target, all at the same speed.
     fn step(&mut self, at_ns: u64) -> Truth {
         let dt_s = std::time::Duration::from_nanos(at_ns.saturating_sub(self.at_ns)).as_secs_f64();
         self.at_ns = at_ns;
@@ -60,7 +60,7 @@ impl Hands {
         });
         let rotation = quaternion(self.now_rad);
         let [bx, by, bz, bw] = before;
-        // The small turn from before to now, in the trunk's axes.
+        // The small rotation since the last step, in the trunk's axes.
         let [x, y, z, w] = product([-bx, -by, -bz, bw], rotation);
         let rate = |part: f64| if dt_s > 0.0 { 2.0 * part * w.signum() / dt_s } else { 0.0 };
         let [rx, ry, rz, rw] = rotation;
@@ -78,9 +78,9 @@ pub(super) struct Sense {
     hands: Hands,
     config: ImuConfig,
     delay_ns: u64,
-    /// Oldest first; as many as the delay needs.
+    /// Past truths, oldest first; as many as the delay needs.
     past: VecDeque<Truth>,
-    /// Sum and count of the forces since the output before.
+    /// Sum and number of the forces since the last output.
     force_sum: (Vector, f64),
     force_bias: Vector,
     rate_bias: Vector,
@@ -107,17 +107,17 @@ impl Sense {
         }
     }
 
-    /// From now on hands turn the trunk to this roll, pitch and yaw, rad, where there is no body.
+    /// From now on hands turn the trunk to this roll, pitch and yaw, rad, if there is no body.
     pub(super) fn tilt(&mut self, to_rad: Vector) {
         self.hands.to_rad = to_rad;
     }
 
-    /// Whether they are still turning it.
+    /// True while they are turning it.
     pub(super) fn is_tilting(&self) -> bool {
         self.hands.is_turning()
     }
 
-    /// A step of the motors has ended. Without a body the trunk is where hands hold it: level at first.
+    /// Takes in the result of a motor step. Without a body the trunk is where hands hold it: level at first.
     pub(super) fn observe(&mut self, at_ns: u64, body: Option<&BodyState>) {
         let held = self.hands.step(at_ns);
         let truth = body.map_or(held, |body| Truth {
@@ -127,7 +127,7 @@ impl Sense {
             force_m_s2: body.specific_force_m_s2,
         });
         self.past.push_back(truth);
-        // The second is what can be told by now: so is the first no more wanted.
+        // Once the second entry is old enough to be output, the first is no longer needed.
         while self.past.get(1).is_some_and(|next| next.at_ns + self.delay_ns <= at_ns) {
             self.past.pop_front();
         }
@@ -138,10 +138,11 @@ impl Sense {
         }
     }
 
-    /// The output due now, `period_s` after the one before; none before anything could be measured.
+    /// The output that is due now, `period_s` after the last; `None` before the first measurement.
     pub(super) fn measure(&mut self, period_s: f64) -> Option<Measurement> {
         let told = *self.past.front()?;
-        // An accelerometer's own filter lets through no more than it can output: the mean since the last.
+        // An accelerometer's own filter passes no more than the output rate: so this is the mean since the last
+        // output.
         let (sum, count) = std::mem::take(&mut self.force_sum);
         let force = if count > 0.0 { sum.map(|sum| sum / count) } else { told.force_m_s2 };
         let config = &self.config;
@@ -151,7 +152,7 @@ impl Sense {
         let rate_noise = noise(&mut self.rng, config.rate_noise_rad_s);
         let angle_noise = noise(&mut self.rng, config.angle_noise_rad);
         self.drift(period_s);
-        // From the unit's axes to the trunk's to the world's.
+        // Rotates from the unit's axes to the trunk's to the world's.
         let angles = roll_pitch_yaw(product(told.rotation, self.config.rotation));
         Some(Measurement {
             force_m_s2: sum3(turned(to_unit, force), sum3(force_noise, self.force_bias)),
@@ -160,7 +161,7 @@ impl Sense {
         })
     }
 
-    /// Roll and pitch are drawn back by gravity; nothing draws yaw back.
+    /// Gravity pulls the drift of roll and pitch back; nothing pulls yaw back.
     fn drift(&mut self, dt_s: f64) {
         let fade = (1.0 - dt_s / DRIFT_S).max(0.0);
         let stir = self.config.angle_drift_rad * (1.0 - fade * fade).max(0.0).sqrt();
@@ -170,8 +171,8 @@ impl Sense {
     }
 }
 
-/// Three numbers of this standard deviation, near enough to normal: twelve uniform ones each, of which every machine
-/// makes the same sum.
+/// Three numbers with this standard deviation, close to normal: each is the sum of twelve uniform ones, which is
+/// the same on every machine.
 fn noise(rng: &mut Pcg64Mcg, deviation: f64) -> Vector {
     std::array::from_fn(|_| deviation * ((0..12).map(|_| rng.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0))
 }
@@ -190,7 +191,7 @@ fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// The turn by these roll, pitch and yaw.
+/// The rotation with this roll, pitch and yaw.
 fn quaternion([roll, pitch, yaw]: Vector) -> [f64; 4] {
     let about = |axis: usize, angle: f64| {
         let mut turn = [0.0, 0.0, 0.0, (0.5 * angle).cos()];

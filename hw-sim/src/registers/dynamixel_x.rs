@@ -56,7 +56,7 @@ pub(crate) const PRESENT_VOLTAGE: u16 = 144;
 pub(crate) const PRESENT_TEMPERATURE: u16 = 146;
 pub(crate) const BACKUP_READY: u16 = 147;
 
-/// What a change of the operating mode resets, and Control Table Backup stores.
+/// Registers that a change of the operating mode resets, and that Control Table Backup stores.
 pub(crate) const GAINS: [u16; 7] =
     [VELOCITY_I, VELOCITY_P, POSITION_D, POSITION_I, POSITION_P, FEEDFORWARD_2ND, FEEDFORWARD_1ST];
 
@@ -66,18 +66,18 @@ pub(crate) const EEPROM_END: u16 = 64;
 /// Signed limits of Goal Position outside position mode: 256 turns either way.
 const TURNS_256: i64 = 1_048_575;
 
-/// The whole table, but for indirect addressing.
+/// The whole table except indirect addressing.
 pub static TABLE: &[Register] = &[
     ro(MODEL_NUMBER, 2, "Model Number", 1030),
     ro(2, 4, "Model Information", 0),
-    // 46 or later, so that fast sync read is there.
+    // 46 or later, so that fast sync read is available.
     ro(FIRMWARE, 1, "Firmware Version", 46),
     rw(ID, 1, "ID", (1, 0, 252)),
     rw(BAUD, 1, "Baud Rate", (1, 0, 7)),
     rw(RETURN_DELAY, 1, "Return Delay Time", (250, 0, 254)),
     rw(DRIVE_MODE, 1, "Drive Mode", (0, 0, 13)),
     rw(OPERATING_MODE, 1, "Operating Mode", (3, 0, 16)),
-    // 0..=252 set it, 253 and above switch it off.
+    // 0..=252 set the id; 253 and above switch it off.
     rw(SECONDARY_ID, 1, "Secondary ID", (255, 0, 255)),
     rw(PROTOCOL_TYPE, 1, "Protocol Type", (2, 1, 2)),
     rw_as(HOMING_OFFSET, 4, "Homing Offset", TwosComplement, (0, -1_044_479, 1_044_479)),
@@ -105,7 +105,7 @@ pub static TABLE: &[Register] = &[
     rw(FEEDFORWARD_2ND, 2, "Feedforward 2nd Gain", (0, 0, 16383)),
     rw(FEEDFORWARD_1ST, 2, "Feedforward 1st Gain", (0, 0, 16383)),
     rw_as(BUS_WATCHDOG, 1, "Bus Watchdog", TwosComplement, (0, 0, 127)),
-    // The narrower ranges of the four goals are those of the limit registers; see the servo's own check.
+    // The limit registers narrow the ranges of these four goals; see the servo's own check.
     rw_as(GOAL_PWM, 2, "Goal PWM", TwosComplement, (885, -885, 885)),
     rw_as(GOAL_CURRENT, 2, "Goal Current", TwosComplement, (1193, -1193, 1193)),
     rw_as(GOAL_VELOCITY, 4, "Goal Velocity", TwosComplement, (330, -1023, 1023)),
@@ -129,17 +129,17 @@ pub static TABLE: &[Register] = &[
 
 use Change::{Absent, Add, Range};
 
-/// Base of this table.
+/// The base of this table: no changes.
 pub(crate) static XM430_W210: &[Change] = &[];
 
-/// Model number and speed.
+/// Other model number and speed.
 pub(crate) static XM430_W350: &[Change] = &[
     Range(MODEL_NUMBER, 1020, 0, 0),
     Range(VELOCITY_LIMIT, 200, 0, 1023),
     Range(GOAL_VELOCITY, 200, -1023, 1023),
 ];
 
-/// Load in the place of current, and no current registers.
+/// Load in place of current, and no current registers.
 pub(crate) static XL430_W250: &[Change] = &[
     Range(MODEL_NUMBER, 1060, 0, 0),
     Range(TEMPERATURE_LIMIT, 72, 0, 100),
@@ -154,10 +154,10 @@ pub(crate) static XL430_W250: &[Change] = &[
     Range(POSITION_P, 640, 0, 16383),
 ];
 
-/// Current in 1 mA, one register more.
+/// Current in units of 1 mA, and one more register.
 pub(crate) static XL330_M288: &[Change] = &[
     Range(MODEL_NUMBER, 1200, 0, 0),
-    // Of older firmware sources disagree where indirect data begin.
+    // For older firmware, sources disagree on where indirect data begin.
     Range(FIRMWARE, 52, 0, 0),
     Range(BAUD, 1, 0, 6),
     Range(PROTOCOL_TYPE, 2, 2, 22),
@@ -175,13 +175,14 @@ pub(crate) static XL330_M288: &[Change] = &[
     Range(POSITION_P, 400, 0, 16383),
 ];
 
-/// Name of all registers that point.
+/// Name of all indirect address registers.
 pub(crate) const INDIRECT_ADDRESS: &str = "Indirect Address";
 
 /// Addresses below this one take no part in indirect addressing.
 pub(crate) const INDIRECT_START: u16 = 168;
 
-/// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for what it points at.
+/// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for the byte it points
+/// at.
 #[derive(Debug, Clone, Copy)]
 struct IndirectBlock {
     address: u16,
@@ -189,7 +190,7 @@ struct IndirectBlock {
     pairs: u16,
 }
 
-/// Indirect addressing of a model, and the last address one may point at; the first is the first of RAM.
+/// Indirect addressing of a model, and the last address that a pointer may hold; the first is the first of RAM.
 fn indirect_blocks(model: &str) -> (&'static [IndirectBlock], u16) {
     const XL330: &[IndirectBlock] = &[IndirectBlock { address: 168, data: 208, pairs: 20 }];
     const OTHERS: &[IndirectBlock] = &[
@@ -199,14 +200,14 @@ fn indirect_blocks(model: &str) -> (&'static [IndirectBlock], u16) {
     if model == "XL330-M288" { (XL330, 227) } else { (OTHERS, 661) }
 }
 
-/// The indirect address register that says what the data byte at `data` stands for; none if that is no indirect data.
+/// The indirect address register of the data byte at `data`; `None` if that is no indirect data.
 pub(crate) fn indirect_address_of(model: &str, data: u16) -> Option<u16> {
     let (blocks, _) = indirect_blocks(model);
     let block = blocks.iter().find(|block| (block.data..block.data + block.pairs).contains(&data))?;
     Some(block.address + 2 * (data - block.data))
 }
 
-/// The registers of a model's indirect addressing. As shipped each data byte stands for itself.
+/// The registers of a model's indirect addressing. As shipped, each data byte stands for itself.
 pub(crate) fn indirect_registers(model: &str) -> Vec<Register> {
     let (blocks, last) = indirect_blocks(model);
     let pairs =

@@ -1,14 +1,14 @@
 //! Feetech SCS memory table: potentiometer servos, 10 bit, high byte first. Source: Feetech wiki, reference,
-//! memory-scscl. What that page leaves open is taken from Feetech's manual of the SCS15 and marked so.
+//! memory-scscl. Values that this page leaves open come from Feetech's manual of the SCS15 and are marked so.
 
 use super::{Encoding::SignMagnitude, Register, ro, ro_as, rw};
 
-/// SCS has these where STS has other registers. All else that both have stands at the same address.
+/// SCS has these registers where STS has others. All other registers that both have are at the same address.
 pub(crate) const HOLDING_TORQUE: u16 = 37;
 pub(crate) const PROTECTION_TIME: u16 = 38;
 pub(crate) const OVERLOAD_TORQUE: u16 = 39;
 pub(crate) const LOCK: u16 = 48;
-/// Running time, ms; in motor mode the drive, sign in bit 10.
+/// Running time, ms; in motor mode the drive, with its sign in bit 10.
 pub(crate) const RUNNING_TIME: u16 = 44;
 
 const fn big(register: Register) -> Register {
@@ -24,7 +24,7 @@ pub static TABLE: &[Register] = &[
     big(ro(3, 2, "Model Number", 1284)),
     rw(5, 1, "ID", (1, 0, 253)),
     rw(6, 1, "Baud Rate", (0, 0, 7)),
-    // Undefined by the wiki; return delay, 2 µs a unit, in the SCS15's manual.
+    // Undefined in the wiki; return delay, 2 µs a unit, in the SCS15's manual.
     rw(7, 1, "Return Delay", (0, 0, 254)),
     rw(8, 1, "Response Level", (1, 0, 1)),
     big(rw(9, 2, "Min Angle Limit", (20, 0, 1023))),

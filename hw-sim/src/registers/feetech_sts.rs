@@ -1,6 +1,6 @@
-//! Feetech STS memory table. Source: Feetech wiki, reference, memory-sts. Values that page leaves open
-//! (gains, masks, factory block) are the initial values of the memory table that Waveshare gives with its ST3215, the
-//! same servo; or else those seen in shipped STS3215, and are marked so.
+//! Feetech STS memory table. Source: Feetech wiki, reference, memory-sts. Values that this page leaves open (gains,
+//! masks, factory block) are the initial values in Waveshare's memory table for its ST3215, the same servo; or else
+//! values seen in shipped STS3215, and are marked so.
 
 use super::{Change, Encoding::SignMagnitude, Register, ro, ro_as, rw, rw_as};
 
@@ -63,11 +63,11 @@ pub static TABLE: &[Register] = &[
     ro(MODEL_NUMBER, 2, "Model Number", 777),
     rw(ID, 1, "ID", (1, 0, 253)),
     rw(BAUD, 1, "Baud Rate", (0, 0, 7)),
-    // Reserved on STS by the wiki; used as the SMS series and common clients use it, 2 µs a unit.
+    // Reserved on STS by the wiki; used here as in the SMS series and by common clients, 2 µs a unit.
     rw(RETURN_DELAY, 1, "Return Delay", (0, 0, 254)),
     rw(RESPONSE_LEVEL, 1, "Response Level", (1, 0, 1)),
     rw(MIN_ANGLE, 2, "Min Angle Limit", (0, 0, 4094)),
-    // The wiki's range starts at 1, but its multi-turn mode wants 0.
+    // The wiki's range starts at 1, but its multi-turn mode needs 0.
     rw(MAX_ANGLE, 2, "Max Angle Limit", (4095, 0, 4095)),
     rw(MAX_TEMPERATURE, 1, "Max Temperature", (70, 0, 100)),
     rw(MAX_VOLTAGE, 1, "Max Voltage", (140, 0, 254)),
@@ -100,7 +100,7 @@ pub static TABLE: &[Register] = &[
     rw(ACCELERATION, 1, "Acceleration", (0, 0, 254)),
     rw_as(GOAL_POSITION, 2, "Goal Position", SignMagnitude(15), (0, -32767, 32767)),
     rw_as(GOAL_PWM, 2, "PWM Open-Loop Speed", SignMagnitude(10), (0, -1000, 1000)),
-    // 0 is the highest speed, with bit 3 of the phase.
+    // With bit 3 of the phase, 0 is the highest speed.
     rw_as(RUNNING_SPEED, 2, "Running Speed", SignMagnitude(15), (0, -32767, 32767)),
     rw(TORQUE_LIMIT, 2, "Torque Limit", (1000, 0, 1000)),
     rw(50, 1, "Undefined 50", (0, 0, 255)),
@@ -130,9 +130,9 @@ pub static TABLE: &[Register] = &[
     ro(86, 1, "Acceleration Multiplier", 1),
 ];
 
-/// 6 to 7.4 V servo: the voltage limit seen in servos.
+/// 6 to 7.4 V servo: the voltage limit as seen in servos.
 pub(crate) static STS3215_7V4: &[Change] = &[Change::Range(MAX_VOLTAGE, 80, 0, 254)];
-/// The table as it stands.
+/// The table without changes.
 pub(crate) static STS3215_12V: &[Change] = &[];
 /// Model number 2825.
 pub(crate) static STS3250: &[Change] = &[Change::Range(MODEL_NUMBER, 2825, 0, 0)];

@@ -1,12 +1,12 @@
 //! Control tables: the descriptions (data, one file a family) and one servo's copy of the values.
 //!
-//! In: addresses and bytes or numbers. Out: bytes or numbers. Knows nothing of what the numbers do.
+//! In: addresses and bytes or numbers. Out: bytes or numbers. Does not know the meaning of the numbers.
 
 pub mod dynamixel_x;
 pub mod feetech_scs;
 pub mod feetech_sts;
 
-/// Who may change a register.
+/// Which side may change a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
     /// The servo alone.
@@ -15,7 +15,7 @@ pub enum Access {
     ReadWrite,
 }
 
-/// How bits mean a number.
+/// How the bits of a register encode a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     /// Plain.
@@ -33,13 +33,13 @@ pub struct Register {
     pub address: u16,
     /// Bytes: 1, 2 or 4.
     pub size: u8,
-    /// The high byte stands first, as in Feetech's SCS series.
+    /// True if the high byte stands first, as in Feetech's SCS series.
     pub is_big_endian: bool,
     /// The maker's name.
     pub name: &'static str,
-    /// Who may change it.
+    /// Which side may change it.
     pub access: Access,
-    /// Meaning of its bits.
+    /// Encoding of its bits.
     pub encoding: Encoding,
     /// Value as shipped.
     pub default: i64,
@@ -49,10 +49,10 @@ pub struct Register {
     pub max: i64,
 }
 
-/// How a model departs from its family's table.
+/// A difference between a model and its family's table.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Change {
-    /// The register at this address is not there.
+    /// The model lacks the register at this address.
     Absent(u16),
     /// One more register.
     Add(Register),
@@ -72,12 +72,12 @@ const fn entry(
     Register { address, size, is_big_endian: false, name, access, encoding, default, min, max }
 }
 
-/// Unsigned, the host may write; `(default, min, max)`.
+/// Unsigned, writable by the host; `(default, min, max)`.
 const fn rw(address: u16, size: u8, name: &'static str, range: (i64, i64, i64)) -> Register {
     entry(Access::ReadWrite, address, size, name, Encoding::Unsigned, range)
 }
 
-/// The host may write, other encoding.
+/// Writable by the host, other encoding.
 const fn rw_as(
     address: u16,
     size: u8,
@@ -99,7 +99,7 @@ const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -
 }
 
 impl Register {
-    /// The number these bytes mean.
+    /// The number that these bytes encode.
     pub(crate) fn decode(&self, bytes: &[u8]) -> i64 {
         let mut word = [0u8; 8];
         let used = &mut word[..bytes.len()];
@@ -119,7 +119,7 @@ impl Register {
         }
     }
 
-    /// The register's bytes for a number, the nearest it can hold; the first `size` of the eight count.
+    /// The register's bytes for a number, or for the nearest it can hold; the first `size` of the eight count.
     fn encode(&self, value: i64) -> [u8; 8] {
         let bits = 8 * u32::from(self.size);
         let raw = match self.encoding {
@@ -148,14 +148,15 @@ impl Register {
 pub(crate) struct RegisterFile {
     table: Vec<Register>,
     bytes: Vec<u8>,
-    /// Which entry of the table each address belongs to.
+    /// The index in the table of the register that each address belongs to.
     owner: Vec<Option<u16>>,
-    /// The number in the register each address belongs to, 0 where there is none: asked for far more often than changed.
+    /// The number in the register that each address belongs to, 0 if there is none: read far more often than
+    /// changed.
     numbers: Vec<i64>,
 }
 
 impl RegisterFile {
-    /// A servo as shipped.
+    /// The registers of a servo as shipped.
     pub(crate) fn new(table: Vec<Register>) -> RegisterFile {
         let end = table.iter().map(Register::end).max().unwrap_or(0);
         let mut file = RegisterFile {
@@ -174,18 +175,18 @@ impl RegisterFile {
         file
     }
 
-    /// The register this address belongs to.
+    /// The register that this address belongs to.
     pub(crate) fn at(&self, address: u16) -> Option<&Register> {
         let index = (*self.owner.get(usize::from(address))?)?;
         self.table.get(usize::from(index))
     }
 
-    /// The number in the register that starts at `address`; 0 where the model has none.
+    /// The number in the register that starts at `address`; 0 if the model lacks it.
     pub(crate) fn get(&self, address: u16) -> i64 {
         self.numbers.get(usize::from(address)).copied().unwrap_or(0)
     }
 
-    /// Puts the nearest number the register can hold; nothing where the model has none.
+    /// Sets the register to the nearest number it can hold; does nothing if the model lacks it.
     pub(crate) fn set(&mut self, address: u16, value: i64) {
         if self.get(address) == value {
             return;
@@ -198,7 +199,7 @@ impl RegisterFile {
         }
     }
 
-    /// Makes every register whose address lies in `addresses` what it is as shipped.
+    /// Resets every register whose address lies in `addresses` to its value as shipped.
     pub(crate) fn reset(&mut self, addresses: std::ops::Range<u16>) {
         for index in 0..self.table.len() {
             let Register { address, default, .. } = self.table[index];
@@ -208,7 +209,7 @@ impl RegisterFile {
         }
     }
 
-    /// Takes over what `other`, of the same table, holds in the registers whose address lies in `addresses`.
+    /// Copies from `other`, of the same table, the registers whose address lies in `addresses`.
     pub(crate) fn copy(&mut self, other: &RegisterFile, addresses: std::ops::Range<u16>) {
         let places = usize::from(addresses.start)..usize::from(addresses.end).min(self.bytes.len());
         self.bytes[places.clone()].copy_from_slice(&other.bytes[places.clone()]);
@@ -220,7 +221,7 @@ impl RegisterFile {
         self.at(address).and_then(|_| self.bytes.get(usize::from(address)).copied())
     }
 
-    /// The number `data` would make of `register`.
+    /// The number that `data` would put into `register`.
     pub(crate) fn meaning(register: &Register, data: &[u8]) -> i64 {
         register.decode(data)
     }

@@ -1,7 +1,7 @@
-//! What a person does with single servos: plug them in, pull them out, turn their shafts, take new ones.
+//! A person's hands on single servos: plug them in, pull them out, turn their shafts, replace them with new ones.
 //!
-//! A servo is meant by its bus and its place among the bus's servos, both in the order of configuration, since ids
-//! change and new servos all have the same. Where there is no such servo, nothing is done.
+//! Functions name a servo by its bus and its index among the bus's servos, both in the order of configuration,
+//! since ids change and new servos all have the same id. They do nothing if there is no such servo.
 
 use std::f64::consts::PI;
 
@@ -12,8 +12,7 @@ use crate::servo::Servo;
 const HAND_SPEED_RAD_S: f64 = PI;
 
 impl World {
-    /// Makes a servo one that comes out of the box: every register as shipped, id and line rate too. Its shaft stays
-    /// where it is.
+    /// Makes a servo as new: every register as shipped, id and line rate too. Its shaft stays where it is.
     pub fn make_new(&mut self, bus: usize, place: usize) {
         if let Some(servo) = self.servo_mut(bus, place) {
             servo.make_new();
@@ -29,22 +28,22 @@ impl World {
         }
     }
 
-    /// Disconnects a servo: it has no power, hears nothing, and what was not in its EEPROM is lost.
+    /// Disconnects a servo: it has no power, hears nothing, and loses everything outside its EEPROM.
     pub fn pull_servo_out(&mut self, bus: usize, place: usize) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.pull_servo_out(place);
         }
     }
 
-    /// Has a servo hold `value` in a register of RAM whenever it starts from now on: firmware that starts otherwise than
-    /// the tables say.
+    /// From now on the servo sets this register of RAM to `value` at every start: for firmware whose start values
+    /// differ from the tables.
     pub fn starts_with(&mut self, bus: usize, place: usize, address: u16, value: i64) {
         if let Some(servo) = self.servo_mut(bus, place) {
             servo.starts_with.push((address, value));
         }
     }
 
-    /// Whether a servo is there and connected.
+    /// True if a servo exists and is connected.
     pub fn is_servo_plugged_in(&self, bus: usize, place: usize) -> bool {
         self.servo(bus, place).is_some_and(|servo| servo.is_plugged_in)
     }
@@ -54,8 +53,8 @@ impl World {
         self.servo(bus, place).map(Servo::id)
     }
 
-    /// Has a hand turn a shaft to an angle in encoder counts, half a turn a second, from now on. A hand is no match
-    /// for a motor: it lets go of a shaft that has torque or is stuck.
+    /// From now on a hand turns a shaft to an angle in encoder counts, half a turn a second. A hand is no match for
+    /// a motor: it lets go of a shaft that has torque or is stuck.
     pub fn turn(&mut self, bus: usize, place: usize, to_counts: f64) {
         let Some(index) = self.index_of(bus, place).filter(|_| to_counts.is_finite()) else { return };
         let Some(servo) = self.servo(bus, place) else { return };
@@ -64,12 +63,12 @@ impl World {
         self.turning.push((index, to_rad));
     }
 
-    /// Whether a hand is still turning a shaft.
+    /// True while a hand is turning a shaft.
     pub fn is_turning(&self, bus: usize, place: usize) -> bool {
         self.index_of(bus, place).is_some_and(|index| self.turning.iter().any(|(turned, _)| *turned == index))
     }
 
-    /// Lets go of what a motor or a jam holds, and takes hold of the rest: the body must not move that.
+    /// Hands let go of shafts that a motor or a jam holds, and grip the others: the body must not move those.
     pub(super) fn grip(&mut self) {
         if self.turning.is_empty() {
             return;
@@ -105,7 +104,7 @@ impl World {
         self.buses.get_mut(bus)?.servos.get_mut(place)
     }
 
-    /// Where the shaft of a servo stands among all.
+    /// Index of a servo's shaft among all shafts.
     pub(super) fn index_of(&self, bus: usize, place: usize) -> Option<usize> {
         let own = self.buses.get(bus)?.servos.len();
         let before: usize = self.buses[..bus].iter().map(|bus| bus.servos.len()).sum();

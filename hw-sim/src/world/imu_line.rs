@@ -5,18 +5,18 @@ use crate::error::{BuildError, Unplugged};
 use crate::imu::{Imu, ImuConfig};
 
 impl World {
-    /// Fits a unit into the trunk, of which there is one at most; its errors come from `seed`. The script's faults of
-    /// the unit are this one's.
+    /// Fits a unit into the trunk, at most one; its errors come from `seed`. The script's faults of the inertial
+    /// measurement unit apply to it.
     ///
     /// # Errors
-    /// [`BuildError::BadImu`] names the first number that cannot be.
+    /// [`BuildError::BadImu`] names the first number that is impossible.
     pub fn fit_imu(&mut self, config: &ImuConfig, seed: u64) -> Result<(), BuildError> {
         let faults = std::mem::take(&mut self.imu_faults);
         self.imu = Some(Box::new(Imu::new(config, faults, self.now_ns, seed)?));
         Ok(())
     }
 
-    /// Whether there is a unit.
+    /// True if there is a unit.
     pub fn has_imu(&self) -> bool {
         self.imu.is_some()
     }
@@ -37,20 +37,21 @@ impl World {
         self.imu.as_mut().ok_or(Unplugged)?.receive(self.now_ns, into)
     }
 
-    /// Whether a script has the unit's adapter out now, or there is no unit.
+    /// True if a script has the unit's adapter out now, or there is no unit.
     pub fn is_imu_unplugged(&self) -> bool {
         self.imu.as_ref().is_none_or(|imu| imu.is_unplugged(self.now_ns))
     }
 
-    /// The host of the unit talks and listens at this rate from now on, bit/s. Does nothing if there is no unit.
+    /// Sets the rate at which the unit's host talks and listens from now on, bit/s. Does nothing if there is no
+    /// unit.
     pub fn set_imu_host_baud(&mut self, baud: u32) {
         if let Some(imu) = &mut self.imu {
             imu.set_host_baud(baud);
         }
     }
 
-    /// Has hands turn the trunk of a world without a body, which only the unit feels, to this roll, pitch and yaw, rad.
-    /// Does nothing if there is no unit, or a number is none.
+    /// Hands turn the trunk of a world without a body, which only the unit feels, to this roll, pitch and yaw, rad.
+    /// Does nothing if there is no unit, or a number is not finite.
     pub fn tilt_by_hand(&mut self, roll_pitch_yaw_rad: [f64; 3]) {
         if let Some(imu) =
             self.imu.as_mut().filter(|_| roll_pitch_yaw_rad.iter().all(|angle| angle.is_finite()))
@@ -59,19 +60,19 @@ impl World {
         }
     }
 
-    /// Whether hands are still turning it.
+    /// True while hands are turning it.
     pub fn is_tilting(&self) -> bool {
         self.imu.as_ref().is_some_and(|imu| imu.is_tilting())
     }
 
-    /// The unit's power goes and comes: it forgets what was not saved. Does nothing if there is none.
+    /// Switches the unit's power off and on: it loses settings that were not saved. Does nothing if there is none.
     pub fn restart_imu(&mut self) {
         if let Some(imu) = &mut self.imu {
             imu.restart(self.now_ns);
         }
     }
 
-    /// The unit is as it comes out of its box: 10 Hz at 9600 bit/s. Does nothing if there is none.
+    /// Resets the unit to factory settings: 10 Hz at 9600 bit/s. Does nothing if there is none.
     pub fn reset_imu_to_factory(&mut self) {
         if let Some(imu) = &mut self.imu {
             imu.reset_to_factory(self.now_ns);

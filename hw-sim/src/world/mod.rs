@@ -1,8 +1,8 @@
 //! All buses of a robot on one virtual clock.
 //!
-//! Three things happen by themselves, in the order of their time: a byte leaves a line, an adapter is
+//! Three kinds of event happen by themselves, in the order of their time: a byte leaves a line, an adapter is
 //! unplugged, the motors step. Motors step at whole milliseconds since the start, so that the result does not
-//! depend on how the host cuts time into calls. What a person does with single servos is in `hands`.
+//! depend on how the host cuts time into calls. A person's hands on single servos are in `hands`.
 
 mod hands;
 mod imu_line;
@@ -26,11 +26,11 @@ pub use truth::ServoTruth;
 const STEP_NS: u64 = 1_000_000;
 /// The same, s.
 const STEP_S: f64 = 1e-3;
-/// A body slower than this for so long lies still, rad/s and ns.
+/// A body slower than this for this long lies still, rad/s and ns.
 const STILL_RAD_S: f64 = 0.01;
 const SETTLED_NS: u64 = 100_000_000;
 
-/// What a shaft truly does, whatever the registers say.
+/// The true state of a shaft, whatever the registers say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaft {
     /// Angle, encoder counts with their fraction, never wrapped.
@@ -39,7 +39,7 @@ pub struct Shaft {
     pub speed_rad_s: f64,
     /// Motor torque before gearbox friction, N m.
     pub torque_nm: f64,
-    /// Is the bridge closed?
+    /// True if the bridge is closed.
     pub torque_on: bool,
     /// Temperature, °C.
     pub temperature_c: f64,
@@ -59,21 +59,21 @@ pub struct World {
     body: Box<dyn Body + Send>,
     stalls: HostStalls,
     imu: Option<Box<Imu>>,
-    /// Those of the unit that may yet be fitted.
+    /// Faults of a unit that may be fitted later.
     imu_faults: ImuFaults,
-    /// Pushes: from when, until when (exclusive), ns, and what.
+    /// Pushes: start, end (exclusive), ns, and the push.
     pushes: Vec<(u64, u64, Push)>,
     scripted_pushes: Pushes,
-    /// Shafts a hand is turning, as an index into `shafts` and where to, rad.
+    /// Shafts that a hand is turning: index into `shafts` and target, rad.
     turning: Vec<(usize, f64)>,
 }
 
 impl World {
-    /// Powers everything up at time 0, shafts free of each other.
+    /// Powers everything up at time 0, with shafts independent of each other.
     ///
     /// # Errors
-    /// [`BuildError`] names the first thing that cannot be: unknown model, id, rate, number, or a fault on a bus
-    /// or servo that does not exist.
+    /// [`BuildError`] names the first impossible thing: unknown model, id, rate, number, or a fault on a bus or
+    /// servo that does not exist.
     pub fn new(buses: &[BusConfig], faults: FaultScript, seed: u64) -> Result<World, BuildError> {
         let scripted_pushes = Pushes::of(&faults, seed);
         let Assigned { buses: bus_faults, stalls, imu: imu_faults } = faults.assign(buses)?;
@@ -139,9 +139,9 @@ impl World {
         Ok(world)
     }
 
-    /// Puts the limp robot down before time begins: hands keep the trunk level while its limbs give way, and then let
-    /// go. Each takes until it lies still, or `longest_s` seconds that do not count. Does nothing where joints carry
-    /// nothing.
+    /// Puts the limp robot down before time begins: hands keep the trunk level while its limbs give way, and then
+    /// let go. Each phase lasts until the robot lies still, or `longest_s` seconds that do not count. Does nothing
+    /// if joints carry nothing.
     pub fn put_down(&mut self, longest_s: f64) {
         if self.body.state().is_none() {
             return;
@@ -159,9 +159,9 @@ impl World {
         self.observe(0, 0.0);
     }
 
-    /// From now on hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin, m); once
-    /// motors have kept all joints still for a while they set it down, and let go when it stands. Does nothing where
-    /// joints carry nothing.
+    /// From now on hands carry the trunk, level and no lower than `height_m` above the ground (its frame's origin,
+    /// m). Once motors have kept all joints still for a while, the hands set it down and let go when it stands.
+    /// Does nothing if joints carry nothing.
     pub fn carry(&mut self, height_m: f64) {
         self.body.carry_trunk(height_m);
     }
@@ -172,12 +172,12 @@ impl World {
         trunk.chain(joints).all(|speed| speed.abs() < STILL_RAD_S)
     }
 
-    /// What the robot truly does, after the last motor step; none where its joints carry nothing.
+    /// The true state of the robot after the last motor step; `None` if its joints carry nothing.
     pub fn body(&self) -> Option<&BodyState> {
         self.body.state()
     }
 
-    /// Pushes the trunk for `for_s` seconds from now on. Does nothing where joints carry nothing.
+    /// Pushes the trunk for `for_s` seconds from now on. Does nothing if joints carry nothing.
     pub fn push(&mut self, push: Push, for_s: f64) {
         self.pushes.push((self.now_ns, self.now_ns.saturating_add(nanoseconds(for_s)), push));
     }
@@ -187,7 +187,7 @@ impl World {
         self.now_ns
     }
 
-    /// Hands bytes to the adapter of a bus; they leave at 10 bits a byte, after whatever it is still sending.
+    /// Hands bytes to the adapter of a bus; they leave at 10 bits a byte, after any bytes it is still sending.
     ///
     /// # Errors
     /// [`Unplugged`] while a script has the adapter out, or when there is no such bus.
@@ -203,25 +203,26 @@ impl World {
         self.buses.get_mut(bus).ok_or(Unplugged)?.receive(self.now_ns, into)
     }
 
-    /// How many bytes have arrived on a bus and were not taken yet.
+    /// Number of bytes that have arrived on a bus and were not taken yet.
     pub fn host_pending(&self, bus: usize) -> usize {
         self.buses.get(bus).map_or(0, |bus| bus.pending(self.now_ns))
     }
 
-    /// When to come back for a host that is served in pieces, as a USB adapter does: when a burst will have
-    /// crossed a line whole, or a piece of it will have got through an adapter. None while every line rests.
+    /// When to come back, for a host that is served in pieces, as a USB adapter does: when a burst will have
+    /// crossed a line completely, or a piece of it will have passed an adapter. `None` while every line is idle.
     pub fn next_handover_ns(&self) -> Option<u64> {
         let imu = self.imu.as_ref().and_then(|imu| imu.next_handover_ns());
         self.buses.iter().filter_map(Bus::next_handover_ns).chain(imu).min()
     }
 
-    /// Whether a script has the adapter of a bus out now, or there is no such bus.
+    /// True if a script has the adapter of a bus out now, or there is no such bus.
     pub fn is_unplugged(&self, bus: usize) -> bool {
         self.buses.get(bus).is_none_or(|bus| bus.is_unplugged(self.now_ns))
     }
 
-    /// Pulls the adapter of a bus out for `for_ns` from now on, or for good with [`u64::MAX`]; does nothing if there
-    /// is no such bus. As the scripted fault `unplugged`, for those who want it at a moment no clock knows beforehand.
+    /// Pulls the adapter of a bus out for `for_ns` from now on, or for good with [`u64::MAX`]; does nothing if
+    /// there is no such bus. The same as the scripted fault `unplugged`, but at a moment that the caller chooses
+    /// during the run.
     pub fn unplug(&mut self, bus: usize, for_ns: u64) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.faults.unplug(self.now_ns, for_ns);
@@ -229,25 +230,25 @@ impl World {
         self.advance_to(self.now_ns);
     }
 
-    /// Puts the adapter of a bus back, whoever has pulled it out.
+    /// Puts the adapter of a bus back, however it was pulled out.
     pub fn plug_in(&mut self, bus: usize) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.faults.plug_in(self.now_ns);
         }
     }
 
-    /// From now on keeps every request that crosses a line whole, for [`World::requests`]; what was kept before is
-    /// forgotten.
+    /// From now on keeps every complete request that crosses a line, for [`World::requests`]; drops those kept
+    /// before.
     pub fn keep_requests(&mut self) {
         self.buses.iter_mut().for_each(|bus| bus.requests = Some(Vec::new()));
     }
 
-    /// Forgets all requests, and keeps no more.
+    /// Drops all kept requests, and keeps no more.
     pub fn forget_requests(&mut self) {
         self.buses.iter_mut().for_each(|bus| bus.requests = None);
     }
 
-    /// The requests that were kept of a bus, in the order in which they crossed its line.
+    /// The kept requests of a bus, in the order in which they crossed its line.
     pub fn requests(&self, bus: usize) -> &[HeardRequest] {
         self.buses.get(bus).and_then(|bus| bus.requests.as_deref()).unwrap_or_default()
     }
@@ -257,22 +258,22 @@ impl World {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.wire.baud()))
     }
 
-    /// The host of a bus talks and listens at this rate from now on, bit/s: servos set to another do not understand
-    /// it. Does nothing if there is no such bus.
+    /// Sets the rate at which the host of a bus talks and listens from now on, bit/s: servos set to another rate do
+    /// not understand it. Does nothing if there is no such bus.
     pub fn set_host_baud(&mut self, bus: usize, baud: u32) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.set_host_baud(baud);
         }
     }
 
-    /// Runs wires and motors up to and including `ns`; does nothing for a time already past.
+    /// Runs wires and motors up to and including `ns`; does nothing if that time is past.
     pub fn advance_to(&mut self, ns: u64) {
         while self.step_once_until(ns) {}
         self.now_ns = self.now_ns.max(ns);
     }
 
-    /// Runs until a byte for the host is there on any bus (at once if one already is), at most to
-    /// `deadline_ns`. Returns whether one is.
+    /// Runs until a byte for the host is there on any bus (at once if one already is), at most to `deadline_ns`.
+    /// Returns true if there is one.
     pub fn advance_to_input(&mut self, deadline_ns: u64) -> bool {
         loop {
             let arrival = self.buses.iter().filter_map(Bus::first_arrival_ns).min();
@@ -285,7 +286,7 @@ impl World {
         }
     }
 
-    /// The next thing that happens, if it does by `ns`.
+    /// Carries out the next event if it is due by `ns`.
     fn step_once_until(&mut self, ns: u64) -> bool {
         let mut at = self.next_step_ns;
         let mut who = None;
@@ -339,7 +340,7 @@ impl World {
             self.pushes.push(push);
         }
         self.pushes.retain(|(_, until_ns, _)| now_ns - STEP_NS < *until_ns);
-        // A step ends at its time: it feels what acts when it begins.
+        // A step ends at its time: so it feels the pushes that act when it begins.
         let begun = self.pushes.iter().filter(|(from_ns, ..)| *from_ns <= now_ns - STEP_NS);
         begun.for_each(|(_, _, push)| self.body.push(push));
         self.body.step(STEP_S, &mut self.shafts, &self.torques);
@@ -365,16 +366,16 @@ impl World {
         }
     }
 
-    /// Hangs a torque (N m, positive where counts grow) on the shaft of a servo, by its bus and its place there, until
-    /// told another: a weight on a lever, say. Does nothing if there is no such servo.
+    /// Puts a torque (N m, positive where counts grow) on the shaft of a servo, given by its bus and its index
+    /// there, until the next call: a weight on a lever, say. Does nothing if there is no such servo.
     pub fn load(&mut self, bus: usize, place: usize, torque_nm: f64) {
         if let Some(index) = self.index_of(bus, place).filter(|_| torque_nm.is_finite()) {
             self.shafts[index].load_nm = torque_nm;
         }
     }
 
-    /// How much longer than it asked for the host sleeps, if it goes to sleep now, ns. Each scripted stall that
-    /// has come due is given once; several add up.
+    /// Extra time the host sleeps if it goes to sleep now, ns. Each scripted stall that is due is returned once;
+    /// several add up.
     pub fn host_stall_ns(&mut self) -> u64 {
         self.stalls.take(self.now_ns)
     }
@@ -384,7 +385,7 @@ impl World {
         self.shaft_at(bus, self.buses.get(bus)?.servo_with_id(id)?)
     }
 
-    /// The true state of the shaft of a servo, by its place among the bus's servos in the order of configuration.
+    /// The true state of the shaft of a servo, by its index among the bus's servos in the order of configuration.
     pub fn shaft_at(&self, bus: usize, place: usize) -> Option<Shaft> {
         let line = self.buses.get(bus)?;
         let (state, servo) = (self.shafts.get(self.index_of(bus, place)?)?, line.servos.get(place)?);
@@ -410,7 +411,7 @@ impl World {
     }
 }
 
-/// Checks what belongs to a bus; returns the register code of its rate.
+/// Checks the settings of a bus; returns the register code of its rate.
 fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     let bus = || config.name.clone();
     let Some(code) = config.protocol.baud_code(config.baud) else {
@@ -437,7 +438,7 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     Ok(code)
 }
 
-/// The rate is not among those up to `highest_code`.
+/// The error for a rate that is not among those up to `highest_code`.
 fn bad_baud(config: &BusConfig, highest_code: i64) -> BuildError {
     let bauds = config.protocol.bauds().iter().filter(|(code, _)| *code <= highest_code);
     let known = bauds.map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
@@ -472,7 +473,7 @@ fn check_servo(
     if servo.return_delay_us > 508 || !servo.return_delay_us.is_multiple_of(2) {
         return bad("return_delay_us", servo.return_delay_us.to_string(), "an even number of 0 to 508");
     }
-    // A Dynamixel's position register has 32 bits; a shaft further out than this has no place in it.
+    // A Dynamixel's position register has 32 bits; a shaft further out than this would not fit.
     if servo.position_counts.is_nan() || servo.position_counts.abs() > 1e9 {
         return bad("position_counts", servo.position_counts.to_string(), "a number within 1e9 of 0");
     }

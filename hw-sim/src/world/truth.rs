@@ -1,38 +1,38 @@
-//! What one servo truly holds and does, for a judge who believes no reply.
+//! The true state of one servo, for a test that trusts no reply.
 
 use super::World;
 use crate::bus::Bus;
 use crate::config::Protocol;
 use crate::registers::{dynamixel_x, feetech_sts};
 
-/// One servo: its own registers and its shaft, whatever it says of them.
+/// One servo: its own registers and its shaft, whatever it reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ServoTruth {
     /// Goal position register, counts.
     pub goal: i64,
-    /// The last goal position a host wrote and the servo took, counts; a goal other than this is the servo's own: it holds
-    /// where it stands, or has started anew. None before the first.
+    /// The last goal position that a host wrote and the servo accepted, counts. A goal other than this is the
+    /// servo's own: it holds its position, or has restarted. `None` before the first.
     pub goal_taken: Option<i64>,
-    /// How many goals it has taken since power-up, those that changed nothing too.
+    /// Number of goals it has accepted since power-up, including those that changed nothing.
     pub goals_taken: u64,
-    /// What it took last was meant for another servo, since it takes another's id for its own, or was spoilt on the line and
-    /// passed its sum all the same: no host could help it.
+    /// True if the last goal it accepted was meant for another servo, since it takes that one's id for its own, or
+    /// was corrupted on the line and still passed the checksum: no host could prevent it.
     pub is_misled: bool,
-    /// Torque limit register, as the maker counts it.
+    /// Torque limit register, in the maker's unit.
     pub torque_limit: i64,
-    /// Is the bridge closed?
+    /// True if the bridge is closed.
     pub torque_on: bool,
     /// Angle of the shaft, encoder counts with their fraction, never wrapped.
     pub position_counts: f64,
     /// Motor torque before gearbox friction, N m.
     pub torque_nm: f64,
-    /// It runs, takes its own id for its own, hears its line, and is heard: no adapter is out and no fault silences it.
+    /// True if it runs, knows its own id, hears its line, and is heard: no adapter is out and no fault silences it.
     pub is_reachable: bool,
 }
 
 impl World {
-    /// What a servo truly holds and does now, by its bus and its place there, both in the order of configuration; none if
-    /// there is no such servo.
+    /// The true present state of a servo, by its bus and its index there, both in the order of configuration;
+    /// `None` if there is no such servo.
     pub fn truth(&self, bus: usize, place: usize) -> Option<ServoTruth> {
         let (line, index) = (self.buses.get(bus)?, self.index_of(bus, place)?);
         let (shaft, servo) = (self.shafts.get(index)?, line.servos.get(place)?);
@@ -56,7 +56,7 @@ impl World {
 }
 
 impl Bus {
-    /// Whether a servo hears the host, and the host it.
+    /// True if a servo and the host hear each other.
     fn reaches(&self, place: usize, now_ns: u64) -> bool {
         let (id, servo) = (self.home_id(place), &self.servos[place]);
         servo.is_awake()

@@ -1,4 +1,4 @@
-//! One episode of a campaign: written to a folder where something was found in it, and played again from there.
+//! One episode of a campaign: written to a folder if it has a finding, and replayed from there.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::model::{OnTrip, StopAction};
 use crate::output::{Outputs, Writing};
 use crate::trial::campaign::{Campaign, Episode, Finding, Judged, Played, Wrong, play};
 
-/// An episode as it is written beside its faults: one that was drawn, and what of it was changed.
+/// An episode in the file beside its faults: the episode as drawn, and the changes made to it.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -27,11 +27,11 @@ struct Written {
     sits: bool,
     stops_holding: bool,
     trips_freeze: bool,
-    /// Times of the orders that are left.
+    /// Times of the remaining orders.
     orders_s: Vec<f64>,
 }
 
-/// Writes the smallest episode of a finding to a folder of its own, and says how to play it again.
+/// Writes the smallest episode of a finding to a folder of its own, and prints how to replay it.
 pub(super) fn write_finding(
     options: &TryArguments,
     campaign: &Campaign,
@@ -77,7 +77,7 @@ fn said(finding: &Finding) -> String {
     format!("{} at {:.3} s: {}", finding.wrong.name(), finding.time_s, finding.what)
 }
 
-/// Plays the episode at `path` again, with the faults at `faults`.
+/// Replays the episode at `path`, with the faults at `faults`.
 pub(super) fn again(options: &TryArguments, path: &Path, faults: &Path) -> Result<u8> {
     let [robot] = &options.robots[..] else {
         return Err(BadInput("--episode: expected one robot, whose episode it is".to_owned()).into());

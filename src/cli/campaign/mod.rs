@@ -1,4 +1,4 @@
-//! `hippocamp try --faults`: robots run over and over while everything goes wrong.
+//! `hippocamp try --faults`: runs robots over and over while everything goes wrong.
 
 mod episode;
 
@@ -18,10 +18,10 @@ use crate::platform::process_time;
 use crate::trial::campaign::{Campaign, Episode, Judged, Subject, Tally, play};
 use episode::{again, tell_of, write_finding};
 
-/// Where a campaign keeps what is done, in its folder.
+/// File in the campaign's folder that lists the finished episodes.
 const KEPT: &str = "episodes.jsonl";
 
-/// The first line of what is kept: what the numbers below belong to.
+/// The first line of that file: the campaign that the numbers below belong to.
 #[derive(Debug, Serialize)]
 struct Head<'a> {
     seed: u64,
@@ -37,7 +37,7 @@ impl<'a> Head<'a> {
     }
 }
 
-/// Tries robots while everything goes wrong, or plays one episode again.
+/// Tries robots while everything goes wrong, or replays one episode.
 pub(super) fn try_faults(options: &TryArguments) -> Result<u8> {
     let faults = options.faults.as_deref().unwrap_or(Path::new("random"));
     if let Some(path) = &options.campaign.episode {
@@ -133,7 +133,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
     Ok(if tally.wrong_episodes == 0 { COMPLETED } else { FAILED })
 }
 
-/// Counts an episode, and writes it down.
+/// Counts an episode, and appends it to the file.
 fn keep(
     options: &TryArguments,
     campaign: &Campaign,
@@ -154,7 +154,7 @@ fn keep(
     Ok(())
 }
 
-/// A bar on a terminal; elsewhere nothing.
+/// Draws the progress bar on a terminal; elsewhere does nothing.
 #[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn show(done_s: f64, of_s: f64, wrong: u64) {
     let mut err = std::io::stderr().lock();
@@ -176,7 +176,7 @@ fn show(done_s: f64, of_s: f64, wrong: u64) {
     let _ = err.flush();
 }
 
-/// Makes room for a line where the bar is.
+/// Clears the bar to make room for a line.
 #[allow(clippy::disallowed_methods, reason = "draws over itself, and only its own words")]
 fn clear_bar() {
     let mut err = std::io::stderr().lock();
@@ -191,13 +191,13 @@ pub(super) struct CampaignArguments {
     /// How long, in virtual hours, all robots together.
     #[arg(long, value_name = "H", default_value_t = 1.0, requires = "faults", value_parser = hours)]
     pub(super) hours: f64,
-    /// Where findings and what is done are kept; made if it is not there.
+    /// Folder for findings and finished episodes; made if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "campaign-findings", requires = "faults")]
     pub(super) out: PathBuf,
-    /// Go on with what is kept there, of the same robots in the same order and the same seed.
+    /// Continue the campaign in that folder, with the same robots in the same order and the same seed.
     #[arg(long, requires = "faults")]
     pub(super) resume: bool,
-    /// Play only the episode with this number, and say all of it.
+    /// Play only the episode with this number, and print all of it.
     #[arg(long, value_name = "N", requires = "faults")]
     pub(super) only: Option<u64>,
     /// Play the episode of this file, of a folder of findings; its faults are those of --faults FILE.

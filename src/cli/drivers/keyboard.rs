@@ -1,4 +1,4 @@
-//! Keys as they are pressed in the terminal on standard input, read by a thread of their own.
+//! Keys pressed in the terminal on standard input, read by a thread of its own.
 
 use std::io::{IsTerminal, stdin};
 
@@ -13,24 +13,24 @@ use rustix::termios::{
 use crate::cli::BadInput;
 use crate::operator::{Decoder, Key};
 
-/// An escape after which nothing comes for this long is the key; over slow links arrows come in pieces.
+/// An escape followed by nothing for this long is the escape key; over slow links arrow keys come in pieces.
 const ESCAPE_PAUSE: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
-/// Keys that may wait for the loop; then the thread waits, so that none is lost.
+/// Most keys that wait for the loop; when there are more, the thread waits, so that none is lost.
 const KEYS_WAITING: usize = 64;
 
-/// The terminal, which hands over each key at once and shows none of them, until it is dropped.
+/// The terminal; until it is dropped, it hands over each key at once and shows none of them.
 pub(in crate::cli) struct Keyboard {
     keys: Receiver<Key>,
     before: Termios,
 }
 
 impl Keyboard {
-    /// Whether there is a terminal to press keys in.
+    /// True if there is a terminal to press keys in.
     pub(super) fn is_there() -> bool {
         stdin().is_terminal()
     }
 
-    /// Begins to listen. Ctrl-C goes on being a signal.
+    /// Starts to listen. Ctrl-C remains a signal.
     pub(super) fn start() -> Result<Keyboard> {
         if !stdin().is_terminal() {
             let said = "--keys: standard input is no terminal that keys could be pressed in";
@@ -55,13 +55,13 @@ impl Keyboard {
 
 impl Drop for Keyboard {
     fn drop(&mut self) {
-        // Keys nobody took must not land in the shell. A terminal that is gone needs nothing.
+        // Keys not read yet must not land in the shell. If the terminal is gone, there is nothing to do.
         let _ = tcflush(stdin(), QueueSelector::IFlush);
         let _ = tcsetattr(stdin(), OptionalActions::Now, &self.before);
     }
 }
 
-/// Until the terminal is gone, or nobody wants keys any more.
+/// Reads keys until the terminal is gone or the receiver is dropped.
 fn read_keys(sender: &Sender<Key>) {
     let terminal = stdin();
     let mut decoder = Decoder::default();

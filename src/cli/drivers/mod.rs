@@ -1,6 +1,6 @@
-//! Who drives a run: its plan, a script, the keyboard or a gamepad.
+//! The driver of a run: its plan, a script, the keyboard or a gamepad.
 //!
-//! The threads that read terminal and gamepad are here; what their keys and sticks mean is [`crate::operator`]'s.
+//! The threads that read terminal and gamepad are here; [`crate::operator`] gives their keys and sticks a meaning.
 
 mod keyboard;
 mod pad;
@@ -20,10 +20,10 @@ use crate::signals::Status;
 use keyboard::Keyboard;
 use pad::Pad;
 
-/// A pad may be silent this long at the least: one cycle of the slowest loop.
+/// Smallest allowed limit on a pad's silence: one cycle of the slowest loop.
 const SILENCE_SMALLEST_S: f64 = 0.1;
 
-/// Who drives.
+/// Options that choose the driver.
 #[derive(Debug, clap::Args)]
 pub(super) struct DriverArguments {
     /// Drive by this motion script (TOML; see docs/scripts.md).
@@ -42,12 +42,12 @@ pub(super) struct DriverArguments {
 }
 
 impl DriverArguments {
-    /// True if anybody but the plan drives.
+    /// True if the user named a driver other than the plan.
     pub(super) fn is_some(&self) -> bool {
         self.script.is_some() || self.is_by_hand()
     }
 
-    /// True if a person does.
+    /// True if a person drives.
     pub(super) fn is_by_hand(&self) -> bool {
         self.keys || self.gamepad.is_some()
     }
@@ -58,7 +58,7 @@ impl DriverArguments {
     }
 }
 
-/// Who drives, once a cycle.
+/// Gives the orders, once a cycle.
 pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
@@ -66,12 +66,12 @@ pub(super) enum Driver {
     StrokeKeys(Box<StrokeKeys>, Keyboard),
     PoseKeys(PoseKeys, Keyboard),
     Gamepad(Gamepad, Pad),
-    /// Keys park and end it, where there is a terminal.
+    /// A show of strokes and its name; keys park and end it, if there is a terminal.
     Show(Box<Show>, String, Option<Keyboard>),
 }
 
 impl Driver {
-    /// The driver `options` name: its script is read, or its terminal or gamepad listened to from now on.
+    /// The driver that `options` name: reads its script, or listens to its terminal or gamepad from now on.
     ///
     /// # Errors
     /// Bad input: a bad script, a gait in it that the robot cannot do, no terminal, no gamepad.
@@ -95,10 +95,10 @@ impl Driver {
         Ok(Driver::Plan)
     }
 
-    /// A show called `name`; keys park and end it, where there is a terminal.
+    /// A show called `name`; keys park and end it, if there is a terminal.
     ///
     /// # Errors
-    /// When the terminal's settings cannot be read.
+    /// If the terminal's settings cannot be read.
     pub(super) fn show(show: Show, name: String) -> Result<Driver> {
         let keyboard = Keyboard::is_there().then(Keyboard::start).transpose()?;
         Ok(Driver::Show(Box::new(show), name, keyboard))
@@ -142,7 +142,7 @@ impl Driver {
         Ok(Driver::PoseKeys(PoseKeys::new(figure), Keyboard::start()?))
     }
 
-    /// What the person who drives should know beforehand: a line each.
+    /// Instructions for the person who drives, a line each.
     pub(super) fn help(&self) -> Vec<String> {
         match self {
             Driver::Plan | Driver::Script(..) | Driver::Show(_, _, None) => Vec::new(),
@@ -154,7 +154,7 @@ impl Driver {
         }
     }
 
-    /// What is asked for in this cycle. What the person should know goes to `note`.
+    /// The order for this cycle. Messages for the person go to `note`.
     pub(super) fn instruction(&mut self, status: &Status, mut note: impl FnMut(&'static str)) -> Instruction {
         match self {
             Driver::Plan => Order::Go.into(),
@@ -211,7 +211,7 @@ impl Driver {
     }
 }
 
-/// As in "driven by ...".
+/// Worded to follow "driven by".
 impl fmt::Display for Driver {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -224,14 +224,14 @@ impl fmt::Display for Driver {
     }
 }
 
-/// Loads a script for a robot that can do what its `repertoire` says.
+/// Loads a script for a robot with this `repertoire`.
 pub(super) fn load_script(path: &Path, robot: &Robot, repertoire: &Repertoire) -> Result<Script> {
     let script = config::load_script(path, robot)?;
     check_script(&script, path, repertoire)?;
     Ok(script)
 }
 
-/// Refuses gaits the robot cannot do, and says where it will be held to what it can.
+/// Refuses gaits the robot cannot do, and prints where its limits will hold the script back.
 fn check_script(script: &Script, path: &Path, repertoire: &Repertoire) -> Result<(), BadInput> {
     for entry in &script.entries {
         let Order::Drive(command) = entry.order else { continue };

@@ -11,9 +11,9 @@ use crate::cli::BadInput;
 use crate::operator::{Axis, Button, PadEvent};
 use crate::platform::{monotonic, sleep_until};
 
-/// Events that may wait for the loop; then the thread waits, so that none is lost.
+/// Most events that wait for the loop; when there are more, the thread waits, so that none is lost.
 const EVENTS_WAITING: usize = 256;
-/// How often an unplugged gamepad is looked for.
+/// Time between attempts to find an unplugged gamepad.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 const AXES: [(AbsoluteAxisCode, Axis); 2] =
@@ -30,14 +30,14 @@ const BUTTONS: [(KeyCode, Button); 6] = [
 /// An event, and when it was read on the clock of [`monotonic`].
 type Heard = (PadEvent, Duration);
 
-/// A gamepad that is listened to.
+/// A connected gamepad.
 pub(in crate::cli) struct Pad {
     events: Receiver<Heard>,
     name: String,
 }
 
 impl Pad {
-    /// Begins to listen to the gamepad `wanted`, or to the only one there.
+    /// Starts to listen to the gamepad `wanted`, or to the only one there.
     pub(super) fn start(wanted: Option<PathBuf>) -> Result<Pad, BadInput> {
         let reader = Reader::find(wanted.as_deref())?;
         let name = reader.device.name().unwrap_or("without a name").to_owned();
@@ -46,19 +46,19 @@ impl Pad {
         Ok(Pad { events, name })
     }
 
-    /// Its name, as it gives it itself.
+    /// The gamepad's own name.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
 
-    /// The next event, if there is one, and when it was, s.
+    /// The next event, if there is one, and its time, s.
     pub(super) fn heard(&self) -> Option<(PadEvent, f64)> {
         let (event, at) = self.events.try_recv().ok()?;
         Some((event, at.as_secs_f64()))
     }
 }
 
-/// Until nobody wants events any more; an unplugged gamepad is looked for and listened to again.
+/// Sends events until the receiver is dropped; finds an unplugged gamepad again.
 fn listen(wanted: Option<&Path>, mut reader: Reader, sender: &Sender<Heard>) {
     loop {
         let Err(Lost::Device) = reader.hand_over_all(sender) else { return };
@@ -77,7 +77,7 @@ fn listen(wanted: Option<&Path>, mut reader: Reader, sender: &Sender<Heard>) {
     }
 }
 
-/// Who is gone.
+/// The side that is gone.
 enum Lost {
     Device,
     Listener,
@@ -126,7 +126,7 @@ impl Reader {
         }
     }
 
-    /// None for a device that is no gamepad.
+    /// `None` if the device is not a gamepad.
     fn of(device: Device) -> Option<Reader> {
         let axes = device.supported_absolute_axes()?;
         let keys = device.supported_keys()?;
@@ -142,7 +142,7 @@ impl Reader {
         Some(Reader { ranges: [range(AXES[0].0)?, range(AXES[1].0)?], device })
     }
 
-    /// Where the sticks are, and from then on every event.
+    /// Sends the positions of the sticks, and from then on every event.
     fn hand_over_all(&mut self, sender: &Sender<Heard>) -> Result<(), Lost> {
         let states = self.device.get_abs_state()?;
         for (place, (code, axis)) in AXES.iter().enumerate() {
@@ -174,13 +174,13 @@ fn meaning(event: InputEvent, ranges: [(i32, i32); 2]) -> PadEvent {
     }
 }
 
-/// Where a stick at `value` is, 1 to -1: evdev counts backwards and to the right.
+/// Deflection of a stick at `value`, 1 to -1: evdev counts backwards and to the right.
 fn share(value: i32, (lowest, highest): (i32, i32)) -> f64 {
     let (lowest, highest) = (f64::from(lowest), f64::from(highest));
     (highest + lowest - 2.0 * f64::from(value)) / (highest - lowest)
 }
 
-/// Which gamepads there are, in words.
+/// The available gamepads, in words.
 fn candidates() -> String {
     let named = |(path, device): (PathBuf, Device)| {
         let name = device.name().unwrap_or("without a name").to_owned();
@@ -218,7 +218,7 @@ mod tests {
     fn buttons_count_when_they_go_down() {
         let start = |value| InputEvent::new(evdev::EventType::KEY.0, KeyCode::BTN_START.0, value);
         assert_eq!(meaning(start(1), [(0, 255); 2]), PadEvent::Pressed(Button::Arm));
-        // Up again, or held: no second press, but a sign of life.
+        // Released, or held: no second press, but a sign of life.
         for value in [0, 2] {
             assert_eq!(meaning(start(value), [(0, 255); 2]), PadEvent::Heard);
         }

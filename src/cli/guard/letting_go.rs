@@ -1,4 +1,4 @@
-//! The guard's work: to take the torque off, bus by bus, as soon as each can be reached.
+//! The guard's work: takes the torque off, bus by bus, as soon as it can reach each.
 
 use std::os::fd::OwnedFd;
 use std::time::Duration;
@@ -12,27 +12,27 @@ use crate::cli::say::complain;
 use crate::model::Robot;
 use crate::platform::{monotonic, sleep_until};
 
-/// How long after one another the guard tries a bus it could not reach, when it says so, and when it gives up.
+/// Time between the guard's attempts to reach a bus, time until it reports the failure, and time until it gives up.
 const PAUSE: Duration = Duration::from_millis(10);
 const WORD_AFTER: Duration = Duration::from_millis(500);
 const PATIENCE: Duration = Duration::from_secs(60);
-/// A bus that another program has had for so long is that program's: a controller that was started meanwhile has made
-/// its servos limp at its start, and has a guard of its own.
+/// A bus that another program has had for this long belongs to that program: a controller started meanwhile, which
+/// has made its servos limp at its start and has a guard of its own.
 const TAKEN_AFTER: Duration = Duration::from_secs(1);
 
 /// A bus whose servos may have torque.
 struct Pending {
-    /// What is left of the robot on this bus.
+    /// The robot with only this bus.
     robot: Robot,
     device: Device,
-    /// Since when another program has had it.
+    /// Time since which another program has had it.
     busy_since: Option<Duration>,
 }
 
-/// What came of one try.
+/// Result of one attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Tried {
-    /// All servos have heard it.
+    /// All servos have confirmed.
     Limp,
     /// The device is not there, or not all servos answered.
     Unheard,
@@ -40,7 +40,7 @@ enum Tried {
     Busy,
 }
 
-/// Takes the torque off all servos, and says `what` happened to the `controller`.
+/// Takes the torque off all servos, and reports what happened to the `controller` (`what`).
 pub(super) fn take_torque_off(
     robot: &Robot,
     devices: Vec<Device>,
@@ -55,9 +55,9 @@ pub(super) fn take_torque_off(
     Ok(())
 }
 
-/// The same; says nothing at the end, but returns the buses that are another program's by now.
+/// The same without the final report; returns the buses that other programs have taken over.
 fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &str) -> Result<Vec<String>> {
-    // Each bus by itself: one whose adapter is gone must not keep the others under torque.
+    // Each bus on its own: one without an adapter must not keep the others under torque.
     let pending = |(bus, device)| Pending { robot: only_bus(robot, bus), device, busy_since: None };
     let mut pending: Vec<Pending> = devices.into_iter().enumerate().map(pending).collect();
     let mut taken: Vec<String> = Vec::new();
@@ -71,7 +71,7 @@ fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &s
                 pending.busy_since = None;
                 true
             }
-            // As long as the controller dies, its ports are its own.
+            // Until the controller is dead, it still holds its ports itself.
             Tried::Busy if !is_dead => true,
             Tried::Busy => {
                 let since = *pending.busy_since.get_or_insert_with(monotonic);
@@ -107,7 +107,7 @@ impl Pending {
         &self.device.bus
     }
 
-    /// Takes the torque off its servos, if they can be reached.
+    /// Takes the torque off its servos, if it can reach them.
     fn take_off(&self) -> Tried {
         match SerialPorts::open(std::slice::from_ref(&self.device)) {
             Ok(ports) => match Buses::new(&self.robot, ports).limp() {
@@ -120,13 +120,13 @@ impl Pending {
     }
 }
 
-/// Whether the process has ended, and all it had open is closed.
+/// True if the process has ended, and all its files are closed.
 fn has_ended(process: &OwnedFd) -> bool {
     let now = Timespec { tv_sec: 0, tv_nsec: 0 };
     poll(&mut [PollFd::new(process, PollFlags::IN)], Some(&now)).is_ok_and(|count| count > 0)
 }
 
-/// What is left of `robot` on its bus number `bus`.
+/// The part of `robot` on its bus number `bus`.
 fn only_bus(robot: &Robot, bus: usize) -> Robot {
     let mut left = robot.clone();
     left.buses = vec![robot.buses[bus].clone()];
@@ -139,7 +139,7 @@ fn only_bus(robot: &Robot, bus: usize) -> Robot {
     left
 }
 
-/// To the terminal, if there still is one.
+/// Writes to the terminal, if there still is one.
 fn tell(words: &str) {
     // The controller may have left the cursor behind a status line.
     complain("");

@@ -1,16 +1,16 @@
 //! The guard: a process that outlives the controller and takes the torque off if it dies without its safe stop.
 //!
-//! Feetech servos hold their last goal for ever, so a controller that is killed would leave the robot standing
-//! under torque. The controller starts the guard before any torque is on and holds one end of a pipe to it. From
-//! the first cycle of the loop to its last the controller writes a [`BEAT`] a cycle; then it [`REST`]s. Either sees
-//! the other's end:
+//! Feetech servos hold their last goal for ever, so a killed controller would leave the robot standing under
+//! torque. The controller starts the guard before any torque is on and holds one end of a pipe to it. From the
+//! first cycle of the loop to its last the controller writes one [`BEAT`] a cycle; then it writes [`REST`]. Each
+//! side notices the loss of the other:
 //!
-//! - the pipe closes: the controller is gone, and its ports, which nobody else could use till then, are free;
-//! - the beats stop for longer than the guard bears ([`patience`]): it hangs, or was stopped; the guard kills it, which
-//!   frees its ports;
+//! - the pipe closes: the controller is gone, and its ports, which no other program could use till then, are free;
+//! - the beats stop for longer than the guard allows ([`patience`]): the controller hangs, or was stopped; the
+//!   guard kills it, which frees its ports;
 //! - a beat cannot be written: the guard is gone, or hangs; the controller stops the robot.
 //!
-//! At a safe end the controller kills its guard, which then has nothing left to do.
+//! At a safe end the controller kills its guard, which then has nothing to do.
 
 mod letting_go;
 mod patience;
@@ -38,19 +38,19 @@ use crate::{config, platform};
 use letting_go::take_torque_off;
 use patience::{Cause, HANGS, LOOK_EVERY, Patience, STARVES, Source};
 
-/// What the controller says once a cycle, and what it says when its loop is over.
+/// Written by the controller once a cycle, and when its loop is over.
 const BEAT: u8 = b'.';
 const REST: u8 = b'-';
-/// Beats a guard that hangs may leave unread, some ten seconds of them: the smallest pipe there is, bytes.
+/// Beats that a hanging guard may leave unread, some ten seconds of them: the smallest possible pipe, bytes.
 const PIPE_BYTES: usize = 4096;
-/// What the guard says when it is ready.
+/// Written by the guard when it is ready.
 const READY: &str = "ready";
-/// The controller's hold on its guard.
+/// The controller's handle on its guard.
 #[derive(Debug)]
 pub(super) struct Guard {
     child: Child,
     pipe: OwnedFd,
-    /// True from the first torque until an end that all servos have heard.
+    /// True from the first torque until an end that all servos have confirmed.
     is_needed: bool,
 }
 
@@ -66,7 +66,7 @@ impl Guard {
             .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            // A group of its own: Ctrl-C is for the controller.
+            // In its own process group: Ctrl-C is for the controller.
             .process_group(0)
             .spawn()
             .context("the guard could not be started")?;
@@ -86,13 +86,14 @@ impl Guard {
 }
 
 impl Guard {
-    /// For the loop that the guard is to listen to.
+    /// The loop's end of the pipe to the guard.
     pub(super) fn heart(&self) -> Result<Heart> {
         Ok(Heart(self.pipe.try_clone().context("the pipe to the guard")?))
     }
 
-    /// Does `work`, which puts torque on. Unless it fails to start, or ends so that every servo has heard it
-    /// (`is_heard`), the guard takes the torque off once this process, or its hold on it, is gone.
+    /// Calls `work`, which puts torque on. Afterwards the guard is no longer needed if `work` failed to start, or
+    /// if every servo has confirmed its end (`is_heard`). In all other cases the guard takes the torque off once
+    /// this process, or its hold on the guard, is gone.
     pub(super) fn over<R>(
         mut self,
         work: impl FnOnce() -> Result<R>,
@@ -100,25 +101,26 @@ impl Guard {
     ) -> Result<R> {
         self.is_needed = true;
         let done = work();
-        // A start that failed has put torque on no servo.
+        // A failed start has put torque on no servo.
         self.is_needed = done.as_ref().is_ok_and(|done| !is_heard(done));
         done
     }
 }
 
-/// Where the system spares this process when memory runs out, it spares the guard, which has the same from it, a little
-/// more: the guard takes the torque off if this process has to go, and not the other way round.
+/// Lowers this process's own protection a little if the system spares it when memory runs out. The guard has the
+/// same setting and keeps it: so the guard takes the torque off if this process has to go, and not the other way
+/// round.
 fn give_way() {
     const PLACE: &str = "/proc/self/oom_score_adj";
     let spared = std::fs::read_to_string(PLACE).ok().and_then(|text| text.trim().parse().ok());
     if let Some(spared) = spared.and_then(less_spared) {
-        // Permitted, since it is less than it was.
+        // Always permitted, since it lowers the protection.
         let _ = std::fs::write(PLACE, spared.to_string());
     }
 }
 
-/// How little less than `adjustment`, from -1000 (never ended) to 1000, a process is to be spared; none where it is not
-/// spared at all.
+/// Adjustment for a process that is spared slightly less than at `adjustment`, from -1000 (never ended) to 1000;
+/// `None` if it is not spared at all.
 fn less_spared(adjustment: i32) -> Option<i32> {
     (adjustment < 0).then_some((adjustment + 100).min(0))
 }
@@ -136,39 +138,40 @@ impl Drop for Guard {
     }
 }
 
-/// How the loop tells the guard that it is alive. Never waits, allocates nothing.
+/// Sends the guard signs of life from the loop. Never waits, allocates nothing.
 #[derive(Debug)]
 pub(super) struct Heart(OwnedFd);
 
 impl Heart {
-    /// To be called once a cycle. False if the guard is gone, or has not listened for long.
+    /// Call once a cycle. False if the guard is gone, or has not listened for long.
     pub(super) fn beat(&self) -> bool {
-        // Only one byte, which is written or not. One that a signal kept from being written is followed by others.
+        // One byte: written or not. If a signal interrupts it, further beats follow.
         matches!(rustix::io::write(&self.0, &[BEAT]), Ok(_) | Err(Errno::INTR))
     }
 
-    /// To be called when the loop is over: from now on silence means nothing.
+    /// Call when the loop is over: from now on silence means nothing.
     pub(super) fn rest(&self) {
         let _ = rustix::io::write(&self.0, &[REST]);
     }
 }
 
-/// What a guard finds.
+/// Event that ends the guard's wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Found {
-    /// The controller let go of the pipe without a safe end.
+    /// The controller closed the pipe without a safe end.
     Gone,
-    /// Its loop fell silent, and was borne for as long as may be.
+    /// Its loop fell silent for longer than the guard allows.
     Silent(Cause),
 }
 
-/// Waits for an end of the controller at the other end of `pipe`, whose loop's thread `source` tells of.
+/// Waits for the controller at the other end of `pipe` to end; `source` reports on its loop's thread.
 fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
     let mut bytes = [0; PIPE_BYTES];
     let mut patience = Patience::default();
     let look_every = Timespec::try_from(LOOK_EVERY).context("the guard's clock")?;
     loop {
-        // No event but a hang-up ends the wait: the loop's beats do not take its processor away for the guard.
+        // Only a hang-up ends the wait early: so the loop's beats do not wake the guard and cost the loop its
+        // processor.
         match poll(&mut [PollFd::new(&pipe, PollFlags::empty())], Some(&look_every)) {
             Ok(_) => {}
             Err(Errno::INTR) => continue,
@@ -197,7 +200,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
         )
         .into());
     }
-    // Whatever ends the controller's terminal or session must not end the guard before its work.
+    // A signal that ends the controller's terminal or session must not end the guard before its work.
     let ignored = Arc::new(AtomicBool::new(false));
     for signal in [SIGHUP, SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&ignored)).context("signals could not be ignored")?;
@@ -206,12 +209,12 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     let devices = devices(&robot, ports)?;
     let pipe = std::io::stdin();
     never_wait(pipe.as_fd()).context("the pipe from the controller")?;
-    // It waits for the word, so that it cannot have ended and its number be another's by now.
+    // The controller waits for the ready message, so it cannot have ended and its process id cannot be reused yet.
     let controller = getppid().context("the guard is for the program's own use")?;
     let source = Source::of(controller.as_raw_pid());
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
-    // What keeps other programs from the processors, the controller's loop among them, must not keep the guard from the
-    // servos. It is nobody's concern whether that is permitted: the controller says so of itself.
+    // A process that keeps others from the processors, the controller's loop among them, must not keep the guard
+    // from the servos. The guard ignores a refusal: the controller reports its own.
     platform::request_guard_priority();
     say!("{READY}");
 

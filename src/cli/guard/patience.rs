@@ -1,51 +1,52 @@
-//! How long the guard bears a loop that gives no sign of life.
+//! How long the guard waits for a loop that gives no sign of life.
 //!
-//! One that hangs waits for something that does not come, computes without end, or was stopped: a second of that is too
-//! much. One that could run, and is kept from it by other programs or by memory that comes from a disk, will go on: to
-//! kill it makes a fall of a delay. So a moment in which it could run counts only for the processor time the loop has
-//! used in it. Servos that follow nobody hold their last goal meanwhile, which cannot be borne for ever either.
+//! A loop that hangs waits for something that does not come, computes without end, or was stopped: one second of
+//! that is too much. A loop that could run, but is kept from it by other programs or by memory that comes from a
+//! disk, will continue: to kill it would turn a delay into a fall. So while the loop could run, only the processor
+//! time it has used counts. Meanwhile its servos hold their last goal, so this wait has a limit too.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::time::Duration;
 
-/// How long the loop may be silent by its own doing. Servos hold their last goal meanwhile, which is harmless for a moment;
-/// to fall because the machine was busy for a moment is not.
+/// How long the loop may be silent by its own fault. Servos hold their last goal meanwhile, which is harmless for a
+/// moment; a fall because the machine was busy for a moment is not.
 pub(super) const HANGS: Duration = Duration::from_secs(1);
-/// How long it may be silent in all.
+/// How long it may be silent altogether.
 pub(super) const STARVES: Duration = Duration::from_secs(5);
-/// The guard looks this often. A guard that was itself held up, with the whole machine perhaps, counts one look.
+/// Time between the guard's looks. If the guard was held up itself, perhaps with the whole machine, that counts as
+/// one look.
 pub(super) const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Unit of times in /proc: a hundredth of a second, whatever the machine (USER_HZ).
 const TICK: Duration = Duration::from_millis(10);
 
-/// What the system tells of the loop's thread.
+/// State of the loop's thread, from the system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Thread {
-    /// It runs, or would if it had a processor and the memory it waits for.
+    /// True if it runs, or would with a processor and the memory it waits for.
     is_ready: bool,
     /// Processor time it has had so far.
     ran: Duration,
 }
 
-/// Where the system tells it.
+/// Where the system reports that state.
 pub(super) struct Source(Option<File>);
 
-/// Why it is not waited for any longer.
+/// Why the guard stops waiting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cause {
     /// It hangs, or was stopped.
     Hangs,
-    /// Others kept it from running.
+    /// Other programs kept it from running.
     Starves,
 }
 
-/// The silence of a loop, from one look to the next.
+/// The silence of a loop so far, updated at each look.
 #[derive(Debug, Default)]
 pub(super) struct Patience {
-    /// The loop has begun and not ended.
+    /// True while the loop runs: it has begun and not ended.
     is_beating: bool,
-    /// How long it has been silent, and of this by its own doing.
+    /// How long it has been silent, and how much of that by its own fault.
     silent: Duration,
     hung: Duration,
     /// Its processor time at the last look.
@@ -53,7 +54,7 @@ pub(super) struct Patience {
 }
 
 impl Source {
-    /// Of the first thread of `process`, which is where its loop runs. Where the system tells nothing, neither does it.
+    /// For the first thread of `process`, where its loop runs. If the system reports nothing, neither does this.
     pub(super) fn of(process: i32) -> Source {
         Source(File::open(format!("/proc/{process}/task/{process}/stat")).ok())
     }
@@ -66,9 +67,9 @@ impl Source {
 }
 
 impl Thread {
-    /// Of the text of a `stat` file (proc(5)).
+    /// Parses the text of a `stat` file (proc(5)).
     fn of_stat(text: &str) -> Option<Thread> {
-        // The program's name, in brackets, may have brackets and blanks in it.
+        // The program's name, in brackets, may contain brackets and blanks.
         let (_, fields) = text.rsplit_once(") ")?;
         let fields: Vec<&str> = fields.split(' ').take(13).collect();
         let [state, .., user, system] = fields[..] else { return None };
@@ -78,13 +79,13 @@ impl Thread {
 }
 
 impl Patience {
-    /// The loop was heard; `beats` if it goes on.
+    /// Notes a sign of life; `beats` is true if the loop continues.
     pub(super) fn hear(&mut self, beats: bool) {
         *self = Patience { is_beating: beats, ..Patience::default() };
     }
 
-    /// Nothing was heard since the last look, and the loop's thread is seen to be so; none where the system does not
-    /// tell. Says why it is not waited for any longer.
+    /// Notes that nothing was heard since the last look; `thread` is the state of the loop's thread, `None` if the
+    /// system does not report it. Returns the cause once the guard should stop waiting.
     pub(super) fn hear_nothing(&mut self, thread: Option<Thread>) -> Option<Cause> {
         if !self.is_beating {
             return None;
@@ -116,8 +117,8 @@ mod tests {
         Some(Thread { is_ready, ran: Duration::from_millis(ran_ms) })
     }
 
-    /// After how many looks at a loop that is silent after its first beat the guard gives up, and why; `seen` says what it
-    /// sees at each.
+    /// Number of looks after which the guard gives up on a loop that is silent after its first beat, and why;
+    /// `seen` gives the thread's state at each look.
     fn given_up(seen: impl Fn(u64) -> Option<Thread>) -> (u64, Cause) {
         let mut patience = Patience::default();
         patience.hear(true);
@@ -126,17 +127,17 @@ mod tests {
 
     #[test]
     fn a_loop_that_hangs_is_borne_for_a_second_and_one_that_is_kept_from_running_for_five() {
-        // Stopped, or waiting for what does not come; or nothing is known of it.
+        // Stopped, or waiting for something that does not come; or its state is unknown.
         assert_eq!(given_up(|_| thread(false, 700)), (10, Cause::Hangs));
         assert_eq!(given_up(|_| None), (10, Cause::Hangs));
-        // It has the processor and does nothing with it. What it had before the first look is not known.
+        // It has the processor and does nothing useful. Its time before the first look is unknown.
         assert_eq!(given_up(|look| thread(true, 700 + 100 * look)), (11, Cause::Hangs));
-        // It had a second before the guard could look again.
+        // It used a second before the guard could look again.
         assert_eq!(given_up(|look| thread(true, 5000 * look)), (11, Cause::Hangs));
-        // It has none, or a hundredth.
+        // It gets no processor time, or a hundredth.
         assert_eq!(given_up(|_| thread(true, 700)), (50, Cause::Starves));
         assert_eq!(given_up(|look| thread(true, 700 + look)), (50, Cause::Starves));
-        // It hangs for half of the time.
+        // It hangs half of the time.
         assert_eq!(given_up(|look| thread(look % 2 == 0, 700)), (19, Cause::Hangs));
     }
 

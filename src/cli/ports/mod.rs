@@ -1,7 +1,7 @@
-//! Which ports a run is on: simulated buses, or the devices that the unit file and the user name.
+//! The ports of a run: simulated buses, or the devices that the unit file and the user name.
 //!
-//! Comes in: the robot, its unit file if there is one, what the user said. Goes out: "simulated", or a device
-//! for every bus, or why neither.
+//! In: the robot, its unit file if there is one, the user's options. Out: "simulated", or a device for every bus,
+//! or the reason for neither.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -19,7 +19,7 @@ use crate::config::{UnitBus, UnitFile, default_unit_path, nearest};
 use crate::model::{Bus, IMU_LINE, Robot};
 use crate::platform::{monotonic, sleep_until};
 
-/// How long a device that another program has is waited for, and how often it is tried.
+/// How long to wait for a device that another program holds, and time between attempts.
 const BUSY_PATIENCE: Duration = Duration::from_secs(1);
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
@@ -31,14 +31,14 @@ pub(super) struct PortOption {
 }
 
 impl PortOption {
-    /// True of a bus; false of the inertial measurement unit.
+    /// True for a bus; false for the inertial measurement unit.
     pub(super) fn is_bus(&self) -> bool {
         self.bus != IMU_LINE
     }
 
-    /// As it stands in a unit file.
+    /// The entry for a unit file.
     pub(super) fn to_unit_bus(&self) -> UnitBus {
-        // A link in /dev/serial/by-id stays one.
+        // Not canonicalised: a link in /dev/serial/by-id must remain a link.
         let path = std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone());
         UnitBus { name: self.bus.clone(), device: path.display().to_string() }
     }
@@ -48,7 +48,7 @@ impl PortOption {
         &self.path
     }
 
-    /// As it is typed after `--port`.
+    /// The text to type after `--port`.
     pub(super) fn to_argument(&self) -> OsString {
         let mut argument = OsString::from(&self.bus);
         argument.push("=");
@@ -76,15 +76,15 @@ impl fmt::Display for PortOption {
     }
 }
 
-/// Where the robot's buses are.
+/// Location of the robot's buses.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Choice {
-    /// Nowhere: they are simulated.
+    /// Simulated, without devices.
     Simulated {
-        /// On a virtual clock.
+        /// True for a virtual clock.
         is_virtual: bool,
     },
-    /// On real ports: one for each bus, in the robot's order of buses, and behind them that of the inertial measurement
+    /// On real ports: one for each bus, in the robot's order of buses, followed by that of the inertial measurement
     /// unit, if there is one; all paths different.
     Devices(Vec<PortOption>),
 }
@@ -102,10 +102,11 @@ impl fmt::Display for Choice {
     }
 }
 
-/// Decides where the buses of `robot`, loaded from `robot_file`, are. Opens nothing.
+/// Decides whether the buses of `robot`, loaded from `robot_file`, are simulated or on devices. Opens nothing.
 ///
-/// Simulated, if the user asks for that, or if neither `unit` nor the user names a device. Otherwise every bus
-/// needs one, the user's before the unit file's, and the unit file must be a calibrated one of this robot.
+/// They are simulated if the user asks for that, or if neither `unit` nor the user names a device. Otherwise every
+/// bus needs a device: the user's takes precedence over the unit file's. The unit file must then be a calibrated
+/// one of this robot.
 ///
 /// # Errors
 /// Bad input: ports that do not fit the robot's buses, no calibrated unit file, a bus without a device.
@@ -135,10 +136,10 @@ pub(super) fn choose(
     Ok(Choice::Devices(ports))
 }
 
-/// The same for commands that only look: the unit file need not be calibrated, nor even be there.
+/// The same for commands that only look: the unit file may be uncalibrated or missing.
 ///
 /// # Errors
-/// Bad input: ports that do not fit the robot's buses, a bus without a device where others have one.
+/// Bad input: ports that do not fit the robot's buses, a bus without a device while others have one.
 pub(super) fn choose_to_look(
     options: &UnitArguments,
     robot: &Robot,
@@ -151,8 +152,8 @@ pub(super) fn choose_to_look(
     Ok(Choice::Devices(fill_up(robot, unit, &options.ports)?))
 }
 
-/// A device for each bus, in the order of the robot's buses: the user's before the unit file's. For commands that talk
-/// to single servos.
+/// A device for each bus, in the order of the robot's buses; the user's takes precedence over the unit file's. For
+/// commands that talk to single servos.
 ///
 /// # Errors
 /// Bad input: ports that do not fit the robot's buses, a bus without a device.
@@ -165,10 +166,10 @@ pub(super) fn devices_for_tools(
     fill_up(robot, unit, ports)
 }
 
-/// Whether the buses are simulated.
+/// True if the buses are simulated.
 ///
 /// # Errors
-/// Bad input: `--no-physics`, which says how simulated joints turn, beside devices.
+/// Bad input: `--no-physics`, an option for simulated joints, together with devices.
 pub(super) fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> Result<bool, BadInput> {
     let has_devices = !options.ports.is_empty() || unit.is_some_and(|unit| !unit.unit.buses.is_empty());
     let is_simulated = options.simulate || options.is_virtual || !has_devices;
@@ -182,7 +183,7 @@ pub(super) fn is_simulated(options: &UnitArguments, unit: Option<&UnitFile>) -> 
     Ok(is_simulated)
 }
 
-/// Opens `ports`, one for each bus of `robot`, and says what could be better about them.
+/// Opens `ports`, one for each bus of `robot`, and prints advice about their settings.
 pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
     let imu = imu_device(robot, ports);
     if robot.imu.is_some() && imu.is_none() {
@@ -196,7 +197,7 @@ pub(super) fn open(robot: &Robot, ports: &[PortOption]) -> Result<SerialPorts> {
     Ok(ports)
 }
 
-/// Opens all. One that is in use may be so for a moment: by the guard of an earlier run, which takes the torque off there.
+/// Opens all. Retries a device in use for a while: the guard of an earlier run may hold it to take the torque off.
 fn open_when_free(buses: &[Device], imu: Option<&Device>) -> Result<SerialPorts, OpenError> {
     let start = monotonic();
     let mut has_said = false;
@@ -221,7 +222,7 @@ pub(super) fn warn(text: &str) {
     complain(&format!("hippocamp: warning: {text}"));
 }
 
-/// Each for a bus of the robot, each bus once.
+/// Checks that each port names a bus of the robot, and each bus only once.
 fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
     for (index, port) in ports.iter().enumerate() {
         let imu = robot.imu.as_ref().map(|_| IMU_LINE);
@@ -242,7 +243,7 @@ fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// A port for each bus, in the order of the robot's buses: one of `ports`, or else the unit file's device.
+/// A port for each bus, in the order of the robot's buses: from `ports`, or else the unit file's device.
 fn fill_up(
     robot: &Robot,
     unit: Option<&UnitFile>,
@@ -273,7 +274,7 @@ fn fill_up(
     Ok(all)
 }
 
-/// Where the inertial measurement unit is, if that is known: the user's device before the unit file's.
+/// The port of the inertial measurement unit, if known; the user's takes precedence over the unit file's.
 pub(super) fn imu_port(unit: Option<&UnitFile>, ports: &[PortOption]) -> Option<PortOption> {
     let from_unit = || {
         let entry = unit?.unit.imu.as_ref()?;
@@ -282,7 +283,7 @@ pub(super) fn imu_port(unit: Option<&UnitFile>, ports: &[PortOption]) -> Option<
     ports.iter().find(|port| port.bus == IMU_LINE).cloned().or_else(from_unit)
 }
 
-/// The device of the inertial measurement unit, where `ports` has one.
+/// The device of the inertial measurement unit, if `ports` has one.
 pub(super) fn imu_device(robot: &Robot, ports: &[PortOption]) -> Option<Device> {
     let port = ports.iter().find(|port| port.bus == IMU_LINE)?;
     Some(Device::of_imu(robot.imu.as_ref()?, port.path.clone()))

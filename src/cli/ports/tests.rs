@@ -50,7 +50,7 @@ fn choose_with(unit: Option<&Unit>, ports: &[&str], is_simulation: bool) -> Resu
     choose(&options, &robot(), Path::new(ROBOT_FILE), unit.map(file).as_ref())
 }
 
-/// What `--no-physics` leads to with a calibrated unit file that names devices.
+/// Message for `--no-physics` with a calibrated unit file that names devices.
 #[test]
 fn joints_of_real_devices_do_not_turn_freely() {
     let unit = unit(&robot(), &ALL);
@@ -84,7 +84,7 @@ fn paths(unit: Option<&Unit>, ports: &[&str]) -> Vec<String> {
     devices.iter().map(|device| device.path.display().to_string()).collect()
 }
 
-/// What is said; all of it is bad input, exit code 2.
+/// The error message; every such error is bad input, exit code 2.
 fn said(result: Result<Choice>) -> String {
     let error = result.unwrap_err();
     assert!(error.is::<BadInput>() || error.is::<ConfigError>(), "{error:#}");

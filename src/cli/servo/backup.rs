@@ -10,7 +10,7 @@ use crate::cli::confirm::confirm;
 use crate::output::{Outputs, Writing};
 use crate::service::{Backup, ServicePort, backup as kept};
 
-/// Keeps every register in `file`.
+/// Saves every register to `file`.
 pub(super) fn backup(which: &Which, file: &Path) -> Result<()> {
     let mut outputs = Outputs::of_reading([&which.port]);
     outputs.claim("the backup", file, Writing::New)?;
@@ -22,7 +22,7 @@ pub(super) fn backup(which: &Which, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Gives back what `file` holds.
+/// Restores the content of `file`.
 pub(super) fn restore(which: &Which, file: &Path, consent: &Consent) -> Result<()> {
     let backup = Backup::load(file)?;
     let mut port = ServicePort::open(&which.port)?;

@@ -20,7 +20,7 @@ pub(super) fn baud(which: &Which, baud: u32, consent: &Consent) -> Result<()> {
 fn change(which: &Which, name: &str, value: f64, consent: &Consent) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
-    // Checked before anybody is asked.
+    // Checked before the user is asked.
     let raw = servo.identity().count(&servo.register(name)?, value)?;
     let (held, wanted) = (servo.read(name)?, servo.identity().value(&servo.register(name)?, raw));
     confirm(
@@ -32,7 +32,7 @@ fn change(which: &Which, name: &str, value: f64, consent: &Consent) -> Result<()
     Ok(())
 }
 
-/// Makes where the shaft is now the middle of the servo's counts.
+/// Makes the shaft's present position the middle of the servo's counts.
 pub(super) fn center(which: &Which, consent: &Consent) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
@@ -53,14 +53,14 @@ pub(super) fn center(which: &Which, consent: &Consent) -> Result<()> {
     Ok(())
 }
 
-/// Starts the servo anew.
+/// Restarts the servo.
 pub(super) fn reboot(which: &Which, consent: &Consent) -> Result<()> {
     restart(which, consent, "start it anew: torque off, volatile registers as after power-on", |servo| {
         servo.reboot()
     })
 }
 
-/// Takes the servo's settings back to what the factory set.
+/// Resets the servo's settings to the factory values.
 pub(super) fn reset(which: &Which, consent: &Consent) -> Result<()> {
     let what = "torque off, and every setting back to the factory's, but for id and rate ('servo backup' keeps them first; a Feetech \
                 servo may also go back to its factory rate)";

@@ -1,4 +1,4 @@
-//! Finding the servo that is meant: its language and rate.
+//! Finds the servo that the user means: its protocol and rate.
 
 use anyhow::Result;
 
@@ -8,16 +8,16 @@ use crate::model::Protocol;
 use crate::service::{Address, ServiceError, ServicePort, Servo, scan_bauds};
 use crate::units::ServoId;
 
-/// The one servo with the id that was named. Asks at every rate and in every language that `which` leaves open.
+/// The one servo with the given id. Tries every rate and protocol that `which` leaves open.
 ///
 /// # Errors
-/// When nobody answers, or servos at several rates do.
+/// If no servo answers, or servos at several rates do.
 pub(super) fn find<'p>(port: &'p mut ServicePort, which: &Which) -> Result<Servo<'p>> {
     let address = find_address(port, which)?;
     Ok(port.servo(address)?)
 }
 
-/// The same, or else the servo at `home`: where it is if it was moved there before and that was broken off.
+/// The same, or else the servo at `home`: it is there if an earlier move to `home` broke off.
 pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Address) -> Result<Servo<'p>> {
     match find_address(port, which) {
         Ok(address) if port.is_anybody_at(address)? => Ok(port.servo(address)?),
@@ -38,7 +38,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
         return Ok(address);
     }
     let mut found = Vec::new();
-    // Another round if nobody was heard in the first.
+    // A second round if none answered in the first.
     for address in candidates.iter().chain(&candidates) {
         if *address == candidates[0] && !found.is_empty() {
             break;

@@ -1,4 +1,4 @@
-//! `hippocamp servo`: one servo read, written, given another id or rate, centred, reset, kept in a file.
+//! `hippocamp servo`: reads, writes, centres, resets or backs up one servo, or changes its id or rate.
 
 mod backup;
 mod change;
@@ -13,7 +13,7 @@ use super::interrupt;
 use super::scan::Language;
 use crate::model::Protocol;
 
-/// What is done with one servo.
+/// A command for one servo.
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum ServoCommand {
     /// Reads a register by name, or all of them.
@@ -22,7 +22,7 @@ pub(super) enum ServoCommand {
     Read {
         #[command(flatten)]
         which: Which,
-        /// Its name; none for all registers.
+        /// Its name; leave it out to read all registers.
         register: Option<String>,
     },
     /// Writes a register by name, in the unit 'servo read' shows.
@@ -52,7 +52,7 @@ pub(super) enum ServoCommand {
         /// The file (TOML); must not be there yet.
         file: PathBuf,
     },
-    /// Gives the servo the settings that a file of 'servo backup' holds, byte for byte, id and rate included.
+    /// Restores the settings in a file of 'servo backup', byte for byte, id and rate included.
     #[command(after_help = "Example: hippocamp servo restore /dev/ttyUSB0 1 left_hip.toml")]
     Restore {
         #[command(flatten)]
@@ -83,21 +83,21 @@ pub(super) enum ServoCommand {
         #[command(flatten)]
         consent: Consent,
     },
-    /// Makes where the shaft stands now the middle of the servo's counts.
+    /// Makes the shaft's present position the middle of the servo's counts.
     Center {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
         consent: Consent,
     },
-    /// Starts the servo anew, as after power-on: clears an overload, for one.
+    /// Restarts the servo, as after power-on: this clears an overload, for example.
     Reboot {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
         consent: Consent,
     },
-    /// Takes every setting back to what the factory set, but for id and rate.
+    /// Resets every setting to the factory value, except id and rate.
     Reset {
         #[command(flatten)]
         which: Which,
@@ -106,7 +106,7 @@ pub(super) enum ServoCommand {
     },
 }
 
-/// Which servo.
+/// Options that identify a servo.
 #[derive(Debug, clap::Args)]
 pub(super) struct Which {
     /// The serial device, such as /dev/ttyUSB0 or a path in /dev/serial/by-id.
@@ -117,12 +117,12 @@ pub(super) struct Which {
     /// Its rate, bit/s [default: found].
     #[arg(long)]
     baud: Option<u32>,
-    /// Its language [default: found].
+    /// Its protocol [default: found].
     #[arg(long, value_enum)]
     protocol: Option<Language>,
 }
 
-/// Whether to ask first.
+/// The option to write without asking.
 #[derive(Debug, clap::Args)]
 pub(super) struct Consent {
     /// Write without asking.
@@ -130,9 +130,9 @@ pub(super) struct Consent {
     yes: bool,
 }
 
-/// Does what `command` says.
+/// Carries out `command`.
 pub(super) fn servo(command: &ServoCommand) -> Result<()> {
-    // A write under way is finished.
+    // On Ctrl-C a write under way is finished.
     interrupt::catch()?;
     match command {
         ServoCommand::Read { which, register } => registers::read(which, register.as_deref()),

@@ -10,7 +10,7 @@ use crate::service::{Access, RegisterInfo, ServiceError, ServicePort, Value};
 /// Registers that make the shaft move or hold.
 const MOVING: [&str; 5] = ["torque_enable", "goal_position", "goal_velocity", "goal_current", "goal_pwm"];
 
-/// Prints what one register holds, or all.
+/// Prints the value of one register, or of all.
 pub(super) fn read(which: &Which, register: Option<&str>) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
@@ -45,7 +45,7 @@ fn in_counts(value: &Value) -> String {
     if value.unit.is_empty() { String::new() } else { format!(" ({})", value.raw) }
 }
 
-/// Writes one register, and says what it holds then.
+/// Writes one register, and prints its new value.
 pub(super) fn write(which: &Which, name: &str, value: f64, raw: bool, yes: bool) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;

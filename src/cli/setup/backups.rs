@@ -1,4 +1,4 @@
-//! Each servo as it came, kept in a file; and so a record of which joints' servos were begun.
+//! Backups of each servo as delivered, in files. They also record which joints' servos have been started on.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use crate::service::setup::{Target, is_begun};
 use crate::service::{Backup, Servo};
 
-/// More backups of one joint's servos than anybody keeps.
+/// Highest number of backups of one joint's servos.
 const MAX: u32 = 1000;
 
 /// The folder of a robot's backups.
@@ -16,7 +16,7 @@ pub(super) struct Backups {
 }
 
 impl Backups {
-    /// Beside a unit file: for `horse.unit.toml` it is `horse.servos`.
+    /// The folder beside a unit file: for `horse.unit.toml` it is `horse.servos`.
     pub(super) fn beside(unit: &Path) -> Backups {
         let name = unit.file_name().unwrap_or_default().to_string_lossy();
         let stem = name.strip_suffix(".toml").unwrap_or(&name);
@@ -24,7 +24,7 @@ impl Backups {
         Backups { folder: unit.with_file_name(format!("{stem}.servos")) }
     }
 
-    /// Whether the servo of `joint` was begun.
+    /// True if the set-up of `joint`'s servo was begun.
     pub(super) fn has(&self, joint: &str) -> bool {
         self.path(joint, 1).exists()
     }
@@ -34,8 +34,8 @@ impl Backups {
         self.folder.join(if number == 1 { format!("{joint}.toml") } else { format!("{joint}.{number}.toml") })
     }
 
-    /// Keeps `servo` as it is, unless a backup holds it as it was before `targets` were begun to be written to it.
-    /// The file.
+    /// Saves `servo` as it is, unless a backup already holds its state from before `targets` were first written to
+    /// it. Returns the file.
     pub(super) fn keep(&self, joint: &str, servo: &mut Servo<'_>, targets: &[Target]) -> Result<PathBuf> {
         let now = Backup::of(servo)?;
         std::fs::create_dir_all(&self.folder)

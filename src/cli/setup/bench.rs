@@ -1,4 +1,4 @@
-//! One bus, the servos it is to have, and how far each of them is.
+//! One bus, the servos it should have, and how far the set-up of each is.
 
 use anyhow::Result;
 
@@ -9,24 +9,24 @@ use crate::model::{Robot, ServoModel};
 use crate::service::setup::{changes, factory_address, targets};
 use crate::service::{Address, ServiceError, ServicePort, scan_bauds};
 
-/// A servo that is to be.
+/// A servo to set up.
 pub(super) struct Job {
     /// Full name of the joint it turns.
     pub(super) joint: String,
     pub(super) model: &'static ServoModel,
-    /// Where it is to answer.
+    /// Its final address.
     pub(super) home: Address,
-    /// Seen to be done in this run.
+    /// True if this run has seen it done.
     pub(super) is_done: bool,
 }
 
-/// How far a joint's servo is.
+/// How far the set-up of a joint's servo is.
 pub(super) enum Standing {
-    /// It answers where it should and is set as it should be.
+    /// It answers at its address and all settings are right.
     Done,
-    /// It answers here, and something is left to do.
+    /// It answers here, and settings are left to write.
     Unfinished(Address),
-    /// It is not there, or still new.
+    /// It is missing, or still new.
     Missing,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Bench {
     pub(super) jobs: Vec<Job>,
 }
 
-/// Opens the line of every bus, or names all that cannot be.
+/// Opens the line of every bus, or lists all that cannot be opened.
 pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<Bench>> {
     let mut benches = Vec::new();
     let mut faults = Vec::new();
@@ -60,8 +60,8 @@ pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<Bench>> 
 }
 
 impl Bench {
-    /// The jobs in the file's order, but the one whose servo ends where new ones begin comes last: it would clash with
-    /// every other new one.
+    /// The jobs in the file's order, except that the servo whose final address is the factory address comes last:
+    /// it would clash with every other new one.
     pub(super) fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.jobs.len()).collect();
         order.sort_by_key(|index| self.is_like_new(&self.jobs[*index]));
@@ -72,14 +72,14 @@ impl Bench {
         job.home == factory_address(job.home.protocol)
     }
 
-    /// Whether what answers at `address` is one of the robot's own servos, and not a new one.
+    /// True if the servo at `address` is one of the robot's own, and not a new one.
     pub(super) fn is_taken(&self, address: Address, backups: &Backups) -> bool {
         let owner = self.jobs.iter().find(|job| job.home == address);
         owner.is_some_and(|job| !self.is_like_new(job) || backups.has(&job.joint))
     }
 
-    /// How far the servo of a job is. One that answers at the address of new ones is the joint's only if it was
-    /// begun; and one that has the joint's id at another rate, too.
+    /// How far the servo of a job is. A servo at the factory address, or with the joint's id at another rate, is
+    /// the joint's only if its set-up was begun.
     pub(super) fn standing(&mut self, index: usize, backups: &Backups) -> Result<Standing> {
         let Job { joint, model, home, .. } = &self.jobs[index];
         let (home, number) = (*home, model.model_number);
@@ -118,7 +118,7 @@ impl Bench {
         Ok(Standing::Missing)
     }
 
-    /// Whether every servo answers at its place with everything set; says which do not.
+    /// True if every servo answers at its address with all settings right; prints which do not.
     pub(super) fn check_all(&mut self, backups: &Backups) -> Result<bool> {
         let mut is_all_there = true;
         for index in 0..self.jobs.len() {

@@ -1,9 +1,10 @@
-//! `hippocamp setup`: from a box of new servos to a robot whose servos are where its file says.
+//! `hippocamp setup`: turns a box of new servos into a robot whose servos have the addresses in its file.
 //!
-//! Comes in: a robot file, devices, a person who plugs in one servo after the other. Goes out: servos with ids, rates
-//! and modes; a backup of each as it came; the unit file with the devices.
+//! In: a robot file, devices, a person who plugs in one servo after the other. Out: servos with ids, rates and
+//! modes; a backup of each as delivered; the unit file with the devices.
 //!
-//! What is done is seen from who answers where, and from the backups; so it can be broken off anywhere and run again.
+//! The addresses of the servos, and the backups, show what is done; so the user can break off anywhere and run it
+//! again.
 
 mod backups;
 mod bench;
@@ -35,7 +36,7 @@ pub(super) struct SetupArguments {
     /// none.
     #[arg(long, value_name = "FILE")]
     pub(super) unit: Option<PathBuf>,
-    /// Serial device of a bus, in the place of the unit file's; written to the unit file.
+    /// Serial device of a bus, instead of the unit file's; written to the unit file.
     #[arg(long = "port", value_name = "BUS=PATH")]
     ports: Vec<PortOption>,
     /// Do not ask: wait for each servo to appear, and set it up.
@@ -81,7 +82,7 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
     Ok(())
 }
 
-/// One servo on its way.
+/// The set-up of one servo.
 struct Walk<'a> {
     bench: &'a mut Bench,
     index: usize,
@@ -96,7 +97,7 @@ impl Walk<'_> {
         &self.bench.jobs[self.index]
     }
 
-    /// Goes on with the joint's servo from wherever it stands until it is done.
+    /// Continues with the joint's servo, however far it is, until it is done.
     fn finish(&mut self) -> Result<()> {
         let mut has_asked = false;
         loop {
@@ -144,7 +145,7 @@ impl Walk<'_> {
             model.name, home.id, self.bench.name
         );
         if self.yes {
-            // Said once: it is waited for.
+            // Asked once; then the program waits for the servo.
             if !std::mem::replace(has_asked, true) {
                 say!("{sentence}");
             }
@@ -181,7 +182,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Backs up the servo at `at`, says what is written to it, and writes it.
+    /// Backs up the servo at `at`, prints the changes, and writes them.
     fn set_up(&mut self, at: Address, is_new: bool) -> Result<()> {
         let Job { joint, home, .. } = self.job();
         let (joint, home) = (joint.clone(), *home);
@@ -205,7 +206,8 @@ impl Walk<'_> {
         if is_new {
             self.notes.forget_calibration(&joint)?;
         }
-        // The backup is the mark of a servo that was begun: it comes when all else that a new one needs is done.
+        // The backup marks a servo as begun: so it is saved only when everything else that a new servo needs is
+        // done.
         let kept = self.backups.keep(&joint, &mut servo, &targets)?;
         say!("  as it was before: {}", kept.display());
         carry_out(&mut servo, &targets, &changes, home)?;

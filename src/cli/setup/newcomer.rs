@@ -1,4 +1,4 @@
-//! Finding the one new servo on a line: first where new ones answer, from time to time everywhere.
+//! Finds the one new servo on a line: looks first at the factory address, and from time to time everywhere.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
@@ -13,35 +13,35 @@ use crate::service::setup::factory_address;
 use crate::service::{Address, ServiceError, scan_bauds};
 use crate::units::ServoId;
 
-/// A whole look is taken once in so many.
+/// One look in this many covers all rates and ids.
 const WHOLE_LOOK_EVERY: u32 = 40;
 const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
-/// Looks for a new servo again and again.
+/// Looks for a new servo repeatedly.
 #[derive(Debug)]
 pub(super) struct Seeker {
     looks: u32,
-    /// The look that is the first whole one.
+    /// The number of the first look that covers everything.
     first_whole_look: u32,
-    /// What was said, so that it is said once.
+    /// Messages already printed, so that none is repeated.
     said: BTreeSet<String>,
 }
 
 impl Seeker {
-    /// Looks everywhere soon if a person says that the servo `is_there`, and otherwise gives new ones time to come: a
-    /// whole look takes a quarter of a minute.
+    /// Looks everywhere soon if a person says that the servo `is_there`; otherwise gives the person time to plug it
+    /// in, since a look everywhere takes a quarter of a minute.
     pub(super) fn new(is_there: bool) -> Seeker {
         let first_whole_look = if is_there { 2 } else { WHOLE_LOOK_EVERY };
         Seeker { looks: 0, first_whole_look, said: BTreeSet::new() }
     }
 
-    /// Whether all rates and ids were looked at.
+    /// True if it has tried all rates and ids.
     pub(super) fn has_looked_everywhere(&self) -> bool {
         self.looks > self.first_whole_look
     }
 
-    /// Where the one new servo answers, if there is exactly one and it is of the joint's model; says what is in the
-    /// way otherwise.
+    /// The address of the new servo, if there is exactly one and it is of the joint's model; otherwise prints the
+    /// obstacle.
     pub(super) fn look(
         &mut self,
         bench: &mut Bench,
@@ -132,7 +132,7 @@ impl Seeker {
         Ok(found)
     }
 
-    /// Whether the servo at `at` can be the joint's.
+    /// The address `at`, if the servo there can be the joint's.
     fn judge(&mut self, bench: &mut Bench, index: usize, at: Address) -> Result<Option<Address>> {
         let model = bench.jobs[index].model;
         let joint = bench.jobs[index].joint.clone();
@@ -150,7 +150,7 @@ impl Seeker {
             bench.port.pause(BETWEEN_LOOKS);
             return Ok(None);
         }
-        // Two that answer with the same bytes sound like one; what they measure differs.
+        // Two servos that reply with the same bytes look like one; but their measurements differ.
         match bench.port.known_servo(at, identity).read_all() {
             Ok(_) => Ok(Some(at)),
             Err(error @ (ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. })) => {

@@ -1,4 +1,4 @@
-//! The unit file while servos are set up: devices are noted in it, and what a new servo makes void is taken out.
+//! The unit file during set-up: notes the devices, and removes what a new servo makes invalid.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::cli::unit;
 use crate::config::{Unit, UnitBus, UnitFile, default_unit_path, write_unit};
 use crate::output::{Outputs, Writing};
 
-/// The unit file, read and to be written.
+/// The unit file as read, and its changes to write.
 pub(super) struct UnitNotes {
     path: PathBuf,
     file: Option<UnitFile>,
@@ -18,10 +18,10 @@ pub(super) struct UnitNotes {
 }
 
 impl UnitNotes {
-    /// The unit file of `robot_file`, or the one named, whether or not it is there yet.
+    /// The unit file of `robot_file`, or the one named; it need not exist yet.
     ///
     /// # Errors
-    /// When it is there and is none, or another robot's.
+    /// If it exists but is no unit file, or belongs to another robot.
     pub(super) fn open(robot_file: &Path, named: Option<&Path>) -> Result<UnitNotes> {
         let path = named.map_or_else(|| default_unit_path(robot_file), Path::to_owned);
         Outputs::of_reading([robot_file]).claim("the unit file", &path, Writing::UnitFile)?;
@@ -38,12 +38,12 @@ impl UnitNotes {
         Ok(UnitNotes { path, file, unit })
     }
 
-    /// Where it is.
+    /// Its path.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// As it was read.
+    /// Its content as read.
     pub(super) fn file(&self) -> Option<&UnitFile> {
         self.file.as_ref()
     }
@@ -59,7 +59,7 @@ impl UnitNotes {
         self.write()
     }
 
-    /// A new servo turns `joint`: what was measured of the old one is void.
+    /// Removes the calibration of `joint`, which a new servo has made invalid.
     pub(super) fn forget_calibration(&mut self, joint: &str) -> Result<()> {
         let count = self.unit.joints.len();
         self.unit.joints.retain(|entry| entry.name != joint);

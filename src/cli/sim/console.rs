@@ -1,4 +1,4 @@
-//! What is typed while the servos run. Every line is answered by at least one, the last of them when it is done.
+//! Commands typed while the servos run. Each gets at least one line in answer, the last when it is done.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use hw_sim::pty::PtyServer;
 use super::rig::{Rig, Target};
 use crate::cli::say::lines;
 
-/// How often a turning joint is looked at.
+/// Time between looks at a turning joint.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 const HELP: &str = "  plug SERVO...              connect: it starts from its EEPROM, without torque
@@ -22,17 +22,17 @@ const HELP: &str = "  plug SERVO...              connect: it starts from its EEP
   quit                       end
 SERVO is a joint (left_hind.hip), BUS:ID with the id of the robot file, or all; a bus in its place is its adapter.";
 
-/// Standard input and the servos it is about.
+/// Standard input and the servos it controls.
 pub(super) struct Console<'a> {
     pub(super) rig: &'a Rig,
     pub(super) server: &'a PtyServer,
     pub(super) lines: Receiver<String>,
-    /// A message ends it all.
+    /// A message here ends the program.
     pub(super) stop: Receiver<()>,
 }
 
 impl Console<'_> {
-    /// Does what is typed until a signal or `quit`.
+    /// Carries out typed commands until a signal or `quit`.
     pub(super) fn run(mut self) {
         loop {
             let line = select! {
@@ -46,13 +46,13 @@ impl Console<'_> {
                     Ok(ControlFlow::Break(())) => return,
                     Err(error) => say!("{error}"),
                 },
-                // The end of standard input is not the end of the servos.
+                // When standard input ends, the servos keep running.
                 Err(_) => self.lines = never(),
             }
         }
     }
 
-    /// Does what a line says; breaks where a signal came meanwhile.
+    /// Carries out the command in a line; breaks if a signal came meanwhile.
     fn obey(&self, line: &str) -> Result<ControlFlow<()>, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
@@ -95,7 +95,7 @@ impl Console<'_> {
         Ok(())
     }
 
-    /// Turns joints to angles, and returns when they are there or a motor does not yield.
+    /// Turns joints to angles, and returns when they are there or a motor resists.
     fn turn(&self, pairs: &[&str]) -> Result<ControlFlow<()>, String> {
         let mut turned = Vec::new();
         for pair in pairs.chunks_exact(2) {
@@ -125,7 +125,7 @@ impl Console<'_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Turns the trunk, and returns when it is there.
+    /// Tilts the trunk, and returns when it is there.
     fn tilt(&self, words: [&str; 3]) -> Result<ControlFlow<()>, String> {
         let mut angles_rad = [0.0; 3];
         for (angle_rad, word) in angles_rad.iter_mut().zip(words) {
@@ -164,7 +164,7 @@ impl Console<'_> {
         say!("{joint}: at {angle_deg:.1} degrees, {state}, id {id} on {bus}");
     }
 
-    /// The joints meant by `words`; `all` are all.
+    /// The joints named in `words`; `all` means all.
     fn joints(&self, words: &[&str]) -> Result<Vec<usize>, String> {
         self.targets(words)?
             .into_iter()

@@ -1,4 +1,4 @@
-//! Where other programs find the buses: a folder with a link for each, kept by one `hippocamp sim` at a time.
+//! A folder with a link for each bus, where other programs find it; one `hippocamp sim` at a time holds it.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -9,22 +9,22 @@ use rustix::process::getuid;
 
 use super::super::BadInput;
 
-/// A folder for links, taken until dropped.
+/// A folder for links, reserved until dropped.
 #[derive(Debug)]
 pub(super) struct Links {
     folder: PathBuf,
     /// Locked, so that a second program with the same folder does not steal the first one's links.
     _lock: File,
-    /// Made here, and to be removed again.
+    /// True if this program made the folder, and must remove it.
     is_own: bool,
 }
 
 impl Links {
-    /// Takes `folder`, or else one that is named after the robot file in the user's folder for running programs, for
-    /// links of these `names`.
+    /// Reserves `folder` for links of these `names`; without `folder`, one named after the robot file in the user's
+    /// folder for running programs.
     ///
     /// # Errors
-    /// Bad input if it cannot be made, is in use, or has something else of such a name in it.
+    /// Bad input if the folder cannot be made, is in use, or has another file of such a name in it.
     pub(super) fn take<'n>(
         folder: Option<&Path>,
         robot_file: &Path,
@@ -43,12 +43,12 @@ impl Links {
                 folder.display()
             ))
         })?;
-        // A link to a terminal that is gone was left behind by a program that was killed.
+        // A killed program leaves links to terminals that are gone.
         let is_in_the_way = |path: &PathBuf| {
             path.symlink_metadata().is_ok()
                 && !fs::read_link(path).is_ok_and(|target| target.starts_with("/dev/pts"))
         };
-        // A link is made under the second name, and then has the first.
+        // A link is made under the second name, and then renamed to the first.
         let mut names = names.flat_map(|name| [folder.join(name), folder.join(format!("{name}.new"))]);
         if let Some(taken) = names.find(is_in_the_way) {
             return Err(BadInput(format!(
@@ -61,7 +61,7 @@ impl Links {
         Ok(Links { folder, _lock: lock, is_own })
     }
 
-    /// Where it is.
+    /// Its path.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
@@ -70,13 +70,13 @@ impl Links {
 impl Drop for Links {
     fn drop(&mut self) {
         if self.is_own {
-            // Stays if somebody has put something of theirs there.
+            // Fails, and keeps the folder, if it contains other files.
             let _ = fs::remove_dir(&self.folder);
         }
     }
 }
 
-/// `$XDG_RUNTIME_DIR/hippocamp/ROBOT`, or `hippocamp-USER/ROBOT` among the temporary files where that is not set.
+/// `$XDG_RUNTIME_DIR/hippocamp/ROBOT`, or `hippocamp-USER/ROBOT` among the temporary files if that is not set.
 fn default_folder(robot_file: &Path) -> PathBuf {
     let running = match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
         Some(folder) => Path::new(&folder).join("hippocamp"),

@@ -1,7 +1,7 @@
 //! `hippocamp sim`: the servos of a robot file behind pseudo-terminals, in real time, for any program that drives
 //! servos.
 //!
-//! Comes in: a robot file, what goes wrong by script, and what is typed while it runs. Goes out: bytes on terminals.
+//! In: a robot file, scripted faults, and commands typed while it runs. Out: bytes on terminals.
 
 mod console;
 mod links;
@@ -29,7 +29,7 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
         let path = options.robot.display();
         return Err(BadInput(format!("{path}: {} has no buses, and so no servos", file.robot.name)).into());
     }
-    // Servos out of the box know nothing of a calibration.
+    // Servos out of the box have no calibration.
     let unit = match options.factory_new {
         true => None,
         false => unit::find(&options.robot, options.unit.as_deref())?,
@@ -37,7 +37,7 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
     if let Some(unit) = &unit {
         unit.apply(&mut file.robot)?;
     }
-    // Servos out of the box lie on a bench.
+    // Servos out of the box lie on a bench, so there is no body.
     if options.no_physics || options.factory_new || file.robot.physics.is_none() {
         file.robot = file.robot.without_body();
     }
@@ -45,7 +45,7 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
     let rig = Rig::new(file.robot, options)?;
     let world = rig.world(options, &faults.unwrap_or_default())?;
 
-    // Before there are links that a signal would leave behind.
+    // Before the links exist, since an uncaught signal would leave them behind.
     let stop = stop_signals()?;
     let links = Links::take(
         options.link.as_deref(),
@@ -59,7 +59,7 @@ pub(super) fn sim(options: &SimArguments) -> Result<()> {
     Ok(())
 }
 
-/// One message for each signal that ends the program.
+/// Receives one message for each signal that should end the program.
 fn stop_signals() -> Result<Receiver<()>> {
     let (sender, receiver) = bounded(1);
     let mut signals =

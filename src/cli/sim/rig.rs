@@ -1,4 +1,4 @@
-//! The robot as it was put together, and which servo is meant by what is typed.
+//! The robot as assembled, and the look-up of servos by typed name.
 
 use anyhow::Result;
 use hw_sim::pty::PtyServer;
@@ -11,34 +11,34 @@ use crate::config::nearest;
 use crate::model::{Robot, Servo};
 use crate::simulation;
 
-/// Counts of a turn, for drawing where a horn was put.
+/// Counts in a turn, for the random angle of a horn.
 const COUNTS_PER_TURN: f64 = 4096.0;
 
-/// Who is meant.
+/// The part of the robot that a typed word names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Target {
-    /// A joint, by its place in the robot, and its servo.
+    /// A joint, by its index in the robot, and its servo.
     Joint(usize),
-    /// A bus's adapter, by its place in the robot.
+    /// A bus's adapter, by its index in the robot.
     Bus(usize),
 }
 
-/// A robot as built: horns where they were put, some servos the other way round.
+/// A robot as built: with its horns as mounted, and some servos the other way round.
 #[derive(Debug)]
 pub(super) struct Rig {
     robot: Robot,
-    /// Place of each joint's servo among those of its bus.
+    /// Index of each joint's servo among those of its bus.
     places: Vec<usize>,
     is_factory_new: bool,
 }
 
 impl Rig {
-    /// Puts the robot together as `options` say.
+    /// Assembles the robot as `options` say.
     ///
     /// # Errors
-    /// Bad input: a joint to be mounted the other way round that is not there.
+    /// Bad input: `--reversed` names an unknown joint.
     pub(super) fn new(mut robot: Robot, options: &SimArguments) -> Result<Rig> {
-        // The terminal takes the adapter's place.
+        // The terminal takes the place of the adapter.
         robot.buses.iter_mut().for_each(|bus| bus.adapter_latency_us = 0);
         let mut counted = vec![0; robot.buses.len()];
         let mut place = |servo: &Option<Servo>| {
@@ -84,7 +84,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// The world it is in: limp, somewhere. Servos out of the box lie beside it, none plugged in.
+    /// A world with the robot limp in it, at random angles. Servos out of the box lie beside it, none plugged in.
     pub(super) fn world(&self, options: &SimArguments, faults: &FaultScript) -> Result<World> {
         let mut world = simulation::world(&self.robot, options.seed, faults)?;
         if self.is_factory_new {
@@ -101,7 +101,7 @@ impl Rig {
         (0..self.robot.joints.len()).filter(|joint| self.robot.joints[*joint].servo.is_some())
     }
 
-    /// Bus of a joint's servo, and its place there.
+    /// Bus of a joint's servo, and its index there.
     pub(super) fn place(&self, joint: usize) -> Option<(usize, usize)> {
         Some((self.robot.joints.get(joint)?.servo?.bus, self.places[joint]))
     }
@@ -116,21 +116,21 @@ impl Rig {
         &self.robot.buses[bus].name
     }
 
-    /// Where the encoder of a joint's servo stands when the joint is at `angle_rad`.
+    /// Encoder count of a joint's servo when the joint is at `angle_rad`.
     pub(super) fn count_of(&self, joint: usize, angle_rad: f64) -> Option<f64> {
         Some(self.robot.joints.get(joint)?.servo?.count_of(angle_rad))
     }
 
-    /// The angle of a joint (rad) whose servo's encoder stands at `counts`.
+    /// The angle of a joint (rad) when its servo's encoder is at `counts`.
     pub(super) fn angle_of(&self, joint: usize, counts: f64) -> Option<f64> {
         let (zero, one) = (self.count_of(joint, 0.0)?, self.count_of(joint, 1.0)?);
         Some((counts - zero) / (one - zero))
     }
 
-    /// Who is meant by `word`: a joint, BUS:ID with the id of the robot file, or a bus.
+    /// The part that `word` names: a joint, BUS:ID with the id of the robot file, or a bus.
     ///
     /// # Errors
-    /// Nobody; says who there is.
+    /// If it names none; the message lists the valid ones.
     pub(super) fn target(&self, word: &str) -> Result<Target, String> {
         let (joints, buses) = (&self.robot.joints, &self.robot.buses);
         if let Some(joint) = joints.iter().position(|joint| joint.name == word && joint.servo.is_some()) {
@@ -156,7 +156,7 @@ impl Rig {
         ))
     }
 
-    /// Says what is there, and where.
+    /// Prints the links and the servos there.
     pub(super) fn announce(&self, server: &PtyServer) {
         let count = self.joints().count();
         let state = match self.is_factory_new {

@@ -10,12 +10,12 @@ use rustix::termios::tcgetpgrp;
 
 use crate::platform::{monotonic, sleep_until};
 
-/// Lines that may wait while one is carried out.
+/// Most lines that wait while one is carried out.
 const LINES_WAITING: usize = 64;
-/// How often it is looked whether there is something to read, and whether it may be read.
+/// Time between checks whether there is input, and whether this program may read it.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
-/// What is typed, line by line. At the end of standard input there is no more.
+/// The typed lines. The channel closes at the end of standard input.
 pub(in crate::cli) fn lines() -> io::Result<Receiver<String>> {
     let (sender, receiver) = bounded(LINES_WAITING);
     std::thread::Builder::new().name("standard input".to_owned()).spawn(move || {
@@ -35,8 +35,8 @@ pub(in crate::cli) fn lines() -> io::Result<Receiver<String>> {
     Ok(receiver)
 }
 
-/// Waits a while for something to read. A program in the background that read its terminal would be stopped by the
-/// system, and its servos with it: it waits until it is in the foreground.
+/// Waits a while for input. The system would stop a background program that reads its terminal, and its servos with
+/// it: so this waits until the program is in the foreground.
 fn is_ready() -> bool {
     let input = io::stdin();
     if tcgetpgrp(&input).is_ok_and(|foreground| foreground != getpgrp()) {
@@ -44,6 +44,6 @@ fn is_ready() -> bool {
         return false;
     }
     let Ok(timeout) = Timespec::try_from(LOOK_EVERY) else { return true };
-    // Where it cannot be waited for, it can be read at once.
+    // Input that cannot be polled can be read at once.
     poll(&mut [PollFd::new(&input, PollFlags::IN)], Some(&timeout)) != Ok(0)
 }

@@ -12,7 +12,7 @@ const POSITION: Scale = Scale::Linear(360.0 / 4096.0, DEGREES);
 const VELOCITY: Scale = Scale::Linear(0.229, RPM);
 /// 214.577 rev/min^2.
 const ACCELERATION: Scale = Scale::Linear(214.577 * 360.0 / 3600.0, "deg/s2");
-/// 885 is all of it.
+/// Full duty is 885.
 const PWM: Scale = Scale::Linear(100.0 / 885.0, "%");
 const PLAIN: Scale = Scale::Plain;
 /// 256 turns either way.
@@ -22,7 +22,7 @@ const MODES: &str =
     "0 current, 1 velocity, 3 position, 4 extended position, 5 current-based position, 16 PWM";
 const ERRORS: &str = "bits: 1 input voltage, 4 overheating, 8 encoder, 16 electrical shock, 32 overload";
 
-/// Models with a load register in the place of current: XL430-W250 and 2XL430-W250.
+/// Models with a load register in place of current: XL430-W250 and 2XL430-W250.
 const WITHOUT_CURRENT: [u16; 2] = [1060, 1090];
 /// XL330-M288 and -M077.
 const XL330: [u16; 2] = [1200, 1190];
@@ -126,7 +126,7 @@ static TABLE: &[RegisterInfo] = &[
     fixed((147, 1, UNSIGNED), "backup_ready", PLAIN, ""),
 ];
 
-/// The registers of a model, indirect addressing included.
+/// The registers of a model, including indirect addressing.
 pub(super) fn table(model_number: u16) -> Vec<RegisterInfo> {
     let is_xl330 = XL330.contains(&model_number);
     let has_current = !WITHOUT_CURRENT.contains(&model_number);

@@ -30,7 +30,7 @@ pub(super) static STS: &[RegisterInfo] = &[
     fixed((3, 2, UNSIGNED), "model_number", PLAIN, ""),
     setting((5, 1, UNSIGNED), "id", PLAIN, (0, 252), ""),
     setting((6, 1, UNSIGNED), "baud_rate", Scale::Baud, (0, 7), ""),
-    // Reserved by the wiki on STS, where other programs use it as on SMS.
+    // Reserved in the wiki on STS; other programs use it as on SMS.
     setting((7, 1, UNSIGNED), "return_delay_time", DELAY, (0, 254), ""),
     setting((8, 1, UNSIGNED), "status_return_level", PLAIN, (0, 1), LEVEL),
     setting((9, 2, UNSIGNED), "min_position_limit", STS_POSITION, (0, 4095), "both limits 0: many turns"),

@@ -1,7 +1,7 @@
-//! Control tables by name: what each register means, in the units people use.
+//! Control tables by name: the meaning of each register, in the units people use.
 //!
-//! Names are those of the ROBOTIS manual, in lower case; a Feetech register that does the same has the same name,
-//! so that one script serves both. Data and their sources are in `dynamixel_x` and `feetech`.
+//! Names are those of the ROBOTIS manual, in lower case; a Feetech register with the same function has the same
+//! name, so that one script serves both. Data and their sources are in `dynamixel_x` and `feetech`.
 
 mod dynamixel_x;
 mod feetech;
@@ -14,29 +14,29 @@ use crate::model::{Firmware, Protocol};
 pub use value::{BadValue, Value, baud_code, baud_of_code};
 pub(crate) use value::{decode_bytes, encode_bytes};
 
-/// Who may change a register, and what becomes of it without power.
+/// Which side may change a register, and whether the value survives without power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
     /// The servo alone.
     Fixed,
-    /// A setting: it outlasts the power, and can be written only without torque.
+    /// A setting: it survives without power, and can be written only without torque.
     Setting,
-    /// Gone with the power.
+    /// Lost without power.
     Volatile,
 }
 
-/// What one count of a register is.
+/// The meaning of one count of a register.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
     /// A number without unit, a switch, or bits.
     Plain,
-    /// So much of a unit.
+    /// This much of a unit.
     Linear(f64, &'static str),
     /// The code of a line rate, bit/s.
     Baud,
-    /// Current: another unit on each model.
+    /// Current, with a unit that depends on the model.
     Current,
-    /// Speed of a Feetech STS, whose unit a bit of its `phase` chooses.
+    /// Speed of a Feetech STS; a bit of its `phase` chooses the unit.
     PhasedSpeed,
 }
 
@@ -45,19 +45,19 @@ pub enum Scale {
 pub struct RegisterInfo {
     /// Name, such as `present_position`.
     pub name: Cow<'static, str>,
-    /// Where it is and how its bits mean a number. The byte order is the family's ([`Family::is_big_endian`]).
+    /// Its address and encoding. The byte order is the family's ([`Family::is_big_endian`]).
     pub register: Register,
-    /// Who may change it.
+    /// Which side may change it.
     pub access: Access,
-    /// What one count is.
+    /// The meaning of one count.
     pub scale: Scale,
-    /// Lowest and highest count that may be written, of any model of the family.
+    /// Lowest and highest count that may be written, over all models of the family.
     pub range: (i64, i64),
-    /// What its values mean, where that is not plain; may be empty.
+    /// The meaning of its values, if that is not plain; may be empty.
     pub note: &'static str,
 }
 
-/// Servos with one control table, but for details.
+/// Servos with the same control table apart from details.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     /// Dynamixel X series.
@@ -69,12 +69,12 @@ pub enum Family {
 }
 
 impl Family {
-    /// Whether words come high byte first.
+    /// True if words have the high byte first.
     pub fn is_big_endian(self) -> bool {
         self == Family::FeetechScs
     }
 
-    /// Counts of the position register in a full turn, whether or not the servo can turn so far.
+    /// Counts of the position register in a full turn, whether or not the servo can turn that far.
     pub fn counts_per_turn(self) -> f64 {
         match self {
             Family::DynamixelX | Family::FeetechSts => 4096.0,
@@ -83,7 +83,7 @@ impl Family {
         }
     }
 
-    /// Its language.
+    /// Its protocol.
     pub fn protocol(self) -> Protocol {
         match self {
             Family::DynamixelX => Protocol::Dynamixel,
@@ -92,21 +92,21 @@ impl Family {
     }
 }
 
-/// What a servo says of itself.
+/// What a servo reports about itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
-    /// Which control table it has.
+    /// Its control table.
     pub family: Family,
-    /// What its model number register holds.
+    /// Content of its model number register.
     pub model_number: u16,
-    /// Version of its program.
+    /// Version of its firmware.
     pub firmware: Firmware,
-    /// Whether its speed registers count single steps a second, and not 50 (Feetech STS, a bit of `phase`).
+    /// True if its speed registers count single steps per second, and not 50 (Feetech STS, a bit of `phase`).
     pub is_speed_fine: bool,
 }
 
-/// Model numbers that are known, beside those a robot file may name ([`crate::model::servo_model::SERVO_MODELS`]).
-/// Sources: ROBOTIS e-manual; the tables of the libraries lerobot and rustypot.
+/// Known model numbers, beside those a robot file may name ([`crate::model::servo_model::SERVO_MODELS`]). Sources:
+/// ROBOTIS e-manual; the tables of the libraries lerobot and rustypot.
 const OTHER_MODELS: [(Protocol, u16, &str); 4] = [
     (Protocol::Dynamixel, 1190, "XL330-M077"),
     (Protocol::Dynamixel, 1090, "2XL430-W250"),
@@ -115,7 +115,7 @@ const OTHER_MODELS: [(Protocol, u16, &str); 4] = [
 ];
 
 impl Identity {
-    /// Names of the models with this number, such as `STS3215-7V4 or STS3215-12V`; none if it is not known.
+    /// Names of the models with this number, such as `STS3215-7V4 or STS3215-12V`; `None` if it is unknown.
     pub fn model_names(&self) -> Option<String> {
         let protocol = self.family.protocol();
         let known = crate::model::servo_model::SERVO_MODELS.iter();
@@ -129,7 +129,7 @@ impl Identity {
         (!names.is_empty()).then(|| names.join(" or "))
     }
 
-    /// All its registers, by address. A model that is not known is taken for one of its family's.
+    /// All its registers, by address. An unknown model is treated as one of its family's.
     pub fn registers(&self) -> Vec<RegisterInfo> {
         match self.family {
             Family::DynamixelX => dynamixel_x::table(self.model_number),
@@ -143,10 +143,10 @@ impl Identity {
         self.registers().into_iter().find(|register| register.name == name)
     }
 
-    /// One count of a current register, A; none where the model measures none.
+    /// One count of a current register, A; `None` if the model does not measure current.
     fn current_unit_a(&self) -> Option<f64> {
         match (self.family, self.model_number) {
-            // XL330-M288 and -M077; XL430s measure load instead; XM430s and all that is not known.
+            // XL330-M288 and -M077; XL430s measure load instead; XM430s and all unknown models.
             (Family::DynamixelX, 1200 | 1190) => Some(0.001),
             (Family::DynamixelX, 1060 | 1090) => None,
             (Family::DynamixelX, _) => Some(0.002_69),

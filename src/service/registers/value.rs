@@ -1,4 +1,4 @@
-//! Counts of a register to the units people use, and back.
+//! Converts counts of a register to the units people use, and back.
 
 use std::fmt;
 
@@ -7,8 +7,8 @@ use crate::bus::{decode, encode};
 use crate::model::Protocol;
 use crate::model::servo_model::Register;
 
-/// Codes of line rates, bit/s: the place in the list is the code.
-/// Sources: ROBOTIS e-manual, Baud Rate (8); Feetech wiki, memory-sts, address 6.
+/// Codes of line rates, bit/s: the index in the list is the code. Sources: ROBOTIS e-manual, Baud Rate (8); Feetech
+/// wiki, memory-sts, address 6.
 fn baud_codes(protocol: Protocol) -> &'static [u32] {
     match protocol {
         Protocol::Dynamixel => {
@@ -29,7 +29,7 @@ pub fn baud_of_code(protocol: Protocol, code: i64) -> Option<u32> {
     baud_codes(protocol).get(usize::try_from(code).ok()?).copied()
 }
 
-/// The bytes of `raw` in a register, as they stand in a servo of `family`.
+/// The bytes of `raw` in a register, in the byte order of `family`.
 pub(crate) fn encode_bytes(family: Family, register: Register, raw: i64) -> Vec<u8> {
     let mut bytes = encode(register, raw).to_le_bytes().to_vec();
     bytes.truncate(usize::from(register.bytes));
@@ -39,7 +39,7 @@ pub(crate) fn encode_bytes(family: Family, register: Register, raw: i64) -> Vec<
     bytes
 }
 
-/// The count those bytes mean; 0 where there are too few.
+/// The count that these bytes encode; 0 if there are too few.
 pub(crate) fn decode_bytes(family: Family, register: Register, bytes: &[u8]) -> i64 {
     let mut bytes = bytes.to_vec();
     if family.is_big_endian() {
@@ -48,14 +48,14 @@ pub(crate) fn decode_bytes(family: Family, register: Register, bytes: &[u8]) -> 
     decode(register, &bytes).unwrap_or(0)
 }
 
-/// What a register holds, in both ways.
+/// The value of a register, as a count and in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
     /// The count in the register.
     pub raw: i64,
     /// The same in `unit`.
     pub physical: f64,
-    /// Such as `deg`; empty for plain numbers.
+    /// The unit, such as `deg`; empty for plain numbers.
     pub unit: &'static str,
 }
 
@@ -75,16 +75,16 @@ impl fmt::Display for Value {
 pub struct BadValue {
     /// The register.
     pub name: String,
-    /// What was to be written.
+    /// The value to write.
     pub value: String,
-    /// What it takes.
+    /// The values that it can take.
     pub expected: String,
 }
 
 const BAUD: &str = "baud";
 
 impl Identity {
-    /// What `raw` in `register` means.
+    /// The meaning of `raw` in `register`.
     pub fn value(&self, register: &RegisterInfo, raw: i64) -> Value {
         if register.scale == Scale::Baud {
             return match baud_of_code(self.family.protocol(), raw) {
@@ -99,7 +99,7 @@ impl Identity {
     /// The count of `register` nearest to `physical`, which is in the register's unit.
     ///
     /// # Errors
-    /// When the register is not for writing, or takes no such value.
+    /// If the register is read-only, or cannot take such a value.
     pub fn count(&self, register: &RegisterInfo, physical: f64) -> Result<i64, BadValue> {
         let bad = |expected: String| BadValue {
             name: register.name.to_string(),
@@ -128,10 +128,10 @@ impl Identity {
         Ok(count as i64)
     }
 
-    /// A count of `register` that was given as one.
+    /// Converts a count of `register` from the caller to a whole number, and checks its range.
     ///
     /// # Errors
-    /// When it is no whole number, or outside the register's range.
+    /// If it is no whole number, or outside the register's range.
     pub fn raw_count(&self, register: &RegisterInfo, count: f64) -> Result<i64, BadValue> {
         let plain = RegisterInfo { scale: Scale::Plain, ..register.clone() };
         match count.fract().abs() > 0.0 {
@@ -144,7 +144,7 @@ impl Identity {
         }
     }
 
-    /// One count in a unit.
+    /// One count, in the register's unit.
     fn unit(&self, register: &RegisterInfo) -> (f64, &'static str) {
         match register.scale {
             Scale::Plain | Scale::Baud => (1.0, ""),
@@ -177,7 +177,7 @@ mod tests {
         identity.value(&identity.register(name).unwrap(), raw).to_string()
     }
 
-    /// Figures of the makers' pages.
+    /// Values from the makers' pages.
     #[test]
     fn counts_mean_what_the_manuals_say() {
         let xm = identity(Family::DynamixelX, 1030, true);

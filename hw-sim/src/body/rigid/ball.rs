@@ -1,20 +1,22 @@
-//! Ball joints: hinges in one place that stop together, past the border of a region of swings or past its twists.
+//! Ball joints: hinges in one place that share a stop, at the border of a region of swings or at the end of
+//! their twist.
 //!
-//! A turn of the link is a swing after a twist about its rest direction, X. The swing is a vector across X: along its
-//! axis, as long as the sine of half its angle (a paper on falling human figures, 3.1). Past the border a spring and a
-//! damper push back, never hold fast: what they take they do not give.
+//! The rotation of the link is a twist about its rest direction, X, followed by a swing. The swing is a
+//! vector across X: along the swing's axis, as long as the sine of half its angle (a paper on falling human
+//! figures, 3.1). Past the border a spring and a damper push back but never pull: they give back no energy
+//! that they take.
 
 use rapier3d_f64::prelude::*;
 
 use super::super::BallStop;
 
-/// A hinge is turned by so much either way to see how swing and twist go with it, rad.
+/// Small change of a hinge's angle, either way, that shows how swing and twist depend on it, rad.
 const PROBE_RAD: f64 = 1e-6;
 
-/// A ball joint as the body has it.
+/// A ball joint in the rigid body.
 #[derive(Debug)]
 pub(super) struct BallJointStop {
-    /// Its hinges, places in the body's list, the first one first.
+    /// Its hinges, as indices into the body's list, the first one first.
     pub(super) hinges: Vec<usize>,
     axes: Vec<Vector>,
     /// From X to the link's rest direction.
@@ -56,7 +58,7 @@ impl BallJointStop {
                 *slope = (at(PROBE_RAD) - at(-PROBE_RAD)) / (2.0 * PROBE_RAD);
             }
             let rate: f64 = slopes.iter().zip(speeds).map(|(slope, speed)| slope * speed).sum();
-            // A swing is half its angle long; a twist is its angle.
+            // A swing vector is as long as half its angle; a twist is its angle.
             let scale = if way[2].abs() > 0.0 { 1.0 } else { 4.0 };
             let push = (scale * (stop.0 * depth + stop.1 * rate)).max(0.0);
             for (torque, slope) in torques.iter_mut().zip(slopes) {
@@ -81,15 +83,15 @@ impl BallJointStop {
 
     fn beyond(&self, angles: [f64; 3]) -> Beyond {
         let [y, z, twist] = self.parts(angles);
-        // Twists are limited as where the border is nearest.
+        // The nearest point of the border sets the limits of the twist.
         let (_, (place, (low, high))) = self.nearest_of_border([y, z]);
         let out = if self.holds([y, z]) { [0.0, 0.0] } else { [y - place[0], z - place[1]] };
-        // Two hinges have the twist that comes with their swing.
+        // With two hinges the twist follows from the swing.
         let past = if self.axes.len() < 3 { 0.0 } else { (twist - high).max(0.0) + (twist - low).min(0.0) };
         [out[0], out[1], past]
     }
 
-    /// Whether the region holds a swing: by the sides a ray from it crosses.
+    /// True if the region holds this swing: counts the sides that a ray from it crosses.
     fn holds(&self, [y, z]: [f64; 2]) -> bool {
         let mut is_inside = false;
         for (index, (a, _)) in self.corners.iter().enumerate() {
@@ -101,7 +103,7 @@ impl BallJointStop {
         is_inside
     }
 
-    /// The place of the border nearest to a swing: how far it is, where, and the twists allowed there.
+    /// The point of the border nearest to a swing: its distance, the point, and the twists allowed there.
     fn nearest_of_border(&self, [y, z]: [f64; 2]) -> (f64, ([f64; 2], (f64, f64))) {
         let mut nearest = (f64::INFINITY, ([0.0; 2], (0.0, 0.0)));
         for (index, (a, twist_a)) in self.corners.iter().enumerate() {

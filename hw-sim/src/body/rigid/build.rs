@@ -1,4 +1,4 @@
-//! From a description to bodies, joints and colliders.
+//! Builds bodies, joints and colliders from a description.
 
 use rapier3d_f64::prelude::*;
 
@@ -9,12 +9,13 @@ use super::ball::BallJointStop;
 use super::{GRAVITY, Hinge, RigidBody};
 use crate::model::COUNTS_PER_RAD;
 
-/// Lightest link and least inertia the engine computes with, kg and kg m^2: hinges in one place have none.
+/// Least mass and inertia of a link that the engine computes with, kg and kg m^2: hinges in one place have
+/// none.
 const LEAST: (f64, f64) = (1e-4, 1e-8);
 /// Contacts as springs: natural frequency, Hz, and damping ratio. Stiff enough to sink in by less than half a
 /// millimetre, soft enough for steps of a millisecond.
 const CONTACT: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 60.0, damping_ratio: 1.0 };
-/// Half the width of a step, m: nobody walks round it.
+/// Half the width of a step, m: so wide that no robot walks round it.
 const STEP_HALF_WIDTH_M: f64 = 20.0;
 
 const GROUND: InteractionGroups =
@@ -22,13 +23,13 @@ const GROUND: InteractionGroups =
 const ROBOT: InteractionGroups =
     InteractionGroups::new(Group::GROUP_2, Group::GROUP_1, InteractionTestMode::And);
 
-/// What of a robot a collider is.
+/// The part of the robot that a collider belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part {
     Trunk,
-    /// Of the chain at this place.
+    /// A link of the chain at this index.
     Link(usize),
-    /// Place in [`BodyState::feet`].
+    /// A foot: index in [`BodyState::feet`].
     Foot(usize),
 }
 
@@ -56,7 +57,7 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
     parameters.num_solver_iterations = 1;
     parameters.static_contact_softness = CONTACT;
     parameters.contact_softness = CONTACT;
-    // Lengths the engine tolerates are shares of this: a tenth of a metre, not a metre.
+    // The engine's length tolerances are shares of this: a tenth of a metre, not a metre.
     parameters.length_unit = 0.1;
     let ground_turn = ground_turn(&config.ground);
     let grounds = insert_ground(&mut world, &config.ground, ground_turn);
@@ -91,7 +92,7 @@ pub(super) fn build(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidB
     Ok(body)
 }
 
-/// From the frame of a level ground to that of this one.
+/// Rotation from the frame of a level ground to that of this ground.
 fn ground_turn(ground: &Ground) -> Rotation {
     // Uphill along x, the plane is turned about -y.
     let axis = Rotation::from_rotation_z(ground.uphill_rad) * -Vector::Y;
@@ -138,7 +139,7 @@ fn insert_chain(
     shafts: &[ShaftState],
 ) -> Result<(), BodyError> {
     let root_turn = Rotation::from_array(chain.root_rotation).normalize();
-    // A multibody a chain where they share nothing that moves: cheaper.
+    // One multibody for each chain if the chains share nothing that moves: cheaper.
     let is_fixed = config.trunk.is_fixed;
     let mut parent = if is_fixed { body.world.insert_body(RigidBodyBuilder::fixed()) } else { body.trunk };
     let mut anchor = Pose::from_parts(Vector::from_array(chain.root_m), root_turn);
@@ -180,8 +181,8 @@ fn insert_chain(
         });
         let end = Vector::from_array(link.end_m);
         if !is_fixed && end.length() > 0.0 {
-            // The round end of a link on a plate must not be what it stands on: where the link is short, the plate is
-            // all there is of it.
+            // The round end of a link must not bear on the ground in place of the plate. So where the link is
+            // short, it has a plate only.
             let is_on_plate =
                 matches!(chain.foot, Some(Foot::Plate { .. })) && number + 1 == chain.links.len();
             let short = if is_on_plate { 2.0 * link.radius_m } else { 0.0 };
@@ -212,7 +213,8 @@ fn insert_chain(
     Ok(())
 }
 
-/// A foot at `tip`, with its middle; `turn` is from the trunk's axes to the link's. It has no mass of its own.
+/// A foot at `tip`, with its middle; `turn` rotates from the trunk's axes to the link's. It has no mass of
+/// its own.
 fn sole(foot: &Foot, tip: Vector, turn: Rotation) -> (ColliderBuilder, Vector) {
     match *foot {
         Foot::Round { radius_m, width_m } => {
@@ -243,7 +245,7 @@ fn rod(link: &Link) -> MassProperties {
     MassProperties::with_principal_inertia_frame(Vector::from_array(link.center_m), mass, inertia, frame)
 }
 
-/// Rotor, friction, and no damping: the engine's default would brake the trunk too.
+/// Sets rotor inertia and friction, and no damping: the engine's default would brake the trunk too.
 fn set_joint(body: &mut RigidBody, joint: MultibodyJointHandle, shaft: &ShaftState) {
     if let Some((multibody, link)) = body.world.multibody_joints.get_mut(joint) {
         let place = multibody.link(link).map_or(0, |link| link.assembly_id());
@@ -252,7 +254,7 @@ fn set_joint(body: &mut RigidBody, joint: MultibodyJointHandle, shaft: &ShaftSta
     }
 }
 
-/// Turns every hinge to where its shaft is, and takes all damping off.
+/// Turns every hinge to its shaft's angle, and removes all damping.
 fn bend(body: &mut RigidBody, shafts: &[ShaftState]) {
     let RigidBody { world, hinges, .. } = body;
     for hinge in hinges.iter_mut() {
@@ -278,7 +280,8 @@ fn place_links(body: &mut RigidBody) {
     }
 }
 
-/// Lifts a body that reaches into the ground, or hangs in the air, until its lowest point just touches the plane.
+/// Raises or lowers a body that reaches into the ground or hangs in the air, until its lowest point just
+/// touches the plane.
 fn stand_up(body: &mut RigidBody, up: Vector) {
     let lowest = body.world.colliders.iter().filter_map(|(_, collider)| {
         let parent = body.world.bodies.get(collider.parent()?)?;

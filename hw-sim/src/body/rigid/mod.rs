@@ -1,8 +1,8 @@
 //! The whole robot as links and joints under gravity, on the ground.
 //!
-//! Joint coordinates after Featherstone (Rapier's multibody joints), so that no joint ever comes apart. Motor torque
-//! comes in whole: the fall of torque with speed is the motor's, and the engine's own damping is off, else it would
-//! count twice. The rotor's inertia is the joint's armature.
+//! Uses joint coordinates after Featherstone (Rapier's multibody joints), so that no joint ever comes apart.
+//! Motor torque is applied in full: the motor model already lets torque fall with speed, so the engine's own
+//! damping is off, else it would count twice. The rotor's inertia is the joint's armature.
 
 mod ball;
 mod build;
@@ -15,27 +15,27 @@ use build::Part;
 
 /// Gravity, m/s^2.
 const GRAVITY: f64 = 9.81;
-/// Friction that holds a shaft that is stuck, whatever the load, N m.
+/// Friction that holds a stuck shaft, whatever the load, N m.
 const STUCK_NM: f64 = 1e3;
 
-/// How stiffly hands keep a trunk level, N m/rad and N m s/rad for each kg of the robot, and how they brake its way
-/// over the ground, N s/m for each kg.
+/// Stiffness and damping with which hands keep a trunk level, N m/rad and N m s/rad for each kg of the robot,
+/// and how they brake its motion over the ground, N s/m for each kg.
 const HANDS: (f64, f64, f64) = (10.0, 0.3, 20.0);
-/// How stiffly they carry it from below, N/m and N s/m for each kg: it sinks in by 4 mm.
+/// Stiffness and damping with which they carry it from below, N/m and N s/m for each kg: it sinks in by 4 mm.
 const CARRY: (f64, f64) = (2500.0, 70.0);
-/// They let go once they feel less than this share of its weight.
+/// They let go once they carry less than this share of its weight.
 const LET_GO_SHARE: f64 = 0.1;
 
-/// Motors that have kept all joints slower than this, rad/s, for this long, s, are done with getting ready: longer than
-/// torque takes to come on, and than a controller waits for a joint that does not follow.
+/// Once the motors have kept all joints slower than this, rad/s, for this long, s, the robot is ready. The
+/// time is longer than torque takes to come on, and than a controller waits for a joint that does not follow.
 const STILL: (f64, f64) = (0.05, 2.5);
-/// How fast a robot is set down then, m/s.
+/// Speed at which a robot is then set down, m/s.
 const SET_DOWN_M_S: f64 = 0.05;
 
-/// A robot in somebody's hands.
+/// A robot that hands carry.
 #[derive(Debug, Clone, Copy)]
 struct Carried {
-    /// No lower than this, m.
+    /// Lowest height, m.
     height_m: f64,
     /// How long all joints have been still, s.
     still_s: f64,
@@ -47,18 +47,18 @@ struct Hinge {
     joint: MultibodyJointHandle,
     parent: RigidBodyHandle,
     child: RigidBodyHandle,
-    /// Turning axis in the frame of the child, which a turn about it does not change.
+    /// Rotation axis in the frame of the child; a turn about it leaves it unchanged.
     axis: Vector,
     stops_rad: (f64, f64),
     shaft: usize,
     /// Angle of the shaft at the hinge's angle 0, rad.
     zero_rad: f64,
-    /// 1, or -1 where the shaft turns the other way.
+    /// 1, or -1 if the shaft turns the other way.
     sign: f64,
     /// Shaft's angle and friction as the engine has them, rad and N m.
     known_rad: f64,
     friction_nm: f64,
-    /// Torque of the motor in this step, N m, as the hinge turns.
+    /// Motor torque in this step, N m, in the hinge's direction.
     torque_nm: f64,
 }
 
@@ -71,20 +71,20 @@ pub struct RigidBody {
     joints: JointMechanics,
     /// Plane and steps.
     grounds: Vec<ColliderHandle>,
-    /// Body and place in it of each foot's middle, as in [`BodyState::feet`].
+    /// Body of each foot and the position of its middle there, as in [`BodyState::feet`].
     soles: Vec<(RigidBodyHandle, Vector)>,
-    /// Of the motor steps since the last of the body.
+    /// Pushes in the motor steps since the last step of the body.
     pushes: Vec<Push>,
-    /// Sum of the torques in them, one a shaft, N m.
+    /// Sum of the torques in these motor steps, one for each shaft, N m.
     torques: Vec<f64>,
-    /// How many there were, and how many there are to a step of the body.
+    /// Number of these motor steps, and number of motor steps in one step of the body.
     waited: u32,
     motor_steps: u32,
     /// How many chains there are.
     chains: usize,
     /// The ground's normal.
     up: Vector,
-    /// All of it, kg.
+    /// Total mass, kg.
     mass_kg: f64,
     is_held: bool,
     carried: Option<Carried>,
@@ -98,10 +98,11 @@ impl std::fmt::Debug for RigidBody {
 }
 
 impl RigidBody {
-    /// A body at rest with its `shafts` where they are: the trunk level with the ground, and as low as it goes.
+    /// A body at rest with its `shafts` where they are: the trunk level with the ground, and as low as it can
+    /// be.
     ///
     /// # Errors
-    /// [`BodyError`] names the first number that cannot be.
+    /// [`BodyError`] names the first number that is impossible.
     pub fn new(config: &BodyConfig, shafts: &[ShaftState]) -> Result<RigidBody, BodyError> {
         config.check()?;
         let mut body = build::build(config, shafts)?;
@@ -124,7 +125,7 @@ impl RigidBody {
         bodies.sum::<f64>() + rotors.sum::<f64>()
     }
 
-    /// Gives the trunk a velocity (world frame, m/s) and, with it, all that hangs on it.
+    /// Gives the trunk, and all that hangs on it, a velocity (world frame, m/s).
     pub fn set_trunk_velocity(&mut self, velocity_m_s: [f64; 3]) {
         let multibody = self.hinges.first().map(|hinge| hinge.joint);
         match multibody.and_then(|joint| self.world.multibody_joints.get_mut(joint)) {
@@ -136,7 +137,7 @@ impl RigidBody {
         }
     }
 
-    /// Brings joints to where their shafts were turned by hand, and their friction up to date.
+    /// Moves joints to where hands have turned their shafts, and updates their friction.
     fn follow_shafts(&mut self, shafts: &[ShaftState]) {
         for hinge in &mut self.hinges {
             let shaft = &shafts[hinge.shaft];
@@ -160,7 +161,7 @@ impl RigidBody {
         }
     }
 
-    /// Puts on each body what acts on it: of the torques and pushes of the last motor steps the mean.
+    /// Applies all forces to the bodies: of torques and pushes, the mean of the last motor steps.
     fn drive(&mut self, shafts: &[ShaftState]) {
         let share = 1.0 / f64::from(self.motor_steps);
         let bodies = &mut self.world.bodies;
@@ -178,7 +179,7 @@ impl RigidBody {
             hinge.torque_nm = torque;
             torque -= self.joints.viscosity_nm_s * speed;
             if beyond.abs() > 0.0 {
-                // It pushes back but never holds fast.
+                // The stop pushes back but never pulls.
                 let stop = -self.joints.stop.0 * beyond - self.joints.stop.1 * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
@@ -217,7 +218,7 @@ impl RigidBody {
         }
     }
 
-    /// Carries the trunk, sets it down, and lets go of it when it hangs in nobody's hands any more.
+    /// Carries the trunk, sets it down, and lets go of it once the robot stands by itself.
     fn carry(&mut self, is_still: bool) {
         let dt_s = self.world.integration_parameters.dt;
         let Some(carried) = &mut self.carried else { return };
@@ -236,7 +237,7 @@ impl RigidBody {
         }
     }
 
-    /// Reads what came out of a step of `dt_s`; of none, before the first.
+    /// Reads the result of a step of `dt_s`; `None` before the first step.
     fn observe(&mut self, dt_s: Option<f64>) {
         let trunk = &self.world.bodies[self.trunk];
         let (position, rotation) = (trunk.translation(), *trunk.rotation());
@@ -347,7 +348,7 @@ impl Body for RigidBody {
     }
 }
 
-/// Puts `torque` (N m, about the hinge's axis) between the links of a hinge.
+/// Applies `torque` (N m, about the hinge's axis) between the links of a hinge.
 fn turn(bodies: &mut RigidBodySet, hinge: &Hinge, torque: f64) {
     let in_world = bodies[hinge.child].rotation() * (hinge.axis * torque);
     bodies[hinge.child].add_torque(in_world, true);
@@ -355,7 +356,7 @@ fn turn(bodies: &mut RigidBodySet, hinge: &Hinge, torque: f64) {
 }
 
 impl BodyState {
-    /// Of a trunk nobody has looked at yet, with these feet.
+    /// State of a trunk before the first observation, with these feet.
     fn unseen(feet: Vec<FootState>) -> BodyState {
         BodyState {
             position_m: [0.0; 3],
