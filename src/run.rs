@@ -110,7 +110,7 @@ pub fn run_recorded<P: Ports>(
     {
         reason = format!("{reason}: {error}");
     }
-    let ways = cycle.telemetry().ways();
+    let walked = cycle.telemetry().walked();
     let report = Report {
         robot: robot.name.clone(),
         driver,
@@ -123,9 +123,9 @@ pub fn run_recorded<P: Ports>(
         reason,
         verdict: Verdict::Good,
         findings: Vec::new(),
-        walked_s: ways.map(|(walked_s, ..)| walked_s),
-        asked: ways.map(|(_, asked, _)| asked),
-        reached: ways.map(|(.., reached)| reached),
+        walked_s: walked.map(|walked| walked.time_s),
+        asked: walked.map(|walked| walked.asked),
+        reached: walked.map(|walked| walked.reached),
         is_end_heard: is_heard,
         safety_interventions,
         held_cycles: cycle.telemetry().held_cycles(),
@@ -142,7 +142,7 @@ pub fn run_recorded<P: Ports>(
         buses: cycle.telemetry().bus_reports(robot, duration, cycle.buses().statistics()),
         recording,
     };
-    Ok(report.judged(robot.joints.len(), cycle.telemetry().flight_share()))
+    Ok(report.judged(robot, walked))
 }
 
 /// Why a run without its recording ends; the cause of the break is known once the recording is finished.

@@ -7,7 +7,9 @@ use std::path::Path;
 
 use common::{Scenario, in_physics};
 use hippocamp::config;
-use hippocamp::telemetry::{BusReport, OutageReport, Outcome, RecordingReport, Report, Verdict};
+use hippocamp::telemetry::{
+    BusReport, Followed, OutageReport, Outcome, RecordingReport, Report, Verdict, Walked, Way,
+};
 
 /// What was found, in the order of the report.
 fn found(report: &Report) -> Vec<&'static str> {
@@ -50,21 +52,57 @@ fn a_run_that_ends_fallen_has_not_completed() {
     assert_eq!((report.outcome, report.verdict), (Outcome::Fallen, Verdict::Failed), "{}", report.reason);
 }
 
+/// A walk as asked, of this long, this far, and with these turns.
+fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
+    let way = |place: usize| Way {
+        speed_m_s: forward_m[place] / 10.0,
+        turn_deg: turn_deg[place],
+        side_m: 0.0,
+        distance_m: forward_m[place],
+    };
+    let followed = |[asked, reached]: [f64; 2]| Followed { asked, reached };
+    Walked {
+        time_s: 10.0,
+        asked: way(0),
+        reached: way(1),
+        forward_m: followed(forward_m),
+        turn_rad: followed(turn_deg.map(f64::to_radians)),
+        flight_share: 0.0,
+    }
+}
+
+#[test]
+fn a_way_is_judged_by_what_was_asked_at_each_moment() {
+    let (robot, report) = (in_physics("horse.toml"), good());
+    let judge = |walked: Walked| found(&report.clone().judged(&robot, Some(walked)));
+    let none: [&str; 0] = [];
+    assert_eq!(judge(walked([1.0, 0.9], [0.0, 5.0])), none);
+    assert_eq!(judge(walked([1.0, 0.5], [0.0, 5.0])), ["speed not as asked"]);
+    assert_eq!(judge(walked([1.0, 2.0], [0.0, 5.0])), ["speed not as asked"]);
+    assert_eq!(judge(walked([1.0, f64::NAN], [0.0, 5.0])), ["speed not as asked"]);
+    assert_eq!(judge(walked([1.0, 0.9], [300.0, 115.0])), ["turn not as asked"]);
+    assert_eq!(judge(walked([1.0, 0.9], [300.0, 250.0])), none);
+    assert_eq!(judge(walked([1.0, 0.9], [0.0, -45.0])), ["turn not as asked"]);
+    // There and back, of which it did half each way: the net way says nothing.
+    let to_and_fro =
+        Walked { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
+    assert_eq!(judge(to_and_fro), ["speed not as asked"]);
+    let mut aside = walked([1.0, 0.9], [0.0, 0.0]);
+    aside.reached.side_m = -1.0;
+    assert_eq!(judge(aside), ["it went aside"]);
+    // Starting and stopping are no walk.
+    assert_eq!(judge(Walked { time_s: 2.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
+}
+
 #[test]
 fn each_margin_makes_a_run_poor_by_itself() {
-    let report = good();
+    let (robot, report) = (in_physics("horse.toml"), good());
     let poor = |what: &str, change: &dyn Fn(&mut Report)| {
         let mut changed = report.clone();
         change(&mut changed);
-        let judged = changed.judged(16, 0.0);
+        let judged = changed.judged(&robot, Some(walked([1.0, 0.9], [0.0, 0.0])));
         assert_eq!((judged.verdict, found(&judged)), (Verdict::Poor, vec![what]), "{:?}", judged.findings);
     };
-    let asked = report.asked.unwrap();
-    poor("speed not as asked", &|report| report.asked.as_mut().unwrap().distance_m = 2.0 * asked.distance_m);
-    poor("speed not as asked", &|report| report.reached.as_mut().unwrap().distance_m = f64::NAN);
-    poor("turn not as asked", &|report| report.asked.as_mut().unwrap().turn_deg = 90.0);
-    poor("turn not as asked", &|report| report.reached.as_mut().unwrap().turn_deg = -45.0);
-    poor("it went aside", &|report| report.reached.as_mut().unwrap().side_m = -1.0);
     poor("the trunk leant", &|report| report.body.as_mut().unwrap().pitch_max_deg = 50.0);
     poor("safety changed goals", &|report| report.safety_interventions = report.cycles * 2);
     poor("safety held the robot", &|report| report.held_cycles = 3);
@@ -73,6 +111,10 @@ fn each_margin_makes_a_run_poor_by_itself() {
         let bus: &mut BusReport = &mut report.buses[0];
         bus.missing = bus.exchanges;
     });
+    // Sixteen servos lose two whole exchanges of thousands.
+    let mut hardly = report.clone();
+    hardly.buses[0].missing = 32;
+    assert_eq!(hardly.judged(&robot, None).verdict, Verdict::Good);
     poor("a joint was left without torque", &|report| {
         let outage =
             OutageReport { time_s: 1.0, joint: "left_hind.hip".to_owned(), reason: "hot".to_owned() };
@@ -86,11 +128,12 @@ fn each_margin_makes_a_run_poor_by_itself() {
 
 #[test]
 fn what_did_not_complete_is_no_good_run_whatever_else_was_well() {
+    let robot = in_physics("horse.toml");
     for outcome in [Outcome::StoppedBySafety, Outcome::Fallen, Outcome::Failed] {
-        let judged = Report { outcome, ..good() }.judged(16, 0.0);
+        let judged = Report { outcome, ..good() }.judged(&robot, None);
         assert_eq!((judged.verdict, found(&judged)), (Verdict::Failed, vec!["the run did not complete"]));
     }
     let mut fell = good();
     fell.body.as_mut().unwrap().fell = true;
-    assert_eq!(found(&fell.judged(16, 0.0)), ["it fell"]);
+    assert_eq!(found(&fell.judged(&robot, None)), ["it fell"]);
 }

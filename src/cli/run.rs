@@ -151,8 +151,12 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
     if let (Some(page), Some(recording)) = (page, recording) {
         write_page(recording.read_back(), recording.name(), &page)?;
     }
-    let is_poor = options.strict && report.verdict == Verdict::Poor;
-    Ok(if is_poor { POOR } else { exit_code(report.outcome) })
+    Ok(match (report.outcome, report.verdict) {
+        (Outcome::Completed, Verdict::Poor) if options.strict => POOR,
+        // It fell on the way, and got up.
+        (Outcome::Completed, Verdict::Failed) if options.strict => FALLEN,
+        (outcome, _) => exit_code(outcome),
+    })
 }
 
 /// Ports of either kind. The compiler makes a loop for each, so that the choice costs nothing at run time.

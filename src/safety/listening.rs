@@ -3,11 +3,11 @@
 //! A servo may answer late, while the next goals cross the line, and spoil them for all servos of its bus. If one
 //! servo is silent for long, the others are asked now and then which goal they hold.
 
-use crate::model::Robot;
+use crate::model::{Robot, START_MIN_S};
 use crate::signals::{JointState, Question};
 
 /// On a bus with a silent servo the others are asked once in this many cycles.
-const ASK_EVERY: u32 = 8;
+const ASK_EVERY: u32 = 4;
 
 /// The state of each bus.
 #[derive(Debug)]
@@ -29,12 +29,14 @@ impl Listening {
         }
     }
 
-    /// Notes the last exchange. The servo of a joint out of service may be silent for good, so it does not count.
+    /// Notes the last exchange. The servo of a joint out of service may be silent for good: once it has been for long, it
+    /// does not count.
     pub(super) fn note(&mut self, joints: &[JointState], is_out: &[bool]) {
         self.is_heard.fill(true);
         for ((bus, measured), is_out) in self.bus_of.iter().zip(joints).zip(is_out) {
             let place = bus.and_then(|bus| self.is_heard.get_mut(bus));
-            if let (Some(is_heard), false) = (place, *is_out) {
+            let is_gone = *is_out && measured.age_s > START_MIN_S;
+            if let (Some(is_heard), false) = (place, is_gone) {
                 *is_heard &= measured.age_s <= 0.0;
             }
         }

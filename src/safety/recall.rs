@@ -11,8 +11,7 @@ const ANSWERS: u8 = 2;
 const QUESTIONS_MAX: u8 = 8;
 /// Tolerance of a reported goal against those that were sent, rad: a count of rounding.
 pub(super) const GOAL_SLACK_RAD: f64 = 0.01;
-/// A servo that its watchdog stopped holds its angle of that moment: within this distance of its present angle,
-/// rad.
+/// A servo that its watchdog stopped holds its angle of that moment: no further than this, rad, beyond its way.
 const STOPPED_RAD: f64 = 0.05;
 
 /// The result of the questions.
@@ -69,12 +68,9 @@ impl Recall {
         }
         let (low, high) = sent_rad;
         // The watchdog stops a servo on the way from its old position to a goal that it was sent.
+        // Under its load the joint may have sunk since, so where it stands now says nothing.
         let way_rad = (low.min(before_rad) - STOPPED_RAD)..=(high.max(before_rad) + STOPPED_RAD);
-        let stands_at = |goal: f64| (goal - measured.position_rad).abs() <= STOPPED_RAD;
-        let fits = |goal: &f64| {
-            (low - GOAL_SLACK_RAD..=high + GOAL_SLACK_RAD).contains(goal)
-                || stands_at(*goal) && way_rad.contains(goal)
-        };
+        let fits = |goal: &f64| way_rad.contains(goal);
         self.is_astray |= measured.held_goal_rad.is_some_and(|goal| !fits(&goal));
         let is_mute = self.asked >= QUESTIONS_MAX;
         match self.has_torque() {
@@ -123,14 +119,14 @@ mod tests {
         assert_eq!(recall.take(&torque(true), SENT_RAD, BEFORE_RAD), None);
         assert_eq!(recall.question(), Question::Goal);
         assert_eq!(
-            recall.take(&goal(0.8), SENT_RAD, BEFORE_RAD),
+            recall.take(&goal(0.85), SENT_RAD, BEFORE_RAD),
             None,
-            "no such goal was sent, nor does it stand there"
+            "no such goal was sent, nor lies it on the way there"
         );
         assert_eq!(
             recall.take(&goal(0.72), SENT_RAD, BEFORE_RAD),
             Some(Recalled::Holding(0.72)),
-            "it stands there"
+            "it was stopped on its way"
         );
         let other = JointState { position_rad: 1.0, ..goal(0.99) };
         assert_eq!(recall.take(&other, SENT_RAD, BEFORE_RAD), None, "it cannot have come there");

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use super::CycleRecord;
 use super::report::BodyReport;
-use super::way::{Way, Ways};
+use super::way::{Walked, Ways};
 use crate::model::Robot;
 use crate::motion::Activity;
 use crate::signals::Aim;
@@ -59,14 +59,9 @@ impl BodyObserver {
         self.is_known.then_some(BodyReport { mean_speed_m_s, ..self.report })
     }
 
-    /// How long it walked, s, the way it was asked to go meanwhile, and the way it went.
-    pub(super) fn ways(&self) -> Option<(f64, Way, Way)> {
+    /// Its walking; `None` if it did not walk, or if nothing told what the trunk did.
+    pub(super) fn walked(&self) -> Option<Walked> {
         self.ways.report().filter(|_| self.is_known)
-    }
-
-    /// Share of the time of walking in which all feet were planned to be off the ground.
-    pub(super) fn flight_share(&self) -> f64 {
-        self.ways.flight_share()
     }
 
     /// Whether it lay fallen when it was last to be on its feet.
@@ -82,7 +77,7 @@ impl BodyObserver {
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let seen = self.look(record);
         self.last_m = record.truth.map(|truth| truth.position_m);
-        let Some(seen) = seen else { return };
+        let Some(seen) = seen else { return self.ways.pause() };
         self.is_known = true;
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
         // A robot that reacts to a fall goes down, ideally on its knees and hands.
@@ -91,7 +86,7 @@ impl BodyObserver {
         let report = &mut self.report;
         report.fell |= self.has_stood && (is_falling || is_on_feet && seen.is_fallen);
         if !self.has_stood || !is_on_feet {
-            return;
+            return self.ways.pause();
         }
         self.lies_fallen = seen.is_fallen;
         report.distance_m += seen.forward_m;

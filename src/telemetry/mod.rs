@@ -33,7 +33,7 @@ pub use report::{
 use stages::StageObserver;
 pub use stages::{SlowCycle, Stage, Stages};
 pub use verdict::{Verdict, VerdictFinding, findings};
-pub use way::Way;
+pub use way::{Followed, Walked, Way};
 
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +109,7 @@ impl Telemetry {
     /// Telemetry for a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
         // Simulated joints that turn freely have no trunk, whatever the robot estimates.
-        let has_body = robot.motion.tentacle().is_none() && robot.physics.is_some();
+        let has_body = robot.motion.tentacle().is_none() && robot.bears_weight;
         Telemetry {
             buses: BusObserver::new(robot),
             feet: robot.motion.tentacle().is_none().then(|| FootObserver::new(robot)),

@@ -12,7 +12,7 @@ use super::body::BodyObserver;
 use super::imu::{ImuObserver, ImuReport};
 use super::stages::{SlowCycle, Stages};
 use super::verdict::{Verdict, VerdictFinding, findings};
-use super::way::Way;
+use super::way::{Walked, Way};
 use crate::bus::BusStatistics;
 use crate::model::Robot;
 use crate::reflex::ReflexReport;
@@ -317,25 +317,19 @@ impl Quantiles {
 }
 
 impl Report {
-    /// The same, judged; its robot has so many `joints`, and all its feet were planned to be off the ground for
-    /// `flight_share` of its walking.
+    /// The same report with its verdict and findings; `walked` is the walking of `robot` in this run.
     #[must_use]
-    pub fn judged(self, joints: usize, flight_share: f64) -> Report {
-        let findings = findings(&self, joints, flight_share);
+    pub fn judged(self, robot: &Robot, walked: Option<Walked>) -> Report {
+        let findings = findings(&self, robot, walked);
         let verdict = findings.iter().map(|finding| finding.verdict).max().unwrap_or(Verdict::Good);
         Report { verdict, findings, ..self }
     }
 }
 
 impl Telemetry {
-    /// How long the robot walked, s, the way it was asked to go meanwhile, and the way it went; none if it did not walk.
-    pub fn ways(&self) -> Option<(f64, Way, Way)> {
-        self.body.as_ref()?.ways()
-    }
-
-    /// Share of the time of walking in which all feet were planned to be off the ground.
-    pub fn flight_share(&self) -> f64 {
-        self.body.as_ref().map_or(0.0, BodyObserver::flight_share)
+    /// The robot's walking so far; `None` if it did not walk.
+    pub fn walked(&self) -> Option<Walked> {
+        self.body.as_ref()?.walked()
     }
 
     /// Whether the robot lay fallen when it was last to be on its feet.

@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use super::report::{Outcome, Report};
+use super::way::{Followed, Walked};
+use crate::model::{Joint, Robot};
 
 /// Least time of walking, s, least way, m, and least turn, degrees, that can be judged: less is starting and stopping.
 const LEAST_S: f64 = 3.0;
@@ -63,9 +65,8 @@ pub struct VerdictFinding {
     pub cure: &'static str,
 }
 
-/// Everything that was not as it should be in the run of `report`, on a robot of so many `joints`, all of whose feet were
-/// planned to be off the ground for `flight_share` of its walking.
-pub fn findings(report: &Report, joints: usize, flight_share: f64) -> Vec<VerdictFinding> {
+/// Everything that was not as it should be in the run of `report` on `robot`, in which it `walked` so.
+pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<VerdictFinding> {
     let mut found = Vec::new();
     let mut add = |verdict, what, how_much: String, place: &str, likely_cause: String, cure| {
         found.push(VerdictFinding { verdict, what, how_much, place: place.to_owned(), likely_cause, cure });
@@ -91,8 +92,10 @@ pub fn findings(report: &Report, joints: usize, flight_share: f64) -> Vec<Verdic
             "ask for less speed, another gait, or more grip",
         );
     }
-    judge_way(report, flight_share, &mut add);
-    let goals = report.cycles.saturating_mul(joints as u64);
+    if let Some(walked) = walked.filter(|walked| walked.time_s >= LEAST_S) {
+        judge_way(report, &walked, &mut add);
+    }
+    let goals = report.cycles.saturating_mul(robot.joints.len() as u64);
     let changed = share(report.safety_interventions, goals);
     if changed > CHANGED_SHARE {
         add(
@@ -124,13 +127,21 @@ pub fn findings(report: &Report, joints: usize, flight_share: f64) -> Vec<Verdic
             "see to its servo",
         );
     }
-    for bus in &report.buses {
-        let lost = share(bus.missing + bus.corrupt, bus.exchanges.max(1));
+    for (index, bus) in report.buses.iter().enumerate() {
+        let is_on_it = |joint: &&Joint| joint.servo.is_some_and(|servo| servo.bus == index);
+        let servos = robot.joints.iter().filter(is_on_it).count() as u64;
+        let lost = share(bus.missing + bus.corrupt, bus.exchanges.saturating_mul(servos));
         if lost > LOST_SHARE {
             add(
                 Verdict::Poor,
                 "replies were lost",
-                format!("{} missing and {} damaged in {} exchanges", bus.missing, bus.corrupt, bus.exchanges),
+                format!(
+                    "{:.1} % of them: {} missing and {} damaged in {} exchanges with {servos} servos",
+                    lost * 100.0,
+                    bus.missing,
+                    bus.corrupt,
+                    bus.exchanges
+                ),
                 &bus.name,
                 "a loose plug, a long cable, a servo without power, or noise".to_owned(),
                 "run hippocamp doctor",
@@ -164,16 +175,11 @@ pub fn findings(report: &Report, joints: usize, flight_share: f64) -> Vec<Verdic
 /// The way, turn and lean of a robot that walked.
 fn judge_way(
     report: &Report,
-    flight_share: f64,
+    walked: &Walked,
     add: &mut impl FnMut(Verdict, &'static str, String, &str, String, &'static str),
 ) {
-    let (Some(asked), Some(reached), Some(walked_s)) = (report.asked, report.reached, report.walked_s) else {
-        return;
-    };
-    if walked_s < LEAST_S {
-        return;
-    }
-    let is_off = |asked: f64, reached: f64| !(SHARES.0..=SHARES.1).contains(&(reached / asked));
+    let Walked { asked, reached, forward_m, turn_rad, flight_share, .. } = *walked;
+    let is_off = |of: Followed| !(SHARES.0..=SHARES.1).contains(&(of.reached / of.asked));
     let (lag, cure) = if flight_share > FLIGHT_SHARE {
         let share = flight_share * 100.0;
         (
@@ -191,39 +197,48 @@ fn judge_way(
             "ask for less speed or another gait; look at friction, supply and [balance]",
         )
     };
-    if asked.distance_m.abs() >= LEAST_M && is_off(asked.distance_m, reached.distance_m) {
+    if forward_m.asked >= LEAST_M && is_off(forward_m) {
         add(
             Verdict::Poor,
             "speed not as asked",
-            format!("{:.3} m/s of {:.3} m/s asked", reached.speed_m_s, asked.speed_m_s),
+            format!(
+                "{:.2} m of {:.2} m asked, at {:.3} m/s",
+                forward_m.reached, forward_m.asked, reached.speed_m_s
+            ),
             "",
             lag.clone(),
             cure,
         );
     }
+    // A turn that was not asked for, and one that was.
     let off_deg = (reached.turn_deg - asked.turn_deg).abs();
-    let is_turn_off = match asked.turn_deg.abs() >= LEAST_DEG {
-        true => is_off(asked.turn_deg, reached.turn_deg),
+    let (asked_deg, followed_deg) = (turn_rad.asked.to_degrees(), turn_rad.reached.to_degrees());
+    let is_asked = asked_deg >= LEAST_DEG;
+    let is_turn_off = match is_asked {
+        true => (followed_deg - asked_deg).abs() > STRAY_DEG.max((1.0 - SHARES.0) * asked_deg),
         false => off_deg > STRAY_DEG,
     };
     if is_turn_off {
         add(
             Verdict::Poor,
             "turn not as asked",
-            format!("{:.0} degrees of {:.0} degrees asked", reached.turn_deg, asked.turn_deg),
+            match is_asked {
+                true => format!("{followed_deg:.0} degrees of {asked_deg:.0} degrees asked"),
+                false => format!("{:.0} degrees, and {:.0} asked", reached.turn_deg, asked.turn_deg),
+            },
             "",
-            match asked.turn_deg.abs() >= LEAST_DEG {
+            match is_asked {
                 true => "legs without a sideways joint scrub their feet over the ground".to_owned(),
                 false => lag.clone(),
             },
-            match asked.turn_deg.abs() >= LEAST_DEG {
+            match is_asked {
                 true => "turn in larger bows while it walks, or ask for less",
                 false => cure,
             },
         );
     }
     let aside_m = (reached.side_m - asked.side_m).abs();
-    if off_deg <= STRAY_DEG && aside_m > LEAST_M + STRAY_SHARE * asked.distance_m.abs() {
+    if off_deg <= STRAY_DEG && aside_m > LEAST_M + STRAY_SHARE * forward_m.asked {
         add(
             Verdict::Poor,
             "it went aside",

@@ -51,11 +51,48 @@ impl Sum {
     }
 }
 
+/// How much of a way that goes to and fro was reached: both add up without their signs cancelling.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Followed {
+    /// What was asked for, in either direction.
+    pub asked: f64,
+    /// What was reached in the direction asked for at each moment.
+    pub reached: f64,
+}
+
+impl Followed {
+    fn add(&mut self, asked: f64, reached: f64) {
+        self.asked += asked.abs();
+        if asked.abs() > 0.0 {
+            self.reached += reached * asked.signum();
+        }
+    }
+}
+
+/// A robot's walking in one run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Walked {
+    /// How long, s.
+    pub time_s: f64,
+    /// The way it was asked to go, and the way it went.
+    pub asked: Way,
+    /// See `asked`.
+    pub reached: Way,
+    /// Way forward and backward, m.
+    pub forward_m: Followed,
+    /// Turns to either side, rad.
+    pub turn_rad: Followed,
+    /// Share of the time in which all feet were planned to be off the ground.
+    pub flight_share: f64,
+}
+
 /// Both ways of one run.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Ways {
     asked: Sum,
     reached: Sum,
+    forward_m: Followed,
+    turn_rad: Followed,
     /// What the estimate adds up to, m: hardware knows velocities, no places.
     estimated_m: DVec3,
     walked_s: f64,
@@ -67,6 +104,7 @@ impl Ways {
     /// Looks at a cycle in which the robot walks.
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let targets = record.targets;
+        let before = (self.asked, self.reached);
         self.asked.add(targets.trunk_in_world, yaw_rad(targets.trunk_turn));
         match &record.truth {
             Some(truth) => self.reached.add(truth.position_m, yaw_rad(truth.turn)),
@@ -76,6 +114,9 @@ impl Ways {
                 self.reached.add(self.estimated_m, body.yaw_rad);
             }
         }
+        self.forward_m
+            .add(self.asked.forward_m - before.0.forward_m, self.reached.forward_m - before.1.forward_m);
+        self.turn_rad.add(self.asked.turn_rad - before.0.turn_rad, self.reached.turn_rad - before.1.turn_rad);
         self.walked_s += record.dt_s;
         let feet = &targets.feet;
         if !feet.is_empty() && feet.iter().all(|foot| foot.is_swing) {
@@ -83,20 +124,21 @@ impl Ways {
         }
     }
 
-    /// Share of the time of walking in which all feet were planned to be off the ground.
-    pub(super) fn flight_share(&self) -> f64 {
-        if self.walked_s > 0.0 { self.flown_s / self.walked_s } else { 0.0 }
-    }
-
     /// What comes next does not follow on the last cycle.
     pub(super) fn pause(&mut self) {
         (self.asked.last, self.reached.last) = (None, None);
     }
 
-    /// How long it walked, s, and the ways asked for and reached; none if it did not walk.
-    pub(super) fn report(&self) -> Option<(f64, Way, Way)> {
-        (self.walked_s > 0.0)
-            .then(|| (self.walked_s, self.asked.way(self.walked_s), self.reached.way(self.walked_s)))
+    /// `None` if it did not walk.
+    pub(super) fn report(&self) -> Option<Walked> {
+        (self.walked_s > 0.0).then(|| Walked {
+            time_s: self.walked_s,
+            asked: self.asked.way(self.walked_s),
+            reached: self.reached.way(self.walked_s),
+            forward_m: self.forward_m,
+            turn_rad: self.turn_rad,
+            flight_share: self.flown_s / self.walked_s,
+        })
     }
 }
 

@@ -153,15 +153,11 @@ impl Guarded {
         for (index, (now, wanted)) in self.now_rad.iter_mut().zip(angles).enumerate() {
             let wanted_before = if goes_on { self.wanted_rad[index] } else { *wanted };
             let aside = self.out_rad[index] - wanted_before;
-            let (out, pace, period_s) = (self.out_rad[index], self.paces[index], self.period_s);
-            let most = RETURN_SHARE * pace.rate_rad_s * period_s;
+            let most = RETURN_SHARE * self.paces[index].rate_rad_s * self.period_s;
             let left = aside - (share * aside).clamp(-most, most);
             let to = if left.abs() < NOTHING_RAD { *wanted } else { wanted + left };
-            let speed_rad_s = self.speed_rad_s[index];
-            *now = match pace.permits((to - out) / period_s, speed_rad_s, period_s) {
-                true => to,
-                false => out + period_s * pace.speed_towards(to - out, speed_rad_s, period_s),
-            };
+            // `place` holds this to the joint's pace. It does not plan to stop there: the target moves on.
+            *now = to;
         }
         self.wanted_rad.copy_from_slice(angles);
         self.place();

@@ -145,7 +145,7 @@ impl Clearance {
                 break;
             }
         }
-        // If that did not help, an arm that is too near stays where it is: then all distances remain as they were.
+        // If that did not help, an arm that is too near stops as fast as its joints may: then distances hardly change.
         for _ in 0..=self.arms.len() {
             let mut is_good = true;
             let tolerance_m = 0.1 * self.distance_m + GOOD_M;

@@ -8,6 +8,8 @@ use crate::model::{Joint, Servo};
 
 /// Tolerance for the encoder and rounding, counts.
 const ROUNDING_COUNTS: f64 = 1.001;
+/// A motor at this share of its stall torque does not turn its own gears: the first two cycles in which torque rises.
+const NO_TORQUE_SHARE: f64 = 0.01;
 
 /// The robot's limits that are the same for all joints.
 #[derive(Debug, Clone, Copy)]
@@ -230,7 +232,7 @@ impl Eye {
 
     /// A goal may differ from the last one by no more than the rate allows for one period, or for two if one
     /// write was lost, which a servo that replies cannot show: neither a silence nor a late cycle permits a
-    /// longer jump. A goal without torque moves nothing.
+    /// longer jump. A goal at a torque that the gears' friction takes up moves nothing.
     fn judge_rate(
         &mut self,
         now_s: f64,
@@ -242,7 +244,7 @@ impl Eye {
         let allowed = self.rate_s * time_s + ROUNDING_COUNTS;
         let before = counts(self.before.goal);
         let leap = (goal - before).abs();
-        if leap <= allowed || truth.torque_limit == 0 {
+        if leap <= allowed || self.torque_share(truth) <= NO_TORQUE_SHARE {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
