@@ -22,6 +22,16 @@ fn examine(rig: &Rig) -> (Value, Option<i32>) {
 const OF_THE_MACHINE: [&str; 5] =
     ["imu: ", "this machine: ", " replies", " an exchange takes ", " fast sync read"];
 
+/// Tries all of these side by side: they wait for most of the time.
+fn at_once<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync) {
+    std::thread::scope(|scope| {
+        for case in cases {
+            let test = &test;
+            scope.spawn(move || test(case));
+        }
+    });
+}
+
 /// `verdict about: found -> cure`, a line each, without what hangs on the machine.
 fn lines(said: &Value) -> Vec<String> {
     let text = |line: &Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
@@ -46,7 +56,7 @@ fn settings(rig: &Rig, robot: &Robot, last: u16) -> Vec<Option<u8>> {
 
 #[test]
 fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
-    for (file, last) in [("horse.toml", 55), ("horse-dynamixel.toml", 119)] {
+    at_once([("horse.toml", 55), ("horse-dynamixel.toml", 119)], |(file, last)| {
         let rig = Rig::new(file, "");
         let before = settings(&rig, &rig.robot, last);
         let (said, code) = examine(&rig);
@@ -66,7 +76,7 @@ fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
             16,
             "{file}: {lines:#?}"
         );
-    }
+    });
 }
 
 /// The one line that is a fault, or a warning, of a rig with `faults`; all others are well, but for the power budget.
@@ -82,7 +92,7 @@ fn only(rig: &Rig, verdict: &str) -> String {
 
 #[test]
 fn what_is_wrong_is_named_with_its_servo_and_cure() {
-    for (fault, verdict, expected) in [
+    let cases = [
         (
             "kind = 'silent'\nid = 3",
             "fault",
@@ -104,12 +114,13 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
             "servo 7 of joint left_fore.elbow on bus main: 60 C: near",
         ),
         ("kind = 'echo'", "warning", "bus main: the adapter hands back what it is sent"),
-    ] {
+    ];
+    at_once(cases, |(fault, verdict, expected)| {
         let rig = Rig::new("horse.toml", &format!("[[fault]]\nat_s = 0\n{fault}\n"));
         let line = only(&rig, verdict);
         assert!(line.contains(expected), "{fault}: {line}");
         assert!(!line.ends_with("-> "), "no cure: {line}");
-    }
+    });
 }
 
 #[test]

@@ -36,21 +36,21 @@ fn falls_are_told_in_time_and_fallen_softer() {
     assert!(summary.less_than_passive.joint_load_nm.unwrap().value > 0.0, "{told}");
 }
 
-/// One push a side and strength, or a third of these: each side, each strength. docs/figure.md has ten of each.
+/// One push a side and strength, or a fifth of these: of each strength, to different sides. docs/figure.md has ten of each.
 #[test]
 fn a_figure_keeps_its_feet_or_falls_softer_than_a_limp_one() {
     let trials = Trials::new(&in_physics("figure.toml")).unwrap();
     let tried = if is_full() {
         trials.try_all(24, HELD_OUT, |_| {}).unwrap()
     } else {
-        let every_third = (0..24).step_by(3).map(|number| trials.scene(HELD_OUT, number));
-        every_third.map(|scene| trials.try_scene(scene).unwrap()).collect()
+        let every_fifth = (0..24).step_by(5).map(|number| trials.scene(HELD_OUT, number));
+        every_fifth.map(|scene| trials.try_scene(scene).unwrap()).collect()
     };
     let of_strength =
         |strength: u64| tried.iter().filter(move |tried| tried.scene.number / 8 % 3 == strength);
     assert!(of_strength(0).all(|tried| tried.off.fallen_s.is_none()), "at 0.08 N s for each kg");
     assert!(of_strength(2).all(|tried| tried.off.fallen_s.is_some()), "at 0.8 N s for each kg");
-    assert!(of_strength(0).count() >= 2 && of_strength(2).count() >= 2);
+    assert!((0..3).all(|strength| of_strength(strength).count() > 0));
     let (mut softer, mut heads_softer, mut heads, mut falls) = (0, 0, 0, 0);
     for Tried { scene, off, reflex, passive } in tried.iter().filter(|tried| tried.off.fallen_s.is_some()) {
         let (reflex, passive) = (reflex.as_ref().unwrap(), passive.as_ref().unwrap());

@@ -37,11 +37,14 @@ struct Rig {
 }
 
 fn rig(file: &str) -> Rig {
-    let robot = config::load(&Path::new("config").join(file)).unwrap().robot;
+    let mut robot = config::load(&Path::new("config").join(file)).unwrap().robot;
+    // As quick as it may be: the tests wait for all of it.
+    robot.safety.slow_rate_rad_s *= 3.0;
+    robot.safety.torque_ramp_s = 0.2;
     let horse = robot.motion.horse().unwrap();
     let capability = HorseCapability::of(&robot, horse).unwrap();
     let horse = capability.plan(horse, Command::ahead(0, 0.05));
-    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 2.0, driver: None };
+    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
     let mut without_adapters = Robot { physics: None, ..robot.clone() };
