@@ -115,11 +115,14 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
         ),
         ("kind = 'echo'", "warning", "bus main: the adapter hands back what it is sent"),
     ];
-    at_once(cases, |(fault, verdict, expected)| {
-        let rig = Rig::new("horse.toml", &format!("[[fault]]\nat_s = 0\n{fault}\n"));
-        let line = only(&rig, verdict);
-        assert!(line.contains(expected), "{fault}: {line}");
-        assert!(!line.ends_with("-> "), "no cure: {line}");
+    // Two at a time: a line that is served late loses replies.
+    cases.chunks(2).for_each(|pair| {
+        at_once(pair, |(fault, verdict, expected)| {
+            let rig = Rig::new("horse.toml", &format!("[[fault]]\nat_s = 0\n{fault}\n"));
+            let line = only(&rig, verdict);
+            assert!(line.contains(*expected), "{fault}: {line}");
+            assert!(!line.ends_with("-> "), "no cure: {line}");
+        })
     });
 }
 

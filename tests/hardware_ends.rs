@@ -44,8 +44,13 @@ static FREED: Condvar = Condvar::new();
 struct Place(usize);
 
 impl Place {
-    /// Waits until there is one for the robot `file`.
+    /// Waits until there is one for the robot `file`. What all need is computed before the first runs: nothing is to
+    /// keep a processor from those that do.
     fn take(file: &str) -> Place {
+        ROBOTS.iter().for_each(|file| {
+            reference(file);
+        });
+        walk_recording();
         let count = if file == "horse.toml" { 1 } else { 2 };
         let free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
         let mut free = FREED.wait_while(free, |free| *free < count).unwrap_or_else(PoisonError::into_inner);
@@ -106,10 +111,22 @@ fn robots_and_moments() -> impl Iterator<Item = (&'static str, Moment)> {
 }
 
 /// The undisturbed walk of the robot `file`, made once.
-fn reference(file: &str, robot: &Robot) -> &'static Reference {
+fn reference(file: &str) -> &'static Reference {
     static REFERENCES: [OnceLock<Reference>; ROBOTS.len()] = [const { OnceLock::new() }; ROBOTS.len()];
     let index = ROBOTS.iter().position(|of| *of == file).unwrap();
-    REFERENCES[index].get_or_init(|| Reference::of(robot))
+    REFERENCES[index].get_or_init(|| Reference::of(&Built::new(file).robot))
+}
+
+/// What was recorded of that of the horse, made once.
+fn walk_recording() -> &'static mcap::Summary {
+    static RECORDED: OnceLock<mcap::Summary> = OnceLock::new();
+    RECORDED.get_or_init(|| {
+        let built = Built::new("horse.toml");
+        let file = built.folder.path().join("reference.mcap");
+        let mut command = built.run();
+        assert!(command.args(["--virtual", "--for", "5", "--record"]).arg(&file).status().unwrap().success());
+        mcap::Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap()
+    })
 }
 
 /// Waits until a run is there.
@@ -197,7 +214,7 @@ fn a_killed_controller_leaves_no_torque() {
     try_all(robots_and_moments(), |(file, moment)| {
         let _place = Place::take(file);
         let built = Built::new(file);
-        let reference = reference(file, &built.robot);
+        let reference = reference(file);
         let (place, part) = recording_of(&built);
         fs::write(&place, "an earlier one").unwrap();
         let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
@@ -231,7 +248,7 @@ fn a_controller_that_is_told_to_stop_takes_its_stop_action_whatever_the_signal()
 fn told_to_stop(file: &str, moment: Moment, name: &str) {
     let _place = Place::take(file);
     let built = Built::new(file);
-    let reference = reference(file, &built.robot);
+    let reference = reference(file);
     let (place, part) = recording_of(&built);
     let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
     wait_for(moment, &built, reference);
@@ -272,7 +289,7 @@ fn a_controller_that_panics_lets_go_before_it_says_a_word() {
     try_all(robots_and_moments(), |(file, moment)| {
         let _place = Place::take(file);
         let built = Built::new(file);
-        let cycle = moment.cycle(&built.robot, reference(file, &built.robot));
+        let cycle = moment.cycle(&built.robot, reference(file));
         let mut command = built.run();
         command.env("HIPPOCAMP_PANIC", format!("loop:{cycle}")).env("RUST_BACKTRACE", "1");
         let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
@@ -294,10 +311,6 @@ fn a_controller_that_panics_lets_go_before_it_says_a_word() {
 fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     /// A rise takes 1.5 s.
     const BEFORE_STANDING_S: f64 = 1.25;
-    let file = built.folder.path().join("reference.mcap");
-    let mut command = built.run();
-    assert!(command.args(["--virtual", "--for", "5", "--record"]).arg(&file).status().unwrap().success());
-    let summary = mcap::Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap();
     // A second's worth is written at its end. One that ends in the middle of the rise is meant: where the robot stands
     // still, the first count of the stop action takes as long as from any rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
@@ -309,7 +322,7 @@ fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     };
     let cycle = u64::try_from(cycle).unwrap();
     let number = |time_ns: u64| time_ns / u64::try_from(built.period().as_nanos()).unwrap();
-    let chunks = summary.chunk_indexes.iter();
+    let chunks = walk_recording().chunk_indexes.iter();
     let chunk = chunks
         .filter(|chunk| number(chunk.message_end_time) >= cycle)
         .min_by_key(|chunk| chunk.message_end_time);
@@ -355,7 +368,7 @@ fn a_controller_whose_disk_is_full_takes_its_stop_action() {
     try_all([Moment::Rise, Moment::Walk], |moment| {
         let _place = Place::take("horse.toml");
         let built = Built::new("horse.toml");
-        let reference = reference("horse.toml", &built.robot);
+        let reference = reference("horse.toml");
         // A limit on the file stands for a full disk: in blocks of 512 bytes.
         let blocks = bytes_at(moment, &built, reference) / 512;
         let mut run = built.run();
@@ -388,7 +401,7 @@ fn a_controller_whose_recording_thread_is_gone_takes_its_stop_action() {
     try_all([Moment::Rise, Moment::Walk], |moment| {
         let _place = Place::take("horse.toml");
         let built = Built::new("horse.toml");
-        let reference = reference("horse.toml", &built.robot);
+        let reference = reference("horse.toml");
         let bytes = bytes_at(moment, &built, reference);
         let said_file = built.folder.path().join("said");
         let mut run = built.run();
@@ -407,7 +420,7 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
     try_all(moments, |(_, moment)| {
         let _place = Place::take(file);
         let built = Built::new(file);
-        let reference = reference(file, &built.robot);
+        let reference = reference(file);
         let place = recording_of(&built).0;
         let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
         wait_for(moment, &built, reference);
@@ -450,7 +463,7 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
 fn a_controller_without_its_only_port_ends_by_itself() {
     let _place = Place::take("horse.toml");
     let mut built = Built::new("horse.toml");
-    let reference = reference("horse.toml", &built.robot);
+    let reference = reference("horse.toml");
     let mut child = built.run().spawn().unwrap();
     wait_for(Moment::Walk, &built, reference);
     built.server = None;

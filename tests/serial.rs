@@ -13,7 +13,7 @@ use hippocamp::config;
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command, Order};
-use hippocamp::platform::{monotonic, thread_time};
+use hippocamp::platform::{monotonic, request_real_time, thread_time};
 use hippocamp::run::{RunPlan, Status, run};
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
@@ -52,7 +52,8 @@ fn rig(file: &str) -> Rig {
         bus.adapter_latency_us = 0;
     }
     let world = simulation::world(&without_adapters, 1, &FaultScript::default()).unwrap();
-    let server = PtyServer::start(world, folder.path()).unwrap();
+    // Servos of a real line do not wait for a processor.
+    let server = PtyServer::start_prepared(world, folder.path(), || drop(request_real_time(None))).unwrap();
     let devices =
         robot.buses.iter().zip(server.paths()).map(|(bus, path)| Device::of(bus, path.clone())).collect();
     Rig { robot, plan, devices, server, _folder: folder }
