@@ -125,10 +125,16 @@ fn dynamixel_horse_trots() {
 #[test]
 fn both_canter_and_gallop_on_either_lead() {
     for file in ROBOTS {
-        for gait in ["canter", "gallop", "rotary-gallop"] {
+        for (number, gait) in ["canter", "gallop", "rotary-gallop"].into_iter().enumerate() {
             let walk_for_s = if is_full() { 10.0 } else { 4.0 };
-            walks(file, gait, walk_for_s);
-            walks(file, &format!("{gait}-left"), walk_for_s);
+            // The robot of 500 cycles a second takes one lead after the other, or both.
+            let is_wanted = |lead: usize| is_full() || file == "horse.toml" || number % 2 == lead;
+            if is_wanted(0) {
+                walks(file, gait, walk_for_s);
+            }
+            if is_wanted(1) {
+                walks(file, &format!("{gait}-left"), walk_for_s);
+            }
         }
     }
 }

@@ -1,13 +1,11 @@
 //! What the doctor says of simulated robots behind pseudo-terminals, well and unwell; and that it changes nothing.
-#![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
-
-mod rig;
 
 use std::fs;
 
 use hippocamp::model::Robot;
-use rig::Rig;
 use serde_json::Value;
+
+use crate::rig::Rig;
 
 /// What the doctor says of a robot, and its exit code.
 fn examine(rig: &Rig) -> (Value, Option<i32>) {

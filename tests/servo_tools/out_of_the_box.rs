@@ -2,7 +2,6 @@
 //! `setup`, `calibrate`, `doctor` and `run` on its devices; each of them broken off in the middle and run again.
 //!
 //! With `HIPPOCAMP_FULL` set, more often, and a figure after the horse.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
