@@ -1,7 +1,7 @@
 //! Horses on their feet in physics, pushed about: they do not fall, go as fast as asked and stay level; standing, they are
 //! as high as asked.
 //!
-//! In the suite some seeds for half a minute each, 40 s of one core or so. The whole of the table in `docs/balance.md`:
+//! In the suite one seed for fifteen seconds each. The whole of the table in `docs/balance.md`:
 //! `HIPPOCAMP_FULL=1 cargo test --test body_walks -- --nocapture`.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::sync::Mutex;
 use std::time::Duration;
 
-use common::{ROBOTS, capability, horse_of, in_physics};
+use common::{ROBOTS, capability, horse_of, in_physics, is_full};
 use glam::{DQuat, DVec3, EulerRot};
 use hippocamp::bus::{Buses, Ports, SimPorts};
 use hippocamp::cycle::Cycle;
@@ -39,7 +39,7 @@ const OPEN_LOOP_SEEDS: u64 = 3;
 
 /// How many seeds, and for how long, s.
 fn extent() -> (u64, f64) {
-    if std::env::var_os("HIPPOCAMP_FULL").is_some() { (10, 60.0) } else { (3, 30.0) }
+    if is_full() { (10, 60.0) } else { (1, 15.0) }
 }
 
 /// The same without feedback and without a correction of sag.
@@ -197,7 +197,7 @@ fn walks(name: &str, gait: &str) -> Line {
         assert!(speed_m_s >= least_m_s, "{gait} at {speed_m_s} m/s");
     }
     let command = move |_: f64| Command { gait: choice, speed_m_s, ..Command::default() };
-    if std::env::var_os("HIPPOCAMP_FULL").is_some() {
+    if is_full() {
         let (robot, (_, for_s)) = (open_loop(robot.clone()), extent());
         line(
             &robot,

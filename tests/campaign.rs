@@ -68,7 +68,7 @@ fn a_short_campaign_finds_nothing_and_is_the_same_again() {
 
 #[test]
 fn a_long_campaign_of_all_robots_finds_nothing() {
-    if std::env::var_os("HIPPOCAMP_FULL").is_none() {
+    if !common::is_full() {
         return;
     }
     let (all, tally) = campaign(&ALL, 11, 2.0);

@@ -1,5 +1,8 @@
-//! A minute of walking over pseudo-terminals, in real time, by the real program: the exchange takes as long as its
-//! wire and the terminal do, and not longer.
+//! A walk over pseudo-terminals, in real time, by the real program: the exchange takes as long as its wire and the
+//! terminal do, and not longer.
+//!
+//! With `HIPPOCAMP_FULL` set each robot walks for a minute, which the figures of docs/hardware.md need; else for three
+//! seconds: medians need no more.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -18,10 +21,13 @@ use serde_json::Value;
 use common::bare::{self, Bare, wire_cost};
 use common::built::Built;
 use common::frames::frames;
-use common::{ROBOTS, plan};
+use common::{ROBOTS, is_full, plan};
 
 /// How long each robot walks, s.
-const WALK_S: &str = "60";
+fn walk_s() -> &'static str {
+    if is_full() { "60" } else { "3" }
+}
+
 /// How far the exchange may be from wire time and terminal together.
 const SHARE: f64 = 0.05;
 /// The same on a machine too busy to tell: the bytes of a terminal go through an ordinary thread of the system's,
@@ -77,7 +83,7 @@ fn walk(file: &str) -> Walked {
     let robot = &built.robot;
     let report_file = built.folder.path().join("report.json");
     let mut command = built.run();
-    command.args(["--for", WALK_S, "--processor", &near.to_string(), "--report"]).arg(&report_file);
+    command.args(["--for", walk_s(), "--processor", &near.to_string(), "--report"]).arg(&report_file);
     let mut child = command.spawn().unwrap();
     let first = half_a_period_after_the_loop(&built);
     let plan = RunPlan {

@@ -1,4 +1,7 @@
 //! Every gait, every change of gait: no foot out of place.
+//!
+//! With `HIPPOCAMP_FULL` set, changes from every fiftieth of the stride at two speeds, and a thousand random scripts; else
+//! from every fifth at one speed, and sixty scripts.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -7,7 +10,7 @@ mod on_feet;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use common::{capability, horse_of, shipped};
+use common::{capability, horse_of, is_full, shipped};
 use hippocamp::model::Robot;
 use hippocamp::motion::horse::HorsePlan;
 use hippocamp::motion::{Command, GaitChoice, Posture};
@@ -21,10 +24,16 @@ const THESIS_REACH_M: f64 = 0.8;
 const SHORTEST_STANCE: f64 = 0.06 / 0.3;
 /// Nothing takes longer to stop from and stand level, s.
 const LONGEST_STOP_S: f64 = 30.0;
+
 /// Of the gaits' top speeds: asked for, and aimed at.
-const SHARES: [f64; 2] = [0.9, 0.95];
-/// Phases of a stride a change is begun in.
-const PHASES: u32 = 50;
+fn shares() -> &'static [f64] {
+    if is_full() { &[0.9, 0.95] } else { &[0.95] }
+}
+
+/// How many phases of a stride a change is begun in.
+fn phases() -> u32 {
+    if is_full() { 50 } else { 5 }
+}
 
 fn thoroughbred() -> (Robot, HorsePlan) {
     let robot = shipped("thoroughbred.toml");
@@ -55,11 +64,11 @@ fn changes(robot: &Robot, plan: &HorsePlan, from: usize, to: usize, share: f64) 
     let mut found = Changes { shortest_stance_s: f64::INFINITY, ..Changes::default() };
     let mut horse = OnFeet::new(robot, plan);
     follow(&mut horse, before);
-    for _ in 0..PHASES {
-        // A fiftieth of a stride further on each time.
+    for _ in 0..phases() {
+        // That part of a stride further on each time.
         let phase = horse.drive.walk().phase(horse.drive.now_s());
         while horse.drive.walk().phase(horse.drive.now_s())
-            < (phase + 1.0).floor() + found.begun / f64::from(PHASES)
+            < (phase + 1.0).floor() + found.begun / f64::from(phases())
         {
             horse.step(before);
         }
@@ -129,7 +138,7 @@ fn all_pairs(robot: &Robot, plan: &HorsePlan, share: f64) {
 #[test]
 fn the_thoroughbred_changes_between_all_gaits_from_all_phases() {
     let (robot, plan) = thoroughbred();
-    SHARES.into_iter().for_each(|share| all_pairs(&robot, &plan, share));
+    shares().iter().for_each(|share| all_pairs(&robot, &plan, *share));
 }
 
 #[test]
@@ -137,7 +146,7 @@ fn the_robots_change_between_all_gaits_within_their_servos_speed() {
     for file in common::ROBOTS {
         let robot = shipped(file);
         let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
-        SHARES.into_iter().for_each(|share| all_pairs(&robot, &plan, share));
+        shares().iter().for_each(|share| all_pairs(&robot, &plan, *share));
     }
 }
 
@@ -220,10 +229,11 @@ fn a_trunk_that_may_accelerate_steeply_starts_and_stops_in_every_gait_all_the_sa
 }
 
 #[test]
-fn a_thousand_random_scripts_keep_everything() {
+fn random_scripts_keep_everything() {
+    let (horse_scripts, thoroughbred_scripts) = if is_full() { (600, 400) } else { (36, 24) };
     let robot = shipped("horse.toml");
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
-    random_scripts(&robot, &plan, 600);
+    random_scripts(&robot, &plan, horse_scripts);
     let (robot, plan) = thoroughbred();
-    random_scripts(&robot, &plan, 400);
+    random_scripts(&robot, &plan, thoroughbred_scripts);
 }

@@ -6,6 +6,9 @@
 //! - Torque off: every servo has been told to let go.
 //! - The stop action has begun: the goals of its first cycle. Which cycle that is, the recording tells; or, where the
 //!   recording itself is gone, it is the first whose goals differ from those of an undisturbed walk.
+//!
+//! With `HIPPOCAMP_FULL` set, every robot is tried at every moment, and with every signal; else the one of one bus at every
+//! moment, and the one of four buses as it walks.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -15,7 +18,7 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, OnceLock, PoisonError};
 
 use hippocamp::bus::ServoGoal;
 use hippocamp::model::Robot;
@@ -28,14 +31,49 @@ use hw_sim::World;
 use common::built::Built;
 use common::frames::{all_let_go_ns, frames};
 use common::reference::Reference;
-use common::{ROBOTS, servo};
+use common::{ROBOTS, is_full, servo};
 
-/// Real time is for one robot at a time.
-static ALONE: Mutex<()> = Mutex::new(());
+/// Robots of one bus and 100 cycles a second that two processors can serve side by side; the other robot takes the place
+/// of two.
+const PLACES: usize = 4;
 
-fn alone() -> MutexGuard<'static, ()> {
-    // A test that failed before is no reason for this one.
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+static FREE: Mutex<usize> = Mutex::new(PLACES);
+static FREED: Condvar = Condvar::new();
+
+/// The places that a robot takes while it runs: real time is for a few robots at once.
+struct Place(usize);
+
+impl Place {
+    /// Waits until there is one for the robot `file`. What all need is computed before the first runs: nothing is to
+    /// keep a processor from those that do.
+    fn take(file: &str) -> Place {
+        ROBOTS.iter().for_each(|file| {
+            reference(file);
+        });
+        walk_recording();
+        let count = if file == "horse.toml" { 1 } else { 2 };
+        let free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut free = FREED.wait_while(free, |free| *free < count).unwrap_or_else(PoisonError::into_inner);
+        *free -= count;
+        Place(count)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        *FREE.lock().unwrap_or_else(PoisonError::into_inner) += self.0;
+        FREED.notify_all();
+    }
+}
+
+/// Tries all of these, as many side by side as there are places.
+fn try_all<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync) {
+    std::thread::scope(|scope| {
+        for case in cases {
+            let test = &test;
+            scope.spawn(move || test(case));
+        }
+    });
 }
 
 /// How long the servos may wait for torque off or the beginning of the stop action.
@@ -66,15 +104,46 @@ impl Moment {
     }
 }
 
+/// The robots and moments at which each end is tried.
+fn robots_and_moments() -> impl Iterator<Item = (&'static str, Moment)> {
+    let all = ROBOTS.into_iter().flat_map(|file| MOMENTS.map(|moment| (file, moment)));
+    all.filter(|(file, moment)| is_full() || *file == "horse.toml" || *moment == Moment::Walk)
+}
+
+/// The undisturbed walk of the robot `file`, made once.
+fn reference(file: &str) -> &'static Reference {
+    static REFERENCES: [OnceLock<Reference>; ROBOTS.len()] = [const { OnceLock::new() }; ROBOTS.len()];
+    let index = ROBOTS.iter().position(|of| *of == file).unwrap();
+    REFERENCES[index].get_or_init(|| Reference::of(&Built::new(file).robot))
+}
+
+/// What was recorded of that of the horse, made once.
+fn walk_recording() -> &'static mcap::Summary {
+    static RECORDED: OnceLock<mcap::Summary> = OnceLock::new();
+    RECORDED.get_or_init(|| {
+        let built = Built::new("horse.toml");
+        let file = built.folder.path().join("reference.mcap");
+        let mut command = built.run();
+        assert!(command.args(["--virtual", "--for", "5", "--record"]).arg(&file).status().unwrap().success());
+        mcap::Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap()
+    })
+}
+
 /// Waits until a run is there.
 fn wait_for(moment: Moment, built: &Built, reference: &Reference) {
     let moving = reference.first(Activity::Rising);
     let cycles = moment.cycle(&built.robot, reference) - moving;
-    let is_there = |world: &mut World| {
+    let mut looked_ns = 0;
+    let mut is_there = |world: &mut World| {
+        // All that was said is read each time: seldom, so that no servo waits for it.
+        if world.now_ns() < looked_ns + 10_000_000 {
+            return false;
+        }
+        looked_ns = world.now_ns();
         let frames = frames(&built.robot, world, 0);
         frames.iter().filter(|frame| !frame.goals.is_empty()).count() >= cycles
     };
-    built.wait_for("such moment", || built.with_world(is_there));
+    built.wait_for("such moment", || built.with_world(&mut is_there));
 }
 
 /// The present on the servos' clock, ns.
@@ -142,47 +211,47 @@ fn first_cycle_ns(
 
 #[test]
 fn a_killed_controller_leaves_no_torque() {
-    let _alone = alone();
-    for file in ROBOTS {
-        for moment in MOMENTS {
-            let built = Built::new(file);
-            let reference = Reference::of(&built.robot);
-            let (place, part) = recording_of(&built);
-            fs::write(&place, "an earlier one").unwrap();
-            let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
-            wait_for(moment, &built, &reference);
-            let cause_ns = now_ns(&built);
-            signal(&child, "KILL");
-            assert!(!child.wait().unwrap().success());
-            assert_lets_go(&format!("{file}, {moment:?}, SIGKILL: torque off"), &built, cause_ns);
-            assert_eq!(fs::read(&place).unwrap(), b"an earlier one");
-            // A second may not have been written yet.
-            if moment == Moment::Walk {
-                assert!(matches!(Recording::read(&part).unwrap().ending, Ending::CutShort { .. }));
-            }
+    try_all(robots_and_moments(), |(file, moment)| {
+        let _place = Place::take(file);
+        let built = Built::new(file);
+        let reference = reference(file);
+        let (place, part) = recording_of(&built);
+        fs::write(&place, "an earlier one").unwrap();
+        let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
+        wait_for(moment, &built, reference);
+        let cause_ns = now_ns(&built);
+        signal(&child, "KILL");
+        assert!(!child.wait().unwrap().success());
+        assert_lets_go(&format!("{file}, {moment:?}, SIGKILL: torque off"), &built, cause_ns);
+        assert_eq!(fs::read(&place).unwrap(), b"an earlier one");
+        // A second may not have been written yet.
+        if moment == Moment::Walk {
+            assert!(matches!(Recording::read(&part).unwrap().ending, Ending::CutShort { .. }));
         }
-    }
+    });
 }
 
+/// Which signal it is makes no difference to when it comes: by default each comes at one moment.
 #[test]
 fn a_controller_that_is_told_to_stop_takes_its_stop_action_whatever_the_signal() {
-    let _alone = alone();
-    for moment in MOMENTS {
-        std::thread::scope(|scope| {
-            for name in ["TERM", "INT", "HUP"] {
-                scope.spawn(move || told_to_stop("horse.toml", moment, name));
-            }
-        });
-        told_to_stop("horse-dynamixel.toml", moment, "TERM");
-    }
+    let signals = ["TERM", "INT", "HUP"];
+    let of_horse = MOMENTS.into_iter().enumerate().flat_map(|(number, moment)| {
+        let wanted = move |(of, _): &(usize, &str)| is_full() || *of == number;
+        let chosen = signals.into_iter().enumerate().filter(wanted);
+        chosen.map(move |(_, name)| ("horse.toml", moment, name))
+    });
+    let of_others = robots_and_moments().filter(|(file, _)| *file != "horse.toml");
+    let all = of_horse.chain(of_others.map(|(file, moment)| (file, moment, "TERM")));
+    try_all(all, |(file, moment, name)| told_to_stop(file, moment, name));
 }
 
 fn told_to_stop(file: &str, moment: Moment, name: &str) {
+    let _place = Place::take(file);
     let built = Built::new(file);
-    let reference = Reference::of(&built.robot);
+    let reference = reference(file);
     let (place, part) = recording_of(&built);
     let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
-    wait_for(moment, &built, &reference);
+    wait_for(moment, &built, reference);
     let cause_ns = now_ns(&built);
     signal(&child, name);
     let code = child.wait().unwrap().code();
@@ -217,41 +286,31 @@ fn panicked_ns(built: &Built, said: &str) -> u64 {
 #[test]
 #[cfg(debug_assertions)]
 fn a_controller_that_panics_lets_go_before_it_says_a_word() {
-    let _alone = alone();
-    for file in ROBOTS {
-        for moment in MOMENTS {
-            let built = Built::new(file);
-            let cycle = moment.cycle(&built.robot, &Reference::of(&built.robot));
-            let mut command = built.run();
-            command.env("HIPPOCAMP_PANIC", format!("loop:{cycle}")).env("RUST_BACKTRACE", "1");
-            let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
-            let mut said = String::new();
-            for line in BufReader::new(child.stderr.take().unwrap()).lines() {
-                let line = line.unwrap();
-                if line.contains("panicked") {
-                    assert_eq!(built.with_torque(), 0, "{file}, {moment:?}: first the robot, then the word");
-                }
-                said += &(line + "\n");
+    try_all(robots_and_moments(), |(file, moment)| {
+        let _place = Place::take(file);
+        let built = Built::new(file);
+        let cycle = moment.cycle(&built.robot, reference(file));
+        let mut command = built.run();
+        command.env("HIPPOCAMP_PANIC", format!("loop:{cycle}")).env("RUST_BACKTRACE", "1");
+        let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = String::new();
+        for line in BufReader::new(child.stderr.take().unwrap()).lines() {
+            let line = line.unwrap();
+            if line.contains("panicked") {
+                assert_eq!(built.with_torque(), 0, "{file}, {moment:?}: first the robot, then the word");
             }
-            assert_eq!(child.wait().unwrap().code(), Some(1));
-            assert_lets_go(
-                &format!("{file}, {moment:?}, panic: torque off"),
-                &built,
-                panicked_ns(&built, &said),
-            );
-            assert!(said.contains("hippocamp::run::perform"), "no backtrace: {said}");
+            said += &(line + "\n");
         }
-    }
+        assert_eq!(child.wait().unwrap().code(), Some(1));
+        assert_lets_go(&format!("{file}, {moment:?}, panic: torque off"), &built, panicked_ns(&built, &said));
+        assert!(said.contains("hippocamp::run::perform"), "no backtrace: {said}");
+    });
 }
 
 /// The size a recording of this robot has in the middle of the second that is being written at `moment`.
 fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     /// A rise takes 1.5 s.
     const BEFORE_STANDING_S: f64 = 1.25;
-    let file = built.folder.path().join("reference.mcap");
-    let mut command = built.run();
-    assert!(command.args(["--virtual", "--for", "5", "--record"]).arg(&file).status().unwrap().success());
-    let summary = mcap::Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap();
     // A second's worth is written at its end. One that ends in the middle of the rise is meant: where the robot stands
     // still, the first count of the stop action takes as long as from any rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
@@ -263,7 +322,7 @@ fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     };
     let cycle = u64::try_from(cycle).unwrap();
     let number = |time_ns: u64| time_ns / u64::try_from(built.period().as_nanos()).unwrap();
-    let chunks = summary.chunk_indexes.iter();
+    let chunks = walk_recording().chunk_indexes.iter();
     let chunk = chunks
         .filter(|chunk| number(chunk.message_end_time) >= cycle)
         .min_by_key(|chunk| chunk.message_end_time);
@@ -306,12 +365,12 @@ fn with_files<'c>(command: &'c mut Command, built: &Built) -> &'c mut Command {
 
 #[test]
 fn a_controller_whose_disk_is_full_takes_its_stop_action() {
-    let _alone = alone();
-    for moment in [Moment::Rise, Moment::Walk] {
+    try_all([Moment::Rise, Moment::Walk], |moment| {
+        let _place = Place::take("horse.toml");
         let built = Built::new("horse.toml");
-        let reference = Reference::of(&built.robot);
+        let reference = reference("horse.toml");
         // A limit on the file stands for a full disk: in blocks of 512 bytes.
-        let blocks = bytes_at(moment, &built, &reference) / 512;
+        let blocks = bytes_at(moment, &built, reference) / 512;
         let mut run = built.run();
         let run = with_files(&mut run, &built);
         let mut limited = Command::new("sh");
@@ -328,41 +387,43 @@ fn a_controller_whose_disk_is_full_takes_its_stop_action() {
         assert_stops_without_its_recording(
             &what,
             &built,
-            &reference,
+            reference,
             &mut child,
             || cause_ns,
             "File too large",
         );
-    }
+    });
 }
 
 #[test]
 #[cfg(debug_assertions)]
 fn a_controller_whose_recording_thread_is_gone_takes_its_stop_action() {
-    let _alone = alone();
-    for moment in [Moment::Rise, Moment::Walk] {
+    try_all([Moment::Rise, Moment::Walk], |moment| {
+        let _place = Place::take("horse.toml");
         let built = Built::new("horse.toml");
-        let reference = Reference::of(&built.robot);
-        let bytes = bytes_at(moment, &built, &reference);
+        let reference = reference("horse.toml");
+        let bytes = bytes_at(moment, &built, reference);
         let said_file = built.folder.path().join("said");
         let mut run = built.run();
         let run = with_files(&mut run, &built).env("HIPPOCAMP_PANIC", format!("recording:{bytes}"));
         let mut child = run.stderr(fs::File::create(&said_file).unwrap()).spawn().unwrap();
         let cause_ns = || panicked_ns(&built, &fs::read_to_string(&said_file).unwrap());
         let what = format!("{moment:?}, recording thread gone");
-        assert_stops_without_its_recording(&what, &built, &reference, &mut child, cause_ns, "panicked");
-    }
+        assert_stops_without_its_recording(&what, &built, reference, &mut child, cause_ns, "panicked");
+    });
 }
 
 #[test]
 fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_action() {
-    let _alone = alone();
-    for moment in MOMENTS {
-        let built = Built::new("horse-dynamixel.toml");
-        let reference = Reference::of(&built.robot);
+    let file = "horse-dynamixel.toml";
+    let moments = robots_and_moments().filter(|(of, _)| *of == file);
+    try_all(moments, |(_, moment)| {
+        let _place = Place::take(file);
+        let built = Built::new(file);
+        let reference = reference(file);
         let place = recording_of(&built).0;
         let mut child = built.run().arg("--record").arg(&place).spawn().unwrap();
-        wait_for(moment, &built, &reference);
+        wait_for(moment, &built, reference);
         let cause_ns = now_ns(&built);
         built.with_world(|world| world.unplug(3, u64::MAX));
         assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
@@ -395,23 +456,23 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
         assert!(built.with_world(tripped));
         built.with_world(|world| world.plug_in(3));
         built.wait_for("guard that lets go", || built.with_torque() == 0);
-    }
+    });
 }
 
 #[test]
 fn a_controller_without_its_only_port_ends_by_itself() {
-    let _alone = alone();
+    let _place = Place::take("horse.toml");
     let mut built = Built::new("horse.toml");
-    let reference = Reference::of(&built.robot);
+    let reference = reference("horse.toml");
     let mut child = built.run().spawn().unwrap();
-    wait_for(Moment::Walk, &built, &reference);
+    wait_for(Moment::Walk, &built, reference);
     built.server = None;
     assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
 }
 
 #[test]
 fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
-    let _alone = alone();
+    let _place = Place::take("horse.toml");
     let built = Built::new("horse.toml");
     let mut child = built.run().spawn().unwrap();
     built.wait_for("torque", || built.with_torque() == built.robot.joints.len());
@@ -425,7 +486,7 @@ fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
 
 #[test]
 fn a_start_that_fails_leaves_an_earlier_recording_alone() {
-    let _alone = alone();
+    let _place = Place::take("horse.toml");
     let built = Built::new("horse.toml");
     built.with_world(|world| world.unplug(0, u64::MAX));
     let (place, part) = recording_of(&built);
@@ -436,7 +497,7 @@ fn a_start_that_fails_leaves_an_earlier_recording_alone() {
 
 #[test]
 fn without_a_calibration_nothing_is_opened_and_nothing_moves() {
-    let _alone = alone();
+    let _place = Place::take("horse.toml");
     let built = Built::new("horse.toml");
     let text = fs::read_to_string(&built.unit_file).unwrap();
     let text = text.replacen("direction_checked = true", "direction_checked = false", 1);

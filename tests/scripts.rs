@@ -186,37 +186,37 @@ fn run(robot: &str, script: &str, rest: &[&str]) -> (String, Option<i32>) {
 #[test]
 fn the_script_beside_the_horses_runs_to_its_end_and_replays() {
     let script = config_file("scripts/round.toml");
-    for robot in ROBOTS {
-        let end_s =
-            config::load_script(&script, &shipped(robot)).unwrap_or_else(|error| panic!("{error}")).end_s;
-        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{robot}.mcap"));
-        let recorded = ["--record", path.to_str().unwrap()];
-        // In physics feedback asks for more than servos have at times, and safety holds it to that; nothing else is held.
-        let limits = "0 goals outside their range, 0 too fast";
-        let free = format!("{limits}, 0 changed by safety");
-        for (rest, words) in
-            [(&["--no-physics"][..], [free.as_str(), ""]), (&recorded, [limits, "body: did not fall"])]
-        {
-            let (said, code) = run(&format!("config/{robot}"), script.to_str().unwrap(), rest);
-            assert_eq!(code, Some(0), "{robot}: {said}");
-            assert!(said.contains("completed: the script is over"), "{robot}: {said}");
-            assert!(words.iter().all(|word| said.contains(word)), "{robot}: {said}");
-            assert!(!said.contains("held at"), "{robot}: {said}");
-        }
-        let recording = Recording::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let driven =
-            recording.samples.iter().filter(|sample| matches!(sample.order, Order::Drive(_))).count();
-        let stood = recording
-            .samples
-            .iter()
-            .position(|sample| sample.activity == hippocamp::motion::Activity::Standing);
-        let cycle_s = shipped(robot).period_s();
-        #[allow(clippy::cast_precision_loss, reason = "thousands")]
-        let driven_s = (driven - stood.unwrap()) as f64 * cycle_s;
-        assert!((driven_s - end_s).abs() < 3.0 * cycle_s, "{robot}: driven for {driven_s} s of {end_s}");
-        let replayed = replay(&recording).unwrap_or_else(|error| panic!("{error}"));
-        assert!(replayed.agrees(), "{robot}: {replayed:?}");
+    std::thread::scope(|scope| {
+        ROBOTS.map(|robot| drop(scope.spawn(|| runs_to_its_end_and_replays(robot, &script))))
+    });
+}
+
+fn runs_to_its_end_and_replays(robot: &str, script: &std::path::Path) {
+    let end_s = config::load_script(script, &shipped(robot)).unwrap_or_else(|error| panic!("{error}")).end_s;
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{robot}.mcap"));
+    let recorded = ["--record", path.to_str().unwrap()];
+    // In physics feedback asks for more than servos have at times, and safety holds it to that; nothing else is held.
+    let limits = "0 goals outside their range, 0 too fast";
+    let free = format!("{limits}, 0 changed by safety");
+    for (rest, words) in
+        [(&["--no-physics"][..], [free.as_str(), ""]), (&recorded, [limits, "body: did not fall"])]
+    {
+        let (said, code) = run(&format!("config/{robot}"), script.to_str().unwrap(), rest);
+        assert_eq!(code, Some(0), "{robot}: {said}");
+        assert!(said.contains("completed: the script is over"), "{robot}: {said}");
+        assert!(words.iter().all(|word| said.contains(word)), "{robot}: {said}");
+        assert!(!said.contains("held at"), "{robot}: {said}");
     }
+    let recording = Recording::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    let driven = recording.samples.iter().filter(|sample| matches!(sample.order, Order::Drive(_))).count();
+    let stood =
+        recording.samples.iter().position(|sample| sample.activity == hippocamp::motion::Activity::Standing);
+    let cycle_s = shipped(robot).period_s();
+    #[allow(clippy::cast_precision_loss, reason = "thousands")]
+    let driven_s = (driven - stood.unwrap()) as f64 * cycle_s;
+    assert!((driven_s - end_s).abs() < 3.0 * cycle_s, "{robot}: driven for {driven_s} s of {end_s}");
+    let replayed = replay(&recording).unwrap_or_else(|error| panic!("{error}"));
+    assert!(replayed.agrees(), "{robot}: {replayed:?}");
 }
 
 #[test]

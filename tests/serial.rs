@@ -14,7 +14,7 @@ use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::plan::RunPlan;
-use hippocamp::platform::{monotonic, thread_time};
+use hippocamp::platform::{monotonic, request_real_time, thread_time};
 use hippocamp::run::run;
 use hippocamp::signals::Permission;
 use hippocamp::signals::Status;
@@ -39,11 +39,14 @@ struct Rig {
 }
 
 fn rig(file: &str) -> Rig {
-    let robot = config::load(&Path::new("config").join(file)).unwrap().robot;
+    let mut robot = config::load(&Path::new("config").join(file)).unwrap().robot;
+    // As quick as it may be: the tests wait for all of it.
+    robot.safety.slow_rate_rad_s *= 3.0;
+    robot.safety.torque_ramp_s = 0.2;
     let horse = robot.motion.horse().unwrap();
     let capability = HorseCapability::of(&robot, horse).unwrap();
     let horse = capability.plan(horse, Command::ahead(0, 0.05));
-    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 2.0, driver: None };
+    let plan = RunPlan { motion: horse.into(), method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
     let folder = tempfile::tempdir().unwrap();
     // The terminal takes the adapter's place, so that the latency the robot file allows for is the terminal's.
     let mut without_adapters = Robot { physics: None, ..robot.clone() };
@@ -51,7 +54,8 @@ fn rig(file: &str) -> Rig {
         bus.adapter_latency_us = 0;
     }
     let world = simulation::world(&without_adapters, 1, &FaultScript::default()).unwrap();
-    let server = PtyServer::start(world, folder.path()).unwrap();
+    // Servos of a real line do not wait for a processor.
+    let server = PtyServer::start_prepared(world, folder.path(), || drop(request_real_time(None))).unwrap();
     let devices =
         robot.buses.iter().zip(server.paths()).map(|(bus, path)| Device::of(bus, path.clone())).collect();
     Rig { robot, plan, devices, server, _folder: folder }

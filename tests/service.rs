@@ -284,7 +284,7 @@ fn kills_with_torque(served: &mut Served, count: u32) -> u32 {
 /// With `HIPPOCAMP_FULL` set; one kill by chance would show nothing.
 #[test]
 fn of_many_kills_under_systemd_none_leaves_torque() {
-    if std::env::var_os("HIPPOCAMP_FULL").is_none() {
+    if !common::is_full() {
         eprintln!("skipped: it takes a minute and has HIPPOCAMP_FULL set");
         return;
     }

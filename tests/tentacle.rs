@@ -13,7 +13,7 @@ use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
 use common::arm::{Arm, chance, plan, strokes};
-use common::{SharedPorts, goal_counts, rate_counts_s, servo, shipped};
+use common::{SharedPorts, goal_counts, is_full, rate_counts_s, servo, shipped};
 use glam::DVec3;
 use hippocamp::bus::Slot;
 use hippocamp::cycle::Controller;
@@ -386,7 +386,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
     let robot = shipped("tentacle.toml");
     let tentacle = robot.motion.tentacle().unwrap();
     let mut source = Pcg64Mcg::seed_from_u64(11);
-    let minutes = if std::env::var_os("HIPPOCAMP_FULL").is_some() { 480.0 } else { 4.0 };
+    let minutes = if is_full() { 480.0 } else { 4.0 };
     let (mut faults, mut trips) = (String::new(), 0);
     let mut at_s = 20.0;
     while at_s < 60.0 * minutes {

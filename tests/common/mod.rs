@@ -37,6 +37,12 @@ pub(crate) const ROBOTS: [&str; 2] = ["horse.toml", "horse-dynamixel.toml"];
 /// No run in these tests should take longer than this, s.
 const LONGEST_RUN_S: f64 = 120.0;
 
+/// Whether `HIPPOCAMP_FULL` is set: everything is wanted, however long it takes. Else a test does the least that shows
+/// each kind of fault.
+pub(crate) fn is_full() -> bool {
+    std::env::var_os("HIPPOCAMP_FULL").is_some()
+}
+
 /// A file in the folder `config`.
 pub(crate) fn config_file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(name)

@@ -55,15 +55,21 @@ fn run_robot(robot: &Robot, faults: &str, sink: impl Write + Send + 'static) -> 
     run_recorded(robot, plan(robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
 }
 
-/// The same into memory.
-pub(crate) fn record(faults: &str) -> (Report, Vec<u8>) {
+/// A run that nothing disturbs, into memory, made once.
+pub(crate) fn record() -> &'static (Report, Vec<u8>) {
+    static RECORDED: OnceLock<(Report, Vec<u8>)> = OnceLock::new();
+    RECORDED.get_or_init(|| record_with(""))
+}
+
+/// A run of its own, with `faults` (TOML) on the buses, into memory.
+pub(crate) fn record_with(faults: &str) -> (Report, Vec<u8>) {
     record_robot(&horse(), faults)
 }
 
-/// The horse on the ground, pushed about, into memory.
-pub(crate) fn record_in_physics() -> (Report, Vec<u8>) {
+/// The horse on the ground, pushed about, into memory, made once.
+pub(crate) fn record_in_physics() -> &'static (Report, Vec<u8>) {
     static RECORDED: OnceLock<(Report, Vec<u8>)> = OnceLock::new();
-    RECORDED.get_or_init(record_in_physics_anew).clone()
+    RECORDED.get_or_init(record_in_physics_anew)
 }
 
 /// The same run once more.

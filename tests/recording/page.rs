@@ -3,7 +3,7 @@
 use hippocamp::html;
 use hippocamp::recording::Recording;
 
-use crate::common::record;
+use crate::common::{record, record_with};
 
 /// The data inside `page`.
 fn data(page: &str) -> serde_json::Value {
@@ -13,7 +13,7 @@ fn data(page: &str) -> serde_json::Value {
 
 #[test]
 fn a_name_cannot_end_the_script_it_stands_in() {
-    let mut recording = Recording::parse(&record("").1, "test").unwrap();
+    let mut recording = Recording::parse(&record().1, "test").unwrap();
     let plain = html::page(&recording);
     recording.robot.name = "</script><script>alert(1)</script><!--".to_owned();
     let page = html::page(&recording);
@@ -23,7 +23,7 @@ fn a_name_cannot_end_the_script_it_stands_in() {
 
 #[test]
 fn the_page_needs_nothing_from_elsewhere() {
-    let page = html::page(&Recording::parse(&record("").1, "test").unwrap());
+    let page = html::page(&Recording::parse(&record().1, "test").unwrap());
     for reference in ["http:", "https:", "src=", "@import", "url(", "fetch(", "import("] {
         assert!(!page.contains(reference), "{reference}");
     }
@@ -31,7 +31,7 @@ fn the_page_needs_nothing_from_elsewhere() {
 
 #[test]
 fn the_page_has_fifty_frames_a_second_of_every_joint_and_leg() {
-    let (report, bytes) = record("[[fault]]\nkind = 'imu-silent'\nat_s = 4\nfor_s = 1\n");
+    let (report, bytes) = record_with("[[fault]]\nkind = 'imu-silent'\nat_s = 4\nfor_s = 1\n");
     let page = html::page(&Recording::parse(&bytes, "test").unwrap());
     let data = data(&page);
     let frames = |value: &serde_json::Value| value.as_array().unwrap().len();

@@ -7,16 +7,17 @@ use hippocamp::bus::{ServoGoal, Slot};
 use hippocamp::recording::Recording;
 use hippocamp::replay::replay;
 
-use crate::common::{record, record_in_physics};
+use crate::common::{record, record_in_physics, record_with};
 use crate::disk::recorded_on_a_stuck_disk;
 
-fn recording(faults: &str) -> Recording {
-    Recording::parse(&record(faults).1, "test").unwrap()
+/// A recording that nothing disturbed, for a test to change.
+fn recording() -> Recording {
+    Recording::parse(&record().1, "test").unwrap()
 }
 
 #[test]
 fn a_replay_agrees_and_finds_what_the_run_reported() {
-    let (report, bytes) = record("");
+    let (report, bytes) = record();
     let replayed = replay(&Recording::parse(&bytes, "test").unwrap()).unwrap();
     assert!(replayed.agrees(), "{replayed:?}");
     assert!(replayed.is_complete());
@@ -36,12 +37,13 @@ fn a_replay_knows_what_the_simulated_body_did() {
 
 #[test]
 fn a_replay_agrees_on_a_run_with_lost_and_damaged_replies_and_a_late_host() {
-    let recording = recording(
+    let (_, bytes) = record_with(
         "[[fault]]\nat_s = 3\nfor_s = 0.05\nkind = \"silent\"\nbus = \"main\"\nid = 5\n\
          [[fault]]\nat_s = 6\nfor_s = 0.08\nkind = \"bit-flip\"\n\
          [[fault]]\nat_s = 8\nkind = \"late-host\"\ndelay_ms = 35\n\
          [[fault]]\nat_s = 9\nfor_s = 0.4\nkind = \"silent\"\nbus = \"main\"\nid = 2\n",
     );
+    let recording = Recording::parse(&bytes, "test").unwrap();
     let slots = || recording.samples.iter().flat_map(|sample| &sample.slots);
     assert!(slots().any(|slot| *slot == Slot::Missing) && slots().any(|slot| *slot == Slot::Corrupt));
     assert!(recording.samples.iter().any(|sample| sample.is_held));
@@ -51,7 +53,7 @@ fn a_replay_agrees_on_a_run_with_lost_and_damaged_replies_and_a_late_host() {
 
 #[test]
 fn a_replay_names_cycle_and_joint_of_a_goal_that_was_changed() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let ServoGoal::Move { position, .. } = &mut recording.samples[700].goals[6] else { panic!("limp") };
     *position += 1;
     let found = replay(&recording).unwrap().difference.unwrap();
@@ -61,7 +63,7 @@ fn a_replay_names_cycle_and_joint_of_a_goal_that_was_changed() {
 
 #[test]
 fn a_replay_names_cycle_and_joint_of_a_reply_that_was_changed() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let Slot::Fresh(reply) = &mut recording.samples[321].slots[2] else { panic!("missing") };
     reply.position += 1;
     let found = replay(&recording).unwrap().difference.unwrap();
@@ -70,7 +72,7 @@ fn a_replay_names_cycle_and_joint_of_a_reply_that_was_changed() {
 
 #[test]
 fn a_replay_finds_a_recorded_goal_outside_its_range() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let servo = recording.robot.joints[1].servo.unwrap();
     // A joint's whole range further down, and a little more.
     let (low, high) = recording.robot.joints[1].range_rad;
@@ -88,7 +90,7 @@ fn a_replay_finds_a_recorded_goal_outside_its_range() {
 
 #[test]
 fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let cycles = recording.samples.len() as u64;
     recording.samples.drain(500..510);
     recording.samples.remove(900);
@@ -107,7 +109,7 @@ fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() 
 
 #[test]
 fn of_many_gaps_the_first_are_kept_and_all_are_counted() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let mut number = 0;
     recording.samples.retain(|_| {
         number += 1;
@@ -121,7 +123,7 @@ fn of_many_gaps_the_first_are_kept_and_all_are_counted() {
 
 #[test]
 fn cycles_dropped_at_the_beginning_and_at_the_end_are_missed_too() {
-    let mut recording = recording("");
+    let mut recording = recording();
     let cycles = recording.samples.len() as u64;
     recording.samples.truncate(recording.samples.len() - 3);
     recording.samples.remove(0);
@@ -133,7 +135,7 @@ fn cycles_dropped_at_the_beginning_and_at_the_end_are_missed_too() {
 
 #[test]
 fn a_recording_that_was_cut_is_not_complete() {
-    let (_, bytes) = record("");
+    let (_, bytes) = record();
     let replayed = replay(&Recording::parse(&bytes[..bytes.len() / 2], "test").unwrap()).unwrap();
     assert!(replayed.agrees() && replayed.is_cut_short && !replayed.is_complete(), "{replayed:?}");
     assert!(replayed.gaps.is_empty() && replayed.cycles_run_again > 0);
@@ -149,7 +151,7 @@ fn replayed_by_command(name: &str, bytes: &[u8]) -> (Option<i32>, String) {
 
 #[test]
 fn the_command_says_what_it_could_not_judge_and_exits_so() {
-    let (_, whole) = record("");
+    let (_, whole) = record();
     let (code, said) = replayed_by_command("whole.mcap", &whole);
     assert_eq!(code, Some(0), "{said}");
     assert!(!said.contains("NOT JUDGED"), "{said}");

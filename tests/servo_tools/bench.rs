@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use hippocamp::platform::request_real_time;
 use hw_sim::pty::PtyServer;
 use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
 use tempfile::TempDir;
@@ -41,7 +42,9 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let faults = FaultScript::from_toml(faults).unwrap();
         let world = World::new(&[bus], faults, 1).unwrap();
-        let server = PtyServer::start(world, folder.path()).unwrap();
+        // Servos of a real line do not wait for a processor.
+        let server =
+            PtyServer::start_prepared(world, folder.path(), || drop(request_real_time(None))).unwrap();
         Bench { server, _folder: folder }
     }
 

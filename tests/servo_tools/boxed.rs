@@ -7,6 +7,7 @@ use std::process::{Child, Command, Stdio};
 
 use hippocamp::config;
 use hippocamp::model::Robot;
+use hippocamp::platform::request_real_time;
 use hippocamp::simulation;
 use hw_sim::FaultScript;
 use hw_sim::pty::PtyServer;
@@ -34,7 +35,9 @@ impl Boxed {
             world.make_new(bus, place);
             world.pull_servo_out(bus, place);
         }
-        let server = PtyServer::start(world, folder.path()).unwrap();
+        // Servos of a real line do not wait for a processor.
+        let server =
+            PtyServer::start_prepared(world, folder.path(), || drop(request_real_time(None))).unwrap();
         Boxed { robot, server, folder, robot_file }
     }
 

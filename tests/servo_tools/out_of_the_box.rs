@@ -1,6 +1,7 @@
 //! From a box of new servos to a walking robot, with the program's own commands alone, in real time: `sim`, and
 //! `setup`, `calibrate`, `doctor` and `run` on its devices; each of them broken off in the middle and run again.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+//!
+//! With `HIPPOCAMP_FULL` set, more often, and a figure after the horse.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -180,6 +181,10 @@ impl Workshop {
     }
 }
 
+fn is_full() -> bool {
+    std::env::var_os("HIPPOCAMP_FULL").is_some()
+}
+
 /// What the doctor finds at fault that does not hang on the machine's speed.
 fn faults(words: &str) -> Vec<&str> {
     let is_of_the_machine = |line: &&str| line.contains("replies lost") || line.contains("an exchange takes");
@@ -208,13 +213,16 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
     assert!(words.contains("left_hind.hip: servo 2") && words.contains("is set up"), "{words}");
 
     // Killed in the marked pose, in a sweep and while a joint turns by itself; a plug pulled in a sweep.
-    for broken in [
+    let breaks = [
         Break::Kill("Measured as soon as"),
         Break::Pull("right_hind.hip", "left_fore.scapula: turn it"),
         Break::Kill("left_fore.carpus: now "),
         Break::Kill("left_hind.stifle: turns "),
         Break::Pull("right_fore.elbow", "right_hind.hip: turns "),
-    ] {
+    ];
+    for broken in
+        breaks.into_iter().filter(|broken| is_full() || *broken != Break::Kill("left_fore.carpus: now "))
+    {
         let (code, words) = shop.run("calibrate", &["--yes"], broken);
         assert_ne!(code, Some(0), "{broken:?}: {words}");
         shop.assert_files_whole();
@@ -246,9 +254,14 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
     assert_eq!(report["reason"], "walked for the time asked", "{report:#}");
 }
 
-/// Ball joints are three servos each like any others to a person with a screwdriver.
+/// Ball joints are three servos each like any others to a person with a screwdriver. With `HIPPOCAMP_FULL` set: it takes one
+/// and a half minutes.
 #[test]
 fn a_box_of_new_servos_becomes_a_figure_that_takes_a_pose() {
+    if !is_full() {
+        eprintln!("skipped: it takes one and a half minutes and has HIPPOCAMP_FULL set");
+        return;
+    }
     let mut shop = Workshop::new("figure.toml", &REVERSED_OF_FIGURE, &["--horns-within-deg", "8"]);
     let port = |bus: &str| format!("{bus}={}", shop.folder.path().join("ports").join(bus).display());
     let ports: Vec<String> = shop.robot.buses.iter().map(|bus| port(&bus.name)).collect();
