@@ -35,7 +35,7 @@ use common::{ROBOTS, is_full, servo};
 
 /// Robots of one bus and 100 cycles a second that two processors can serve side by side; the other robot takes the place
 /// of two.
-const PLACES: usize = 4;
+const PLACES: usize = 3;
 
 static FREE: Mutex<usize> = Mutex::new(PLACES);
 static FREED: Condvar = Condvar::new();

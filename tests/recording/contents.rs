@@ -31,9 +31,9 @@ fn messages(bytes: &[u8], topic: &str) -> Vec<Value> {
 #[test]
 fn every_cycle_is_on_every_topic() {
     let (report, bytes) = record_in_physics();
-    let statistics = mcap::Summary::read(&bytes).unwrap().unwrap().stats.unwrap();
+    let statistics = mcap::Summary::read(bytes).unwrap().unwrap().stats.unwrap();
     let mut counts = BTreeMap::new();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
+    for message in mcap::MessageStream::new(bytes).unwrap() {
         *counts.entry(message.unwrap().channel.topic.clone()).or_insert(0) += 1;
     }
     for topic in TOPICS {
@@ -106,7 +106,7 @@ fn orders_to_drive_are_kept_as_they_were_given() {
 #[test]
 fn no_chunk_spans_much_more_than_a_second() {
     let (report, bytes) = record();
-    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
     let longest_s = report.duration_s / f64::from(u32::try_from(summary.chunk_indexes.len()).unwrap());
     assert!(longest_s <= 1.0, "{longest_s}");
     for chunk in &summary.chunk_indexes {
@@ -129,9 +129,9 @@ fn a_run_in_physics_records_the_same_bytes_each_time() {
 #[test]
 fn the_robot_file_is_inside() {
     let (_, bytes) = record();
-    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
     let index = summary.attachment_indexes.iter().find(|index| index.name == "robot.toml").unwrap();
-    let attachment = mcap::read::attachment(&bytes, index).unwrap();
+    let attachment = mcap::read::attachment(bytes, index).unwrap();
     assert_eq!(*attachment.data, *std::fs::read(ROBOT_FILE).unwrap());
 }
 
@@ -139,7 +139,7 @@ fn the_robot_file_is_inside() {
 fn joints_are_named_and_in_si_units() {
     let (_, bytes) = record();
     let robot = horse();
-    let states = messages(&bytes, "/joint_states");
+    let states = messages(bytes, "/joint_states");
     let last = states.last().unwrap();
     let names: Vec<&str> =
         last["name"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
@@ -159,8 +159,8 @@ fn joints_are_named_and_in_si_units() {
 #[test]
 fn a_standing_robots_measured_feet_are_near_the_ground() {
     let (_, bytes) = record();
-    let motion = messages(&bytes, "/motion");
-    let feet = messages(&bytes, "/feet");
+    let motion = messages(bytes, "/motion");
+    let feet = messages(bytes, "/feet");
     let standing: Vec<&Value> = feet
         .iter()
         .zip(&motion)
@@ -178,8 +178,8 @@ fn a_standing_robots_measured_feet_are_near_the_ground() {
 fn the_scene_draws_every_link_and_foot_where_the_joints_say() {
     let (_, bytes) = record();
     let robot: Robot = horse();
-    let scene = messages(&bytes, "/scene").pop().unwrap();
-    let states = messages(&bytes, "/joint_states");
+    let scene = messages(bytes, "/scene").pop().unwrap();
+    let states = messages(bytes, "/joint_states");
     let entity = &scene["entities"][0];
     assert_eq!(entity["frame_id"], "body");
     let stamp = |value: &Value| (value["sec"].as_u64().unwrap(), value["nsec"].as_u64().unwrap());

@@ -146,10 +146,10 @@ fn a_disk_that_fills_stops_the_robot_and_leaves_what_was_written_readable() {
 #[test]
 fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
     let (report, bytes) = record();
-    let whole = Recording::parse(&bytes, "test").unwrap();
+    let whole = Recording::parse(bytes, "test").unwrap();
     assert_eq!(whole.samples.len() as u64, report.cycles);
     assert!(matches!(whole.ending, Ending::Outcome(_)));
-    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
     for parts in 1..40 {
         let cut = bytes.len() * parts / 40;
         // Before the attachments are whole it is no recording yet.

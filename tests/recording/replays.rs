@@ -18,7 +18,7 @@ fn recording() -> Recording {
 #[test]
 fn a_replay_agrees_and_finds_what_the_run_reported() {
     let (report, bytes) = record();
-    let replayed = replay(&Recording::parse(&bytes, "test").unwrap()).unwrap();
+    let replayed = replay(&Recording::parse(bytes, "test").unwrap()).unwrap();
     assert!(replayed.agrees(), "{replayed:?}");
     assert!(replayed.is_complete());
     assert_eq!((replayed.cycles, replayed.cycles_run_again), (report.cycles, report.cycles));
@@ -29,7 +29,7 @@ fn a_replay_agrees_and_finds_what_the_run_reported() {
 #[test]
 fn a_replay_knows_what_the_simulated_body_did() {
     let (report, bytes) = record_in_physics();
-    let replayed = replay(&Recording::parse(&bytes, "test").unwrap()).unwrap();
+    let replayed = replay(&Recording::parse(bytes, "test").unwrap()).unwrap();
     assert!(replayed.agrees(), "{replayed:?}");
     assert!(report.body.unwrap().distance_m > 0.05, "{:?}", report.body);
     assert_eq!(replayed.body, report.body);
@@ -152,7 +152,7 @@ fn replayed_by_command(name: &str, bytes: &[u8]) -> (Option<i32>, String) {
 #[test]
 fn the_command_says_what_it_could_not_judge_and_exits_so() {
     let (_, whole) = record();
-    let (code, said) = replayed_by_command("whole.mcap", &whole);
+    let (code, said) = replayed_by_command("whole.mcap", whole);
     assert_eq!(code, Some(0), "{said}");
     assert!(!said.contains("NOT JUDGED"), "{said}");
 
