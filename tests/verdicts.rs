@@ -91,7 +91,7 @@ fn a_way_is_judged_by_what_was_asked_at_each_moment() {
     aside.reached.side_m = -1.0;
     assert_eq!(judge(aside), ["it went aside"]);
     // Starting and stopping are no walk.
-    assert_eq!(judge(Walked { time_s: 2.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
+    assert_eq!(judge(Walked { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn each_margin_makes_a_run_poor_by_itself() {
     };
     poor("the trunk leant", &|report| report.body.as_mut().unwrap().pitch_max_deg = 50.0);
     poor("safety changed goals", &|report| report.safety_interventions = report.cycles * 2);
-    poor("safety held the robot", &|report| report.held_cycles = 3);
+    poor("safety held the robot", &|report| report.held_cycles = 30);
     poor("cycles began late", &|report| report.late_cycles = report.cycles / 10);
     poor("replies were lost", &|report| {
         let bus: &mut BusReport = &mut report.buses[0];

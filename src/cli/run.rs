@@ -36,7 +36,7 @@ use crate::plan::RunPlan;
 use crate::recording::{RECORD_MAX, Recorder, RunHeader, Task};
 use crate::run::{LATE_SHARE, run_recorded};
 use crate::simulation;
-use crate::telemetry::{Outcome, Report, Verdict};
+use crate::telemetry::{INCOMPLETE, Outcome, Report, Verdict};
 use anyhow::{Context, Result};
 
 /// Share of the top speed at which a robot walks if the user names no speed.
@@ -396,7 +396,8 @@ fn print_summary(robot: &Robot, report: &Report) {
             reached.turn_deg
         );
     }
-    for finding in &report.findings {
+    // The first line says why a run did not complete.
+    for finding in report.findings.iter().filter(|finding| finding.what != INCOMPLETE) {
         let place = if finding.place.is_empty() { String::new() } else { format!(" ({})", finding.place) };
         say!(
             "  {}: {}{place}: {}; likely cause: {}; cure: {}",

@@ -32,7 +32,7 @@ pub use report::{
 };
 use stages::StageObserver;
 pub use stages::{SlowCycle, Stage, Stages};
-pub use verdict::{Verdict, VerdictFinding, findings};
+pub use verdict::{INCOMPLETE, Verdict, VerdictFinding, findings};
 pub use way::{Followed, Walked, Way};
 
 /// One cycle, as the observers see it.

@@ -7,7 +7,7 @@ use super::way::{Followed, Walked};
 use crate::model::{Joint, Robot};
 
 /// Least time of walking, s, least way, m, and least turn, degrees, that can be judged: less is starting and stopping.
-const LEAST_S: f64 = 3.0;
+const LEAST_S: f64 = 2.0;
 const LEAST_M: f64 = 0.1;
 const LEAST_DEG: f64 = 20.0;
 /// Share of the way or turn asked for that must be reached, and that must not be passed.
@@ -21,8 +21,13 @@ const LEAN_DEG: f64 = 30.0;
 const CHANGED_SHARE: f64 = 0.05;
 const LOST_SHARE: f64 = 0.01;
 const LATE_SHARE: f64 = 0.01;
+/// Longest that safety may hold a robot, s: it waits that long for joints to catch up when a motion begins.
+const HELD_S: f64 = 0.1;
 /// A gait flies that has all feet off the ground for more than this share of its time.
 const FLIGHT_SHARE: f64 = 0.01;
+
+/// The finding that repeats why a run ended.
+pub const INCOMPLETE: &str = "the run did not complete";
 
 /// What a run was worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -74,7 +79,7 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
     if report.outcome != Outcome::Completed {
         add(
             Verdict::Failed,
-            "the run did not complete",
+            INCOMPLETE,
             report.outcome.name().to_owned(),
             "",
             report.reason.clone(),
@@ -97,7 +102,9 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
     }
     let goals = report.cycles.saturating_mul(robot.joints.len() as u64);
     let changed = share(report.safety_interventions, goals);
-    if changed > CHANGED_SHARE {
+    // A stop changes goals by itself.
+    let is_whole = report.outcome == Outcome::Completed;
+    if is_whole && changed > CHANGED_SHARE {
         add(
             Verdict::Poor,
             "safety changed goals",
@@ -107,11 +114,12 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
             "ask for less speed, or a smaller posture",
         );
     }
-    if report.held_cycles > 0 {
+    let held_s = report.held_cycles as f64 * robot.period_s();
+    if is_whole && held_s > HELD_S {
         add(
             Verdict::Poor,
             "safety held the robot",
-            format!("for {} of {} cycles", report.held_cycles, report.cycles),
+            format!("for {held_s:.2} s"),
             "",
             "a fault that passed".to_owned(),
             "look at losses and outages below",
