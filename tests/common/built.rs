@@ -1,7 +1,7 @@
 //! A built robot: simulated servos behind pseudo-terminals, a calibrated unit file with their devices, and the real
 //! program to drive it.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -62,12 +62,18 @@ impl Built {
         Built { robot, robot_file, unit_file, server: Some(server), folder }
     }
 
-    /// `hippocamp run` on this robot, without input and output unless the caller changes that.
+    /// `hippocamp run` on this robot, without input; its output goes to a file unless the caller changes that.
     pub(crate) fn run(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
         command.arg("run").arg(&self.robot_file).arg("--unit").arg(&self.unit_file);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        let said = File::create(self.said()).unwrap();
+        command.stdin(Stdio::null()).stdout(said.try_clone().unwrap()).stderr(said);
         command
+    }
+
+    /// Where the last run that was begun by [`Built::run`] says what it has to say.
+    fn said(&self) -> PathBuf {
+        self.folder.path().join("said.txt")
     }
 
     /// Period of the loop.
@@ -90,7 +96,12 @@ impl Built {
     pub(crate) fn wait_for(&self, what: &str, mut is_so: impl FnMut() -> bool) {
         let start = monotonic();
         while !is_so() {
-            assert!(monotonic() - start < PATIENCE, "no {what}; {} servos have torque", self.with_torque());
+            assert!(
+                monotonic() - start < PATIENCE,
+                "no {what}; {} servos have torque; said: {}",
+                self.with_torque(),
+                fs::read_to_string(self.said()).unwrap_or_default()
+            );
             sleep_until(monotonic() + Duration::from_millis(1));
         }
     }
