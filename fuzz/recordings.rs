@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use hippocamp::bus::{Buses, SimPorts};
-use hippocamp::capability::Capability;
 use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::html::Page;
 use hippocamp::ik::Method;
-use hippocamp::motion::{Command, Order, StrokeCommand};
+use hippocamp::kinds;
+use hippocamp::motion::Order;
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Ending, ReadError, Recorder, RunHeader, read};
 use hippocamp::replay::{Judge, Replay, ReplayError};
@@ -38,13 +38,7 @@ impl Write for Memory {
 /// A recording of the first `cycles` of a run of the robot in `file`, as the program writes it.
 pub fn good(file: &Path, cycles: u32) -> Vec<u8> {
     let robot = config::load(file).expect("a shipped robot").robot;
-    let motion = match Capability::of(&robot).expect("a robot that can do what its file says") {
-        Capability::Horse(horse, capability) => capability.plan(&horse, Command::default()).into(),
-        Capability::Tentacle(tentacle, capability) => {
-            capability.plan(&robot, &tentacle, StrokeCommand::default()).into()
-        }
-        Capability::Figure(_, capability) => capability.plan(0).into(),
-    };
+    let motion = kinds::of(&robot).expect("a robot that can do what its file says").plan_to_rest(&robot);
     let plan = RunPlan { motion, method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
     let memory = Memory::default();
     let text = std::fs::read_to_string(file).expect("it was read before");

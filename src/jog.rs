@@ -64,9 +64,6 @@ pub(crate) fn turn<P: Ports>(
     let End { outcome, reason, is_heard } =
         perform(robot, &mut cycle, start, "turned and let go", &mut None, operator);
     cycle.buses_mut().disarm_watchdogs();
-    let measured_rad = match cycle.generator() {
-        Generator::Jog(jog) => jog.measured_rad(),
-        Generator::Horse(_) | Generator::Tentacle(_) | Generator::Figure(_) => None,
-    };
+    let measured_rad = cycle.generator().jog().and_then(Jog::measured_rad);
     (JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard }, cycle.into_buses())
 }

@@ -1,6 +1,6 @@
-//! Controller for servo-driven horse-like quadrupeds and octopus-arm rigs.
+//! Controller for servo-driven horse-like quadrupeds, octopus arms and human figures.
 //!
-//! A robot file becomes a [`model::Robot`]; [`capability`] works out what it can do; and
+//! A robot file becomes a [`model::Robot`]; [`kinds`] works out what it can do; and
 //! [`run::run`] repeats one [`cycle`] at the robot's rate:
 //!
 //! ```text
@@ -22,7 +22,7 @@
 pub mod balance;
 pub mod bus;
 pub mod calibration;
-pub mod capability;
+pub mod chance;
 pub mod cli;
 pub mod config;
 pub mod counts;
@@ -34,6 +34,7 @@ pub mod ik;
 pub mod imu;
 mod input;
 pub mod jog;
+pub mod kinds;
 pub mod model;
 pub mod monitor;
 pub mod motion;

@@ -8,12 +8,12 @@
 use std::ops::RangeInclusive;
 
 use crate::bus::ServoGoal;
-use crate::capability::{FigureCapability, HorseCapability, PoseError, ReachError, TentacleCapability};
 use crate::cycle::Controller;
 use crate::ik::Method;
-use crate::model::{Motion, Robot};
+use crate::kinds::{self, CapabilityError, TaskError};
+use crate::model::Robot;
 use crate::motion::Plan;
-use crate::recording::{Ending, Recording, RunHeader, Sample, Task, gait_is_of};
+use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::{BodyReport, FeetReport, JointsReport, Telemetry};
 
 /// Furthest a planned stance foot may be from its touch-down, m: rounding.
@@ -78,22 +78,10 @@ impl Replay {
 pub enum ReplayError {
     /// The robot cannot do what its file says.
     #[error(transparent)]
-    Reach(#[from] ReachError),
-    /// The robot cannot take its poses.
-    #[error(transparent)]
-    Pose(#[from] PoseError),
-    /// The robot does not have the recording's pose.
-    #[error("the recording's run.json: a pose of an unknown name, {0}")]
-    UnknownPose(String),
-    /// The robot does not have the recording's gait.
-    #[error("the recording's run.json: a gait that its robot.toml does not have, {0}")]
-    UnknownGait(String),
-    /// The recording's strokes are invalid.
+    Capability(#[from] CapabilityError),
+    /// The robot cannot do the recording's task.
     #[error("the recording's run.json: {0}")]
-    Strokes(&'static str),
-    /// The recording says that a horse moved its arms, or that arms walked.
-    #[error("the recording's run.json is not that of its robot.toml: they are of different kinds of motion")]
-    OtherKind,
+    Task(#[from] TaskError),
 }
 
 /// Most gaps that are kept one by one; a recording of many hours may have more.
@@ -196,24 +184,7 @@ pub fn replay(recording: &Recording) -> Result<Replay, ReplayError> {
 }
 
 fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
-    match (&robot.motion, &header.task) {
-        (Motion::Horse(horse), Task::Horse { command, gait }) => {
-            if !gait_is_of(command.gait, robot) {
-                return Err(ReplayError::UnknownGait(gait.clone()));
-            }
-            Ok(HorseCapability::of(robot, horse)?.plan(horse, *command).into())
-        }
-        (Motion::Tentacle(tentacle), Task::Tentacle { strokes }) => {
-            let command = strokes.try_into().map_err(ReplayError::Strokes)?;
-            Ok(TentacleCapability::of(robot, tentacle).plan(robot, tentacle, command).into())
-        }
-        (Motion::Figure(figure), Task::Figure { pose: name }) => {
-            let pose = figure.poses.iter().position(|pose| pose.name == *name);
-            let pose = pose.ok_or_else(|| ReplayError::UnknownPose(name.clone()))?;
-            Ok(FigureCapability::of(robot, figure)?.plan(pose).into())
-        }
-        (Motion::Horse(_) | Motion::Tentacle(_) | Motion::Figure(_), _) => Err(ReplayError::OtherKind),
-    }
+    Ok(kinds::of(robot)?.plan_of_task(robot, &header.task)?)
 }
 
 /// Runs one cycle of the controller on the recorded replies; returns the first difference from the recorded cycle.

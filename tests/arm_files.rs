@@ -8,8 +8,8 @@ use std::process::Command;
 
 use common::{config_file, servo, shipped};
 use glam::{DQuat, DVec3};
-use hippocamp::capability::loads;
 use hippocamp::config;
+use hippocamp::kinds::loads;
 use hippocamp::model::Robot;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};

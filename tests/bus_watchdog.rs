@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use hippocamp::bus::{Buses, Ports, SimPorts, watchdog_time};
-use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::{Activity, Command, Order};
 use hippocamp::signals::Permission;

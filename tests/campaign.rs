@@ -8,16 +8,16 @@ use std::collections::BTreeSet;
 use std::sync::Mutex;
 
 use common::config_file;
-use hippocamp::capability::Capability;
 use hippocamp::config;
+use hippocamp::kinds;
 use hippocamp::trial::campaign::{Campaign, Episode, Judged, Subject, Tally, play};
 
 const ALL: [&str; 5] = ["horse.toml", "horse-dynamixel.toml", "figure.toml", "octopus.toml", "tentacle.toml"];
 
 fn subject(name: &str) -> Subject {
     let robot = config::load(&config_file(name)).unwrap_or_else(|error| panic!("{error}")).robot;
-    let capability = Capability::of(&robot).unwrap_or_else(|error| panic!("{error}"));
-    Subject::new(robot, capability).unwrap_or_else(|error| panic!("{error}"))
+    let kind = kinds::of(&robot).unwrap_or_else(|error| panic!("{error}"));
+    Subject::new(robot, kind).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// All episodes of a campaign of these robots, in their order.

@@ -9,10 +9,10 @@ use std::process::{Command, Output};
 
 use common::{SharedPorts, config_file, in_physics, is_full, servo, shipped};
 use glam::{DQuat, DVec3};
-use hippocamp::capability::FigureCapability;
 use hippocamp::config;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
+use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::model::ball_joint::SwingTwist;
 use hippocamp::model::{Foot, Robot, hinges_in_place};
 use hippocamp::motion::{Activity, Order};

@@ -7,9 +7,9 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glam::DVec3;
-use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Method, Solver};
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{Chain, Robot};
 use hippocamp::motion::horse::{Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};

@@ -11,13 +11,14 @@ use common::arm::{self, strokes};
 use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
-use hippocamp::capability::{FigureCapability, TentacleCapability};
 use hippocamp::config;
 use hippocamp::cycle::{Controller, Cycle};
 use hippocamp::ik::{Limbs, Method};
+use hippocamp::kinds::figure::FigureCapability;
+use hippocamp::kinds::tentacle::Show;
+use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
-use hippocamp::operator::Show;
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::signals::Status;
 use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
@@ -385,7 +386,10 @@ fn an_allocation_in_the_cycle_is_caught() {
 
 #[test]
 fn no_operator_allocates() {
-    use hippocamp::operator::{Axis, Button, Gamepad, Key, Keys, PadEvent, Playback, Repertoire, StrokeKeys};
+    use hippocamp::kinds::KeyDriver as _;
+    use hippocamp::kinds::horse::{Axis, Button, Gamepad, Keys, PadEvent, Repertoire};
+    use hippocamp::kinds::tentacle::StrokeKeys;
+    use hippocamp::operator::{Key, Playback};
     let robot = shipped("horse.toml");
     let horse = robot.motion.horse().unwrap();
     let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));

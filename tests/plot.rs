@@ -5,9 +5,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use hippocamp::capability::HorseCapability;
 use hippocamp::config;
-use hippocamp::model::{HorseMotion, Robot};
+use hippocamp::kinds::horse::Horse;
+use hippocamp::model::Robot;
 use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use hippocamp::motion::{self, GaitChoice, Generator, Order};
 use hippocamp::plot::{self, Course, CourseError, Subject};
@@ -15,24 +15,22 @@ use hippocamp::plot::{self, Course, CourseError, Subject};
 /// A robot with what it can do.
 struct Rig {
     robot: Robot,
-    horse: HorseMotion,
-    capability: HorseCapability,
+    kind: Horse,
 }
 
 impl Rig {
     fn load(file: &str) -> Rig {
         let robot = config::load(Path::new(file)).unwrap().robot;
-        let horse = robot.motion.horse().unwrap().clone();
-        let capability = HorseCapability::of(&robot, &horse).unwrap();
-        Rig { robot, horse, capability }
+        let kind = Horse::of(&robot, robot.motion.horse().unwrap()).unwrap();
+        Rig { robot, kind }
     }
 
     fn subject(&self) -> Subject<'_> {
-        Subject::horse(&self.robot, &self.horse, &self.capability)
+        Subject::of(&self.robot, &self.kind)
     }
 
     fn gait(&self, name: &str) -> usize {
-        self.horse.gaits.iter().position(|gait| gait.name == name).unwrap()
+        self.kind.settings.gaits.iter().position(|gait| gait.name == name).unwrap()
     }
 
     /// Goes one gait until `change_s`, then another until `end_s`.
@@ -41,7 +39,7 @@ impl Rig {
             let gait = GaitChoice::Gait(self.gait(gait));
             Order::Drive(motion::Command { gait, speed_m_s, ..motion::Command::default() })
         };
-        let plan = self.capability.plan(&self.horse, motion::Command::default());
+        let plan = self.kind.capability.plan(&self.kind.settings, motion::Command::default());
         let generator = Generator::new(&self.robot, plan, f64::MAX);
         let (first, then) = (order(first), order(then));
         let orders = |s: f64| if s < change_s { first } else { then };
@@ -57,13 +55,13 @@ impl Rig {
 fn bars_are_as_long_as_the_gaits_duty_factor_says_and_begin_by_its_lags() {
     for (file, share) in [("config/thoroughbred.toml", 0.8), ("config/horse.toml", 0.8)] {
         let rig = Rig::load(file);
-        for (index, gait) in rig.horse.gaits.iter().enumerate() {
-            let plan = rig.capability.plan(&rig.horse, motion::Command::default());
+        for (index, gait) in rig.kind.settings.gaits.iter().enumerate() {
+            let plan = rig.kind.capability.plan(&rig.kind.settings, motion::Command::default());
             let speed_m_s = share * plan.top_speed_m_s(GaitChoice::Gait(index));
             if speed_m_s <= 0.0 {
                 continue;
             }
-            let period_s = gait.period_s(rig.horse.swing_time_s);
+            let period_s = gait.period_s(rig.kind.settings.swing_time_s);
             let course = rig.steady(&gait.name, speed_m_s, 15.0 * period_s);
             let stances = course.stances();
             // A bar ends when its foot lifts. Strides 4 to 12 are long after the start.
@@ -87,7 +85,7 @@ fn bars_are_as_long_as_the_gaits_duty_factor_says_and_begin_by_its_lags() {
 fn walk_to_trot_keeps_in_reach_where_the_thesis_rule_does_not() {
     let rig = Rig::load("config/thoroughbred.toml");
     let course = rig.course(("walk", 1.78), ("trot", 3.9), 4.0, 9.0);
-    let reach_m = rig.capability.half_excursion_m();
+    let reach_m = rig.kind.capability.half_excursion_m();
     let change = course.first_change().unwrap();
     assert_eq!(change.gaits, [rig.gait("walk"), rig.gait("trot")]);
     assert!((change.ordered_s - 4.0).abs() < 1e-9, "{change:?}");
@@ -98,10 +96,10 @@ fn walk_to_trot_keeps_in_reach_where_the_thesis_rule_does_not() {
     assert!(furthest_m <= reach_m, "{furthest_m} m of {reach_m} m");
 
     let steady = |side: usize| SteadyGait {
-        gait: &rig.horse.gaits[change.gaits[side]],
+        gait: &rig.kind.settings.gaits[change.gaits[side]],
         speed_m_s: change.speeds_m_s[side],
     };
-    let swing = rig.capability.plan(&rig.horse, motion::Command::default()).swing();
+    let swing = rig.kind.capability.plan(&rig.kind.settings, motion::Command::default()).swing();
     let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
     let beyond = (0..4).filter(|leg| rule.lift_off_m(*leg).abs() > reach_m).count();
     assert_eq!(beyond, 3, "all but the left hind");
@@ -150,10 +148,10 @@ fn pictures_are_whole_and_the_same_every_time() {
         let course = rig.course(("walk", 0.03), ("trot", 0.05), 5.0, 12.0);
         let change = course.first_change().unwrap();
         let steady = |side: usize| SteadyGait {
-            gait: &rig.horse.gaits[change.gaits[side]],
+            gait: &rig.kind.settings.gaits[change.gaits[side]],
             speed_m_s: change.speeds_m_s[side],
         };
-        let swing = rig.capability.plan(&rig.horse, motion::Command::default()).swing();
+        let swing = rig.kind.capability.plan(&rig.kind.settings, motion::Command::default()).swing();
         let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
         [
             plot::feet(&course),
@@ -177,7 +175,7 @@ fn pictures_are_whole_and_the_same_every_time() {
 #[test]
 fn a_span_after_the_end_shows_nothing() {
     let rig = Rig::load("config/thoroughbred.toml");
-    let plan = rig.capability.plan(&rig.horse, motion::Command::default());
+    let plan = rig.kind.capability.plan(&rig.kind.settings, motion::Command::default());
     let generator = Generator::new(&rig.robot, plan, f64::MAX);
     let orders = |s: f64| if s < 1.0 { Order::Drive(motion::Command::default()) } else { Order::Stop };
     let error = Course::follow(rig.subject(), generator, (2.0, 9.0), orders).unwrap_err();

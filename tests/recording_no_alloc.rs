@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hippocamp::bus::{Buses, SimPorts};
-use hippocamp::capability::HorseCapability;
 use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};

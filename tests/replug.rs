@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 use hippocamp::bus::SerialPorts;
 use hippocamp::bus::serial::Device;
-use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;
 use hippocamp::run::run;

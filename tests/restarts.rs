@@ -7,8 +7,8 @@ mod common;
 use std::cell::RefCell;
 
 use common::{SharedPorts, servo, shipped};
-use hippocamp::capability::TentacleCapability;
 use hippocamp::ik::Method;
+use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::servo_model::Register;
 use hippocamp::model::{Protocol, Robot};
 use hippocamp::motion::{Order, Stroke, StrokeCommand};

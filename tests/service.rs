@@ -11,10 +11,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hippocamp::capability::FigureCapability;
 use hippocamp::config::{UnitBus, write_unit};
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
+use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order, Plan, Stroke, StrokeCommand};
 use machine::{Machine, thaw};

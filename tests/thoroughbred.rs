@@ -5,9 +5,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::{Limbs, Method};
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{HorseMotion, Robot};
 use hippocamp::motion::horse::{Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};

@@ -6,6 +6,7 @@
 mod buses;
 mod client;
 mod codec;
+pub mod costs;
 mod dynamixel;
 mod error;
 mod feetech;

@@ -19,7 +19,6 @@ mod operator;
 mod panics;
 mod plot;
 mod ports;
-mod poses;
 #[cfg(debug_assertions)]
 mod provoke;
 mod record;
@@ -31,7 +30,6 @@ mod servo;
 mod setup;
 mod sim;
 mod status;
-mod strokes;
 mod trial;
 mod unit;
 

@@ -6,14 +6,13 @@ use anyhow::Result;
 
 use super::drivers::load_script;
 use super::load::load;
-use super::{BadInput, PlotArguments, strokes, write_whole};
-use crate::capability::{Capability, HorseCapability};
-use crate::config;
+use super::{BadInput, PlotArguments, write_whole};
+use crate::kinds::Picture;
 use crate::model::HorseMotion;
-use crate::motion::curves::SwingCurve;
+use crate::motion::Generator;
+use crate::motion::horse::swing_of;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
-use crate::motion::{Command, Generator, StrokeCommand};
-use crate::operator::{Repertoire, Script};
+use crate::operator::Script;
 use crate::output::{Outputs, Writing};
 use crate::plot::{self, Course, Subject};
 
@@ -25,56 +24,21 @@ const LONG_S: f64 = 40.0;
 pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     let loaded = load(&options.robot, None)?;
     let robot = &loaded.file.robot;
-    let (course, pictures) = match &loaded.capability {
-        Capability::Horse(horse, capability) => {
-            let plan = capability.plan(horse, Command::default());
-            let script = load_script(&options.script, robot, &Repertoire::of(&plan))?;
-            let swing = plan.swing();
-            let subject = Subject::horse(robot, horse, capability);
-            let course = follow(options, subject, Generator::new(robot, plan, f64::MAX), &script)?;
-            let mut pictures = vec![
-                ("feet.svg", plot::feet(&course)?),
-                ("footfalls.svg", plot::footfalls(&course)?),
-                ("joints.svg", plot::joints(&course)?),
-                ("poses.svg", plot::poses(&course)?),
-            ];
-            if options.thesis {
-                pictures.push(("thesis.svg", thesis(options, &course, horse, swing)?));
-            }
-            print_summary(&course);
-            print_feet(&course, capability);
-            (course, pictures)
-        }
-        Capability::Tentacle(tentacle, capability) => {
-            if options.thesis {
-                let said = "--thesis: expected a horse; arms have no gaits to change";
-                return Err(BadInput(said.to_owned()).into());
-            }
-            let script = strokes::load_script(&options.script, robot, capability)?;
-            let plan = capability.plan(robot, tentacle, StrokeCommand::default());
-            let generator = Generator::new(robot, plan, f64::MAX);
-            let course = follow(options, Subject::without_gaits(robot), generator, &script)?;
-            let pictures = vec![("joints.svg", plot::joints(&course)?), ("poses.svg", plot::poses(&course)?)];
-            print_summary(&course);
-            (course, pictures)
-        }
-        Capability::Figure(_, capability) => {
-            if options.thesis {
-                let said = "--thesis: expected a horse; a figure has no gaits to change";
-                return Err(BadInput(said.to_owned()).into());
-            }
-            let script = config::load_script(&options.script, robot)?;
-            let generator = Generator::new(robot, capability.plan(0), f64::MAX);
-            let course = follow(options, Subject::without_gaits(robot), generator, &script)?;
-            let pictures = vec![
-                ("joints.svg", plot::joints(&course)?),
-                ("poses.svg", plot::poses(&course)?),
-                ("front.svg", plot::front(&course)?),
-            ];
-            print_summary(&course);
-            (course, pictures)
-        }
-    };
+    let (kind, subject) = (&*loaded.kind, Subject::of(robot, &*loaded.kind));
+    if options.thesis && robot.motion.horse().is_none() {
+        return Err(
+            BadInput(format!("--thesis: expected a horse; {} has no gaits to change", kind.name())).into()
+        );
+    }
+    let script = load_script(&options.script, robot, kind)?;
+    let course =
+        follow(options, subject, Generator::new(robot, kind.plan_to_rest(robot), f64::MAX), &script)?;
+    let mut pictures =
+        kind.pictures().iter().map(|picture| drawn(*picture, &course)).collect::<Result<Vec<_>>>()?;
+    if let Some(horse) = robot.motion.horse().filter(|_| options.thesis) {
+        pictures.push(("thesis.svg", thesis(options, &course, horse)?));
+    }
+    print_summary(&course);
     let (from_s, to_s) = course.times_s();
     if to_s - from_s > LONG_S {
         say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
@@ -93,6 +57,17 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     Ok(())
 }
 
+/// The name of a picture's file, and the picture.
+fn drawn(picture: Picture, course: &Course<'_>) -> Result<(&'static str, String)> {
+    Ok(match picture {
+        Picture::Feet => ("feet.svg", plot::feet(course)?),
+        Picture::Footfalls => ("footfalls.svg", plot::footfalls(course)?),
+        Picture::Joints => ("joints.svg", plot::joints(course)?),
+        Picture::Poses => ("poses.svg", plot::poses(course)?),
+        Picture::Front => ("front.svg", plot::front(course)?),
+    })
+}
+
 /// The motion of the robot under `script` in the part to draw.
 fn follow<'r>(
     options: &PlotArguments,
@@ -106,12 +81,7 @@ fn follow<'r>(
 }
 
 /// The first change of gait, and beside it the same change by the rule of the thesis.
-fn thesis(
-    options: &PlotArguments,
-    course: &Course<'_>,
-    horse: &HorseMotion,
-    swing: SwingCurve,
-) -> Result<String> {
+fn thesis(options: &PlotArguments, course: &Course<'_>, horse: &HorseMotion) -> Result<String> {
     let Some(change) = course.first_change() else {
         let path = options.script.display();
         return Err(BadInput(format!(
@@ -123,6 +93,7 @@ fn thesis(
         gait: &horse.gaits[change.gaits[side]],
         speed_m_s: change.speeds_m_s[side],
     };
+    let swing = swing_of(horse);
     // The thesis begins with the left hind's lift-off.
     let rule = ThesisRule::new(swing, steady(0), steady(1), 0.0);
     Ok(plot::comparison(course, &change, &rule, swing.time_s)?)
@@ -147,11 +118,10 @@ fn print_summary(course: &Course<'_>) {
     let held_back: u32 = course.frames.iter().map(|frame| frame.interventions).sum();
     let goals = course.frames.len() * course.subject.robot.joints.len();
     say!("  safety changed {held_back} of {goals} joint goals");
-}
-
-fn print_feet(course: &Course<'_>, capability: &HorseCapability) {
-    let feet = course.frames.iter().flat_map(|frame| &frame.feet);
-    let furthest_m = feet.map(|foot| foot.excursion_m.abs()).fold(0.0, f64::max);
-    let reach_m = capability.half_excursion_m();
-    say!("  feet: {:.1} mm from neutral at most, of {:.1} mm", furthest_m * 1e3, reach_m * 1e3);
+    if let Some(range) = course.subject.ranges.first() {
+        let feet = course.frames.iter().flat_map(|frame| &frame.feet);
+        let furthest_m = feet.map(|foot| foot.excursion_m.abs()).fold(0.0, f64::max);
+        let reach_m = range.half_excursion_m;
+        say!("  feet: {:.1} mm from neutral at most, of {:.1} mm", furthest_m * 1e3, reach_m * 1e3);
+    }
 }

@@ -9,6 +9,7 @@ use clap::Parser;
 use super::{Arguments, BAD_INPUT, COMPLETED, FAILED, say};
 use crate::bus::serial::OpenError;
 use crate::config::ConfigError;
+use crate::kinds::Refusal;
 use crate::output::OutputError;
 use crate::printable::printable;
 use crate::recording::ReadError;
@@ -19,6 +20,12 @@ use crate::service::{BackupError, registers::BadValue};
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct BadInput(pub(super) String);
+
+impl From<Refusal> for BadInput {
+    fn from(Refusal(why): Refusal) -> BadInput {
+        BadInput(why)
+    }
+}
 
 /// Several faults at once, one line each.
 #[derive(Debug, thiserror::Error)]

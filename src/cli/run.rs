@@ -5,32 +5,29 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::drivers::Driver;
+use super::drivers::{Driver, load_script};
 use super::guard::Guard;
 use super::kind::Kind;
 use super::load::{Loaded, load};
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
 use super::ports::{self, Choice, PortOption};
-use super::poses;
 #[cfg(debug_assertions)]
 use super::provoke;
 use super::record::RecordingFile;
 use super::replay::write_page;
 use super::status::StatusLine;
-use super::strokes;
 use super::unit;
 use super::{
     BadInput, COMPLETED, FAILED, FALLEN, POOR, RunArguments, STOPPED_BY_SAFETY, Several, write_whole,
 };
 use crate::bus::{SerialPorts, SimPorts};
-use crate::capability::{Capability, HorseCapability};
 use crate::config::{RobotFile, UnitFile};
 use crate::input::read_text;
+use crate::kinds::Asked;
 use crate::model::Robot;
-use crate::motion::horse::HorsePlan;
-use crate::motion::{Command, GaitChoice, Plan};
-use crate::operator::Repertoire;
+use crate::motion::Plan;
+use crate::operator::Script;
 use crate::output::{Outputs, Place, Writing};
 use crate::plan::RunPlan;
 use crate::recording::{RECORD_MAX, Recorder, RunHeader, Task};
@@ -38,9 +35,6 @@ use crate::run::{LATE_SHARE, run_recorded};
 use crate::simulation;
 use crate::telemetry::{INCOMPLETE, Outcome, Report, Verdict};
 use anyhow::{Context, Result};
-
-/// Share of the top speed at which a robot walks if the user names no speed.
-const DEFAULT_SPEED_SHARE: f64 = 0.9;
 
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
@@ -99,12 +93,10 @@ pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
         driver => say!("{}: driven by {driver}, on {choice}", robot.name),
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
-    if options.unit.is_virtual
-        && matches!(driver, Driver::Keys(..) | Driver::PoseKeys(..) | Driver::Gamepad(..))
-    {
+    if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
         say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
     }
-    let status_line = StatusLine::start(robot);
+    let status_line = StatusLine::start(robot, &*loaded.kind);
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let terminal = |hardware| {
         let terminal = Terminal::new(signals, driver, Some(status_line), hardware);
@@ -196,96 +188,51 @@ pub(super) fn outcome_words(outcome: Outcome) -> &'static str {
 }
 
 /// The plan, its length, and the driver: drivers other than the plan start from a stand, for as long as they like.
-fn plan(options: &RunArguments, kind: Kind, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
-    let robot = &loaded.file.robot;
-    let for_s = kind.for_s(options);
-    match &loaded.capability {
-        Capability::Horse(..) if kind == Kind::Show => {
-            Err(BadInput(format!("show: expected arms; {} is a horse: use run --script", robot.name)).into())
-        }
-        Capability::Horse(horse, capability) => {
-            let standing = capability.plan(horse, Command::default());
-            let driver = Driver::start(&options.driver, robot, Repertoire::of(&standing))?;
-            match driver {
-                Driver::Plan => {
-                    let plan = walking(options, robot, capability, standing)?;
-                    Ok((plan.into(), for_s, driver))
-                }
-                _ => Ok((standing.into(), 0.0, driver)),
-            }
-        }
-        Capability::Tentacle(tentacle, capability) => {
-            let driver = strokes::driver(options, (kind, for_s), robot, tentacle, capability)?;
-            let command = strokes::command(options, tentacle)?;
-            let plan = capability.plan(robot, tentacle, command.unwrap_or_default());
-            Ok((plan.into(), for_s, driver))
-        }
-        Capability::Figure(figure, capability) => {
-            let pose = poses::pose(options, kind, robot, figure)?;
-            let driver = poses::driver(options, robot, figure)?;
-            Ok((capability.plan(pose).into(), for_s, driver))
-        }
+fn plan(options: &RunArguments, command: Kind, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
+    let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
+    let asked = Asked {
+        gait: options.gait.as_deref(),
+        speed_m_s: options.speed,
+        stroke: options.stroke.as_deref(),
+        tempo: options.tempo,
+        pose: options.pose.as_deref(),
+    };
+    let for_s = command.for_s(options);
+    let is_alone = !options.driver.is_some() && !asked.is_some();
+    if command == Kind::Show || (is_alone && kind.shows_by_itself()) {
+        return Ok((kind.plan_to_rest(robot), for_s, show(options, for_s, &asked, loaded)?));
     }
+    let driver = match asked.is_some() && kind.shows_by_itself() {
+        true => Driver::Plan,
+        false => Driver::start(&options.driver, robot, kind)?,
+    };
+    if !matches!(driver, Driver::Plan) && !asked.is_some() {
+        return Ok((kind.plan_to_rest(robot), 0.0, driver));
+    }
+    let (plan, remark) = kind.plan(robot, &asked).map_err(BadInput::from)?;
+    remark.iter().for_each(|remark| say!("{remark}"));
+    Ok((plan, for_s, driver))
 }
 
-/// A plan for the gait and speed asked for, limited to what the robot can do.
-fn walking(
-    options: &RunArguments,
-    robot: &Robot,
-    capability: &HorseCapability,
-    plan: HorsePlan,
-) -> Result<HorsePlan> {
-    if options.stroke.is_some() || options.pose.is_some() {
-        let said = "--stroke, --pose: those are for arms and figures; a horse goes by --gait and --speed";
-        return Err(BadInput(said.to_owned()).into());
+/// A show: of the script that the user names, over and over, or of everything the robot can show.
+fn show(options: &RunArguments, for_s: f64, asked: &Asked<'_>, loaded: &Loaded) -> Result<Driver> {
+    let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
+    let all = kind.show(robot, for_s).map_err(BadInput::from)?;
+    if asked.is_some() {
+        return Err(BadInput("--stroke: a show has many; --script says which".to_owned()).into());
     }
-    let choice = gait(options.gait.as_deref(), &plan)?;
-    let plan = plan.at_share(choice, DEFAULT_SPEED_SHARE);
-    let top_m_s = plan.top_speed_m_s(choice);
-    let joint = match choice {
-        GaitChoice::Gait(gait) => capability.top_speeds[gait].joint,
-        GaitChoice::Stand | GaitChoice::Auto => None,
-    };
-    let joint = joint.map(|joint| robot.joints[joint].name.as_str());
-    let name = plan.gait_name(choice);
-    if top_m_s <= 0.0 && choice != GaitChoice::Stand {
-        return Err(BadInput(format!(
-            "{} cannot {name}: even on the spot {} would pass its speed or acceleration limit; a longer \
-             swing_time_s or a lower swing_lift_mm asks less of it",
-            robot.name,
-            joint.unwrap_or("a joint")
-        ))
-        .into());
+    if options.driver.is_by_hand() {
+        return Err(BadInput("show: plays a script; run --keys drives by hand".to_owned()).into());
     }
-    let speed_m_s = match options.speed {
-        None => plan.command.speed_m_s,
-        Some(speed) if !speed.is_finite() => {
-            let said = format!("--speed {speed}: expected a speed in m/s, negative to go backwards");
-            return Err(BadInput(said).into());
+    match options.driver.script() {
+        None => Driver::show(robot, all, "a show of all strokes".to_owned()),
+        Some(path) => {
+            let script = load_script(path, robot, kind)?;
+            let repeats_after_s = Some(script.end_s);
+            let script = Script { end_s: for_s, repeats_after_s, ..script };
+            Driver::show(robot, script, format!("the show {}", path.display()))
         }
-        Some(speed) if choice != GaitChoice::Stand => {
-            let pace = plan.pace(choice);
-            let held = speed.clamp(-pace.backward_m_s, pace.forward_m_s);
-            if (held - speed).abs() > 0.0 {
-                let limit = joint.map_or("the legs reach no further".to_owned(), |joint| {
-                    format!("{joint} can turn no faster")
-                });
-                say!("{speed} m/s is too fast for {name}: held at {held:.3} m/s ({limit})");
-            }
-            held
-        }
-        Some(speed) => speed,
-    };
-    let command = Command { speed_m_s, ..plan.command };
-    Ok(HorsePlan { command, ..plan })
-}
-
-fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice> {
-    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
-    let Some(wanted) = wanted else { return Ok(GaitChoice::Gait(0)) };
-    plan.gait_choice(wanted).ok_or_else(|| {
-        BadInput(format!("--gait {wanted}: expected auto, stand, or one of {}", names())).into()
-    })
+    }
 }
 
 pub(super) fn fault_script(robot: &Robot, path: &Path) -> Result<hw_sim::FaultScript> {

@@ -5,8 +5,9 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::model::{Motion, Robot};
-use crate::motion::{Activity, Command, GaitChoice, Order, Posture};
+use crate::kinds::{Kind, Words};
+use crate::model::Robot;
+use crate::motion::{Activity, Order};
 use crate::printable::printable;
 use crate::signals::Status;
 use crate::signals::{Outage, Permission};
@@ -16,8 +17,6 @@ const TERMINAL_EVERY_S: f64 = 0.2;
 const FILE_EVERY_S: f64 = 5.0;
 /// Lines that may wait for a slow terminal.
 const WAITING: usize = 16;
-/// Slower turns are not shown, rad/s.
-const TURN_SHOWN_RAD_S: f64 = 1e-4;
 
 /// A message to print.
 #[expect(clippy::large_enum_variant, reason = "the loop hands it over without allocating")]
@@ -45,16 +44,12 @@ pub(super) struct StatusLine {
 const UNTOLD_MAX: usize = 64;
 
 impl StatusLine {
-    /// Starts the status line of `robot`.
+    /// Starts the status line of `robot`, which is of this `kind`.
     #[allow(clippy::disallowed_methods, reason = "only looks what it is")]
-    pub(super) fn start(robot: &Robot) -> StatusLine {
+    pub(super) fn start(robot: &Robot, kind: &dyn Kind) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let names = Names(match &robot.motion {
-            Motion::Horse(horse) => horse.gaits.iter().map(|gait| gait.name.clone()).collect(),
-            Motion::Tentacle(_) => Vec::new(),
-            Motion::Figure(figure) => figure.poses.iter().map(|pose| pose.name.clone()).collect(),
-        });
+        let names = Names(kind.words());
         let robot = robot.clone();
         StatusLine {
             sender: Some(sender),
@@ -141,8 +136,8 @@ fn cut(line: &str, columns: usize) -> &str {
     line.get(..columns).unwrap_or(line)
 }
 
-/// Names of the robot's gaits, or of its poses, for people.
-struct Names(Vec<String>);
+/// The line for people; the robot's kind has the words for its motion.
+struct Names(Box<dyn Words>);
 
 impl Names {
     /// The most important part first: a narrow terminal shows only the beginning.
@@ -152,12 +147,8 @@ impl Names {
             (Permission::Stop, _) => "STOPPED BY SAFETY".to_owned(),
             (_, Activity::Limp) => "limp".to_owned(),
             (_, Activity::Rising) => "rising".to_owned(),
-            (_, Activity::Performing) => match order {
-                Order::Take(pose) => format!("-> {}", self.0.get(pose).map_or("stand", String::as_str)),
-                _ => status.stroke.unwrap_or("moving").to_owned(),
-            },
             (_, Activity::Parked) => "parked".to_owned(),
-            (_, Activity::Standing | Activity::Walking) => self.motion(status, order),
+            (_, Activity::Standing | Activity::Walking | Activity::Performing) => self.0.doing(status, order),
             (_, Activity::Jogging) => "turning one joint".to_owned(),
             (_, Activity::Falling) => "FALLING".to_owned(),
             (_, Activity::Lying) => "lying where it fell".to_owned(),
@@ -182,71 +173,6 @@ impl Names {
         let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
         format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
     }
-
-    /// Words for the motion of a robot on its feet, and for the order it follows.
-    fn motion(&self, status: &Status, order: Order) -> String {
-        let gait = status.gait.and_then(|gait| self.0.get(gait)).map(String::as_str);
-        match order {
-            Order::Perform(_) => return "at rest".to_owned(),
-            Order::Take(pose) => return self.0.get(pose).cloned().unwrap_or_default(),
-            _ => {}
-        }
-        let Order::Drive(asked) = order else {
-            return gait.map_or("standing".to_owned(), |_| format!("walking {:.3} m/s", status.speed_m_s));
-        };
-        self.steps(gait, status, &asked) + &posture_words(&asked.posture)
-    }
-
-    /// Words for its steps, if it takes any.
-    fn steps(&self, gait: Option<&str>, status: &Status, asked: &Command) -> String {
-        let doing = match (gait, asked.gait) {
-            (None, GaitChoice::Stand) => return "standing".to_owned(),
-            (None, choice) => format!("standing -> {}", self.of(choice)),
-            (Some(gait), GaitChoice::Auto) => format!("{gait} (auto)"),
-            (Some(gait), choice) if self.of(choice) == gait => gait.to_owned(),
-            (Some(gait), choice) => format!("{gait} -> {}", self.of(choice)),
-        };
-        let turn = turn_words(status.yaw_rate_rad_s, asked.yaw_rate_rad_s);
-        format!("{doing} {:.3} of {:.3} m/s{turn}", status.speed_m_s, asked.speed_m_s)
-    }
-
-    fn of(&self, choice: GaitChoice) -> &str {
-        match choice {
-            GaitChoice::Stand => "stand",
-            GaitChoice::Auto => "auto",
-            GaitChoice::Gait(gait) => self.0.get(gait).map_or("stand", String::as_str),
-        }
-    }
-}
-
-/// Words for the ordered posture, if it is not the level stand.
-fn posture_words(posture: &Posture) -> String {
-    let mut words = String::new();
-    let mut add = |value: f64, unit: &str, [positive, negative]: [&str; 2]| {
-        // Less than half of the last digit shown counts as zero.
-        if value.abs() >= 0.05 {
-            let direction = if value > 0.0 { positive } else { negative };
-            words += &format!(", {:.1} {unit} {direction}", value.abs());
-        }
-    };
-    add(posture.rise_m * 1e3, "mm", ["higher", "lower"]);
-    add(posture.pitch_rad.to_degrees(), "deg", ["nose down", "nose up"]);
-    add(posture.roll_rad.to_degrees(), "deg", ["left up", "right up"]);
-    add(posture.sway_m * 1e3, "mm", ["to the left", "to the right"]);
-    words
-}
-
-/// Words for the turn rate and the ordered one, both positive towards the ordered side.
-fn turn_words(turns_rad_s: f64, asked_rad_s: f64) -> String {
-    if turns_rad_s.abs().max(asked_rad_s.abs()) < TURN_SHOWN_RAD_S {
-        return String::new();
-    }
-    let is_asked = asked_rad_s.abs() >= TURN_SHOWN_RAD_S;
-    let is_left = if is_asked { asked_rad_s > 0.0 } else { turns_rad_s > 0.0 };
-    let (sign, side) = if is_left { (1.0, "left") } else { (-1.0, "right") };
-    // Zero prints as 0, not as -0.
-    let [turns, asked] = [turns_rad_s, asked_rad_s].map(|rate| sign * rate.to_degrees() + 0.0);
-    format!(", {turns:.1} of {asked:.1} deg/s {side}")
 }
 
 #[cfg(test)]
@@ -270,47 +196,17 @@ mod tests {
         is_recording_lost: false,
     };
 
+    fn horse() -> Box<dyn Kind> {
+        let robot = crate::config::parse(include_str!("../../config/horse.toml"), "horse").unwrap().robot;
+        crate::kinds::of(&robot).unwrap()
+    }
+
     fn line_of(status: &Status) -> String {
         line(status, Order::Go)
     }
 
     fn line(status: &Status, order: Order) -> String {
-        Names(["walk", "trot"].map(str::to_owned).into()).line_of(status, order)
-    }
-
-    #[test]
-    fn a_driver_sees_what_is_done_and_what_was_asked() {
-        let asked = |gait, yaw_deg_s: f64| {
-            let yaw_rate_rad_s = yaw_deg_s.to_radians();
-            Order::Drive(Command { gait, speed_m_s: 0.2, yaw_rate_rad_s, ..Command::default() })
-        };
-        let leaning = |order| match order {
-            Order::Drive(command) => {
-                let pitch_rad = -(2_f64.to_radians());
-                let posture = Posture { rise_m: -0.005, pitch_rad, ..Posture::default() };
-                Order::Drive(Command { posture, ..command })
-            }
-            other => other,
-        };
-        let turning = Status { yaw_rate_rad_s: 3_f64.to_radians(), ..WALKING };
-        let standing = Status { activity: Activity::Standing, gait: None, ..WALKING };
-        use GaitChoice::{Auto, Gait, Stand};
-        for (status, order, words) in [
-            (WALKING, asked(Gait(1), 0.0), "59.9 s trot 0.123 of 0.200 m/s, 41 C"),
-            (WALKING, asked(Gait(0), 0.0), "59.9 s trot -> walk 0.123 of 0.200 m/s, 41 C"),
-            (WALKING, asked(Auto, 0.0), "59.9 s trot (auto) 0.123 of 0.200 m/s, 41 C"),
-            (WALKING, asked(Stand, 0.0), "59.9 s trot -> stand 0.123 of 0.200 m/s, 41 C"),
-            (turning, asked(Gait(1), 5.0), "m/s, 3.0 of 5.0 deg/s left, 41 C"),
-            (turning, asked(Gait(1), -5.0), "m/s, -3.0 of 5.0 deg/s right, 41 C"),
-            (turning, asked(Gait(1), 0.0), "m/s, 3.0 of 0.0 deg/s left, 41 C"),
-            (standing, asked(Stand, 0.0), "59.9 s standing, 41 C"),
-            (standing, leaning(asked(Stand, 0.0)), "59.9 s standing, 5.0 mm lower, 2.0 deg nose up, 41 C"),
-            (WALKING, leaning(asked(Gait(1), 0.0)), "0.200 m/s, 5.0 mm lower, 2.0 deg nose up, 41 C"),
-            (standing, asked(Gait(0), 0.0), "59.9 s standing -> walk"),
-        ] {
-            let line = line(&status, order);
-            assert!(line.contains(words), "no '{words}' in {line}");
-        }
+        Names(horse().words()).line_of(status, order)
     }
 
     #[test]

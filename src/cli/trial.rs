@@ -9,12 +9,11 @@ use serde::Serialize;
 use super::campaign::{CampaignArguments, try_faults};
 use super::load::load;
 use super::{BadInput, COMPLETED, say, write_whole};
+use crate::kinds::Falls;
 use crate::model::ReflexMode;
 use crate::output::{Outputs, Place, Writing};
 use crate::plot::{self, FallRow};
-use crate::trial::{
-    FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried,
-};
+use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
 
 /// Columns of the progress bar.
 pub(super) const BAR: u64 = 40;
@@ -114,8 +113,8 @@ pub(super) fn bad_input(error: TrialError) -> anyhow::Error {
 
 fn headline(options: &TryArguments, robot_file: &Path, trials: &Trials) -> String {
     let newton_seconds = |share: f64| share * trials.mass_kg();
-    if trials.robot().motion.figure().is_some() {
-        let strengths = FIGURE_IMPULSES_NS_KG.map(|share| format!("{share}"));
+    if let Falls::AllRound(strengths) = trials.falls() {
+        let strengths: Vec<String> = strengths.iter().map(|share| format!("{share}")).collect();
         return format!(
             "`hippocamp try {} --runs {} --seed {}`: standing on ground of friction {} to {}, pushed at the middle of its trunk for 0.1 s \
              to each of eight sides with {} N s for each of its {:.1} kg.",

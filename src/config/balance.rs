@@ -28,7 +28,7 @@ pub(super) fn read(
     if !file.has("physics") {
         refuse_legs_without_feet(file, chains, motion, "balance is worked out from what the leg stands on");
     }
-    let is_figure = matches!(motion, Some(Motion::Figure(_)));
+    let is_figure = motion.is_some_and(|motion| motion.figure().is_some());
     let ground = physics.map(|physics| physics.ground.friction);
     file.section("balance", meaning, |section| read_settings(section, is_figure, ground)).map(Some)
 }

@@ -202,7 +202,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let physics = physics::read(file, &chains, motion.as_ref());
     let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
-    if let (Some(OnTrip::Freeze), Some(Motion::Horse(_) | Motion::Figure(_))) = (on_trip, &motion) {
+    if on_trip == Some(OnTrip::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
         let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
         file.fault("safety.tripped_servo", expected);
     }
@@ -235,13 +235,13 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         reflex: reflex?,
         yielding: yielding?,
     };
-    if let Motion::Tentacle(tentacle) = &robot.motion
+    if let Some(tentacle) = robot.motion.tentacle()
         && let Some(pole) = tentacle.pole
         && let Err(reason) = winder::check(&robot, tentacle, pole)
     {
         file.fault("motion.pole", format!("{POLE_MEANING}: {reason}"));
     }
-    if let Motion::Tentacle(tentacle) = &robot.motion {
+    if let Some(tentacle) = robot.motion.tentacle() {
         refuse_crowded_arms(file, &robot, tentacle);
     }
     Some(robot)

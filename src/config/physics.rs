@@ -51,11 +51,7 @@ pub(super) fn refuse_legs_without_feet(
     motion: Option<&Motion>,
     why: &str,
 ) {
-    let legs: &[usize] = match motion {
-        Some(Motion::Horse(horse)) => &horse.legs,
-        Some(Motion::Figure(figure)) => &figure.legs,
-        Some(Motion::Tentacle(_)) | None => &[],
-    };
+    let legs = motion.map_or(&[][..], Motion::legs);
     for chain in legs.iter().filter_map(|place| chains.get(*place)) {
         if chain.limb.as_ref().is_some_and(|limb| !limb.has_foot()) {
             let expected = format!(
@@ -87,7 +83,7 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
     let meaning = "the damping of those stops in N m s/rad";
     let damping = section.number_or("stop_damping_nm_s", meaning, Limits::FromTo(0.0, 10.0), STOP.1);
     // The base of a rig of arms is bolted down, and its arms have their own radius.
-    let is_free = !matches!(motion, Some(Motion::Tentacle(_)));
+    let is_free = motion.is_none_or(Motion::is_on_legs);
     let trunk_box = match is_free {
         true => {
             let meaning =

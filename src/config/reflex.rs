@@ -38,7 +38,7 @@ pub(super) fn read(
     if !file.has("reflex") {
         return Some(None);
     }
-    if let Some(Motion::Tentacle(_)) = motion {
+    if motion.is_some_and(|motion| !motion.is_on_legs()) {
         file.fault("reflex", "no such section: arms on a base do not fall; [yield] is for their loads");
         return None;
     }
@@ -204,7 +204,7 @@ pub(super) fn read_yield(
     if !file.has("yield") {
         return Some(None);
     }
-    if let Some(Motion::Horse(_)) = motion {
+    if motion.is_some_and(|motion| motion.horse().is_some()) {
         file.fault("yield", "no such section: arms may give way, a horse stands on its legs");
         return None;
     }

@@ -6,7 +6,7 @@ use super::soft_stop::SoftStops;
 use super::{
     ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, SoleSolver, SoleTarget, Solver,
 };
-use crate::model::{ArmGeometry, Bending, Chain, Motion, Robot};
+use crate::model::{ArmGeometry, Bending, Chain, Robot};
 use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
 
 /// One solver per chain, and the angles from which they start.
@@ -53,10 +53,9 @@ impl Limbs {
 
     /// Solvers for every chain of `robot`.
     pub fn new(robot: &Robot, method: Method) -> Limbs {
-        let (bending, clearance) = match &robot.motion {
-            Motion::Horse(_) | Motion::Figure(_) => (Bending::default(), None),
-            Motion::Tentacle(tentacle) => (tentacle.bending, Some(Clearance::new(robot, tentacle))),
-        };
+        let tentacle = robot.motion.tentacle();
+        let bending = tentacle.map_or(Bending::default(), |tentacle| tentacle.bending);
+        let clearance = tentacle.map(|tentacle| Clearance::new(robot, tentacle));
         let limb = |chain: &Chain| Limb {
             joints: chain.joints.clone(),
             tip: Solver::new(chain, robot.joints_of(chain)),

@@ -177,6 +177,30 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The chains it stands on, indices into [`Robot::chains`]; empty for arms on a base.
+    pub fn legs(&self) -> &[usize] {
+        match self {
+            Motion::Horse(horse) => &horse.legs,
+            Motion::Tentacle(_) => &[],
+            Motion::Figure(figure) => &figure.legs,
+        }
+    }
+
+    /// True if it stands on legs, and so may fall.
+    pub fn is_on_legs(&self) -> bool {
+        !self.legs().is_empty()
+    }
+
+    /// Share of its limbs' weight that water or a counterweight carries, 0 to 1.
+    pub fn carried_share(&self) -> f64 {
+        self.tentacle().map_or(0.0, |tentacle| tentacle.carried_share)
+    }
+
+    /// Height of the trunk at which hands hold the robot until it stands, m; `None` if it gets up by itself.
+    pub fn held_height_m(&self) -> Option<f64> {
+        self.figure().map(|figure| figure.stand_height_m)
+    }
+
     /// The settings of a horse, if it is one.
     pub fn horse(&self) -> Option<&HorseMotion> {
         match self {

@@ -57,6 +57,25 @@ impl From<FigurePlan> for Plan {
     }
 }
 
+impl Plan {
+    /// The pose in which a robot with this plan sits, or its arms park, rad.
+    pub fn resting_pose_rad(&self) -> &[f64] {
+        match self {
+            Plan::Horse(plan) => &plan.sit_pose_rad,
+            Plan::Tentacle(plan) => &plan.park_pose_rad,
+            Plan::Figure(plan) => &plan.sit_pose_rad,
+        }
+    }
+
+    /// The plan to go in this gait at this share of its top speed; the same plan for a kind without gaits.
+    pub fn at_share(self, gait: GaitChoice, speed_share: f64) -> Plan {
+        match self {
+            Plan::Horse(plan) => plan.at_share(gait, speed_share).into(),
+            other => other,
+        }
+    }
+}
+
 /// Makes the targets of one robot; one variant for each kind of motion.
 #[derive(Debug, Clone)]
 pub enum Generator {
@@ -148,6 +167,14 @@ impl Generator {
         match self {
             Generator::Figure(figure) => Some(figure.drive().pose()),
             Generator::Horse(_) | Generator::Tentacle(_) | Generator::Jog(_) => None,
+        }
+    }
+
+    /// The joint that turns by itself, if that is all that moves.
+    pub fn jog(&self) -> Option<&Jog> {
+        match self {
+            Generator::Jog(jog) => Some(jog),
+            Generator::Horse(_) | Generator::Tentacle(_) | Generator::Figure(_) => None,
         }
     }
 

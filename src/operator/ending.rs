@@ -5,21 +5,21 @@ use crate::motion::Order;
 
 /// The end asked for, if any. It stays; only an emergency stop can replace it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Ending(Option<Instruction>);
+pub struct Ending(Option<Instruction>);
 
 impl Ending {
     /// Asks for an orderly stop.
-    pub(super) fn stop(&mut self) {
+    pub fn stop(&mut self) {
         self.0.get_or_insert(Order::Stop.into());
     }
 
     /// Asks for the stop action at once.
-    pub(super) fn stop_at_once(&mut self) {
+    pub fn stop_at_once(&mut self) {
         self.0 = Some(Order::StopAtOnce.into());
     }
 
     /// True if `key` asks for an end; notes that end.
-    pub(super) fn takes(&mut self, key: Key) -> bool {
+    pub fn takes(&mut self, key: Key) -> bool {
         match key {
             Key::Escape | Key::Character('x') => self.stop_at_once(),
             // Ctrl-D, the end of the input.
@@ -34,7 +34,7 @@ impl Ending {
     }
 
     /// The end asked for, or `order` if there is none.
-    pub(super) fn or(&self, order: Order) -> Instruction {
+    pub fn or(&self, order: Order) -> Instruction {
         self.0.unwrap_or(order.into())
     }
 }

@@ -87,7 +87,7 @@ fn arrow(last: u8) -> Option<Key> {
 #[cfg(test)]
 impl Key {
     /// The key that tests write as `character`; arrows are `^v<>`.
-    pub(super) fn of(character: char) -> Key {
+    pub(crate) fn of(character: char) -> Key {
         match character {
             '^' => Key::Up,
             'v' => Key::Down,

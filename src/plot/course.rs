@@ -2,12 +2,12 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::capability::{HorseCapability, Reach};
 use crate::cycle::Controller;
 use crate::ik::Method;
-use crate::model::{HorseMotion, Motion, Robot};
+use crate::kinds::{FootRange, Kind};
+use crate::model::Robot;
 use crate::motion::horse::Drive;
-use crate::motion::{Activity, Command, Generator, Order, StrokeCommand};
+use crate::motion::{Activity, Generator, Order};
 use crate::signals::FootTarget;
 use crate::telemetry::CycleRecord;
 
@@ -19,6 +19,8 @@ const RISING_MAX_S: f64 = 120.0;
 pub struct Subject<'r> {
     /// The robot.
     pub robot: &'r Robot,
+    /// Its kind.
+    pub kind: &'r dyn Kind,
     /// Names of its gaits, by index.
     pub gait_names: Vec<String>,
     /// Range of each foot; empty if it is not known.
@@ -32,17 +34,6 @@ pub struct Course<'r> {
     pub subject: Subject<'r>,
     /// One frame per cycle; at least one.
     pub frames: Vec<Frame>,
-}
-
-/// Fore-and-aft range of a chain's foot when the trunk is level.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FootRange {
-    /// Index into [`Robot::chains`].
-    pub chain: usize,
-    /// Neutral foot point, forward of the body frame's origin, m.
-    pub neutral_m: f64,
-    /// Largest distance from that point, m.
-    pub half_excursion_m: f64,
 }
 
 /// One cycle.
@@ -115,25 +106,9 @@ pub enum CourseError {
 }
 
 impl<'r> Subject<'r> {
-    /// A horse: `robot`, with motion `horse` and capability `capability`.
-    pub fn horse(robot: &'r Robot, horse: &HorseMotion, capability: &HorseCapability) -> Subject<'r> {
-        let range = |(chain, reach): (&usize, &Reach)| FootRange {
-            chain: *chain,
-            neutral_m: reach.neutral_in_body.x,
-            half_excursion_m: capability.half_excursion_m(),
-        };
-        Subject {
-            robot,
-            gait_names: horse.gaits.iter().map(|gait| gait.name.clone()).collect(),
-            ranges: horse.legs.iter().zip(&capability.reaches).map(range).collect(),
-        }
-    }
-}
-
-impl<'r> Subject<'r> {
-    /// A robot without gaits: arms, a figure.
-    pub fn without_gaits(robot: &'r Robot) -> Subject<'r> {
-        Subject { robot, gait_names: Vec::new(), ranges: Vec::new() }
+    /// `robot`, which is of this `kind`.
+    pub fn of(robot: &'r Robot, kind: &'r dyn Kind) -> Subject<'r> {
+        Subject { robot, kind, gait_names: kind.gait_names(), ranges: kind.foot_ranges() }
     }
 }
 
@@ -152,12 +127,7 @@ impl<'r> Course<'r> {
         let dt_s = subject.robot.period_s();
         let mut controller = Controller::with_generator(subject.robot, generator, Method::CcdThenFinish);
         let mut frames: Vec<Frame> = Vec::new();
-        let rest = match &subject.robot.motion {
-            Motion::Horse(_) => Order::Drive(Command::default()),
-            Motion::Tentacle(_) => Order::Perform(StrokeCommand::default()),
-            Motion::Figure(_) => Order::Take(0),
-        };
-        if !rises(&mut controller, rest, dt_s) {
+        if !rises(&mut controller, subject.kind.order_to_rest(), dt_s) {
             return Err(CourseError::NeverStood);
         }
         let (mut time_s, mut cycle) = (0.0, 0_u32);
@@ -221,14 +191,12 @@ impl<'r> Course<'r> {
 
     /// Name of the activity in a frame.
     pub fn name_of_frame<'a>(&'a self, frame: &'a Frame) -> &'a str {
-        match (&self.subject.robot.motion, frame.stroke) {
-            (_, Some(stroke)) => stroke,
-            (Motion::Tentacle(_), None) => "rest",
-            (Motion::Horse(_), None) => self.name_of(frame.gait, frame.is_changing),
-            (Motion::Figure(figure), None) => {
-                let pose = frame.pose.and_then(|pose| figure.poses.get(pose));
-                pose.map_or("", |pose| pose.name.as_str())
-            }
+        if let Some(stroke) = frame.stroke {
+            return stroke;
+        }
+        match self.subject.kind.rest_name(frame.pose) {
+            Some(name) => name,
+            None => self.name_of(frame.gait, frame.is_changing),
         }
     }
 

@@ -13,7 +13,7 @@ mod joints;
 mod poses;
 
 pub use comparison::comparison;
-pub use course::{Change, Course, CourseError, FootRange, Frame, Span, Subject};
+pub use course::{Change, Course, CourseError, Frame, Span, Subject};
 pub use fall::{FallRow, fall};
 pub use feet::feet;
 pub use footfalls::footfalls;

@@ -3,7 +3,7 @@
 use super::{Activity, Outage, Permission};
 
 /// The state of a run that an operator wants to see. Small and copied, so that it can be passed to another thread.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Status {
     /// Time of the run, s.
     pub time_s: f64,

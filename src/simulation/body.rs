@@ -2,7 +2,7 @@
 
 use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, ShaftLink, Trunk};
 
-use crate::model::{Chain, Foot, Ground, Joint, Motion, Physics, Robot, hinges_in_place};
+use crate::model::{Chain, Foot, Ground, Joint, Physics, Robot, hinges_in_place};
 
 /// The body of `robot`, as `physics` describes it.
 pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
@@ -46,10 +46,7 @@ fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]
     body::Chain {
         root_m: chain.root_m.to_array(),
         root_rotation: chain.root_rotation.to_array(),
-        carried_share: match &robot.motion {
-            Motion::Tentacle(tentacle) => tentacle.carried_share,
-            Motion::Horse(_) | Motion::Figure(_) => 0.0,
-        },
+        carried_share: robot.motion.carried_share(),
         links: links.filter_map(|(joint, shaft)| Some(link(joint, (*shaft)?, radius_m, physics))).collect(),
         balls: balls(robot.joints_of(chain)),
         foot: foot(chain),

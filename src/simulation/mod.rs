@@ -7,7 +7,7 @@ use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, ServoCon
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{ImuSettings, Motion, Protocol, Robot, SharedRange};
+use crate::model::{ImuSettings, Protocol, Robot, SharedRange};
 
 /// How far outside its range a limp joint may lie, as a share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
@@ -58,10 +58,9 @@ pub fn world_from_pose(
         None => World::new(&buses, faults.clone(), seed)?,
         Some(physics) => {
             let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
-            match &robot.motion {
-                // A figure cannot rise after it is put down: hands hold it until it stands.
-                Motion::Figure(figure) => world.carry(figure.stand_height_m + CLEARANCE_M),
-                Motion::Horse(_) | Motion::Tentacle(_) => world.put_down(SETTLE_S),
+            match robot.motion.held_height_m() {
+                Some(height_m) => world.carry(height_m + CLEARANCE_M),
+                None => world.put_down(SETTLE_S),
             }
             world
         }

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{GRAVITY_M_S2, Sag, Sole, Standing, TrunkMotion};
-use crate::capability::HorseCapability;
 use crate::config;
+use crate::kinds::horse::HorseCapability;
 use crate::model::Robot;
 use crate::motion::Command;
 use crate::signals::{Aim, FootTarget, JointTargets, State, Targets};

@@ -109,10 +109,10 @@ impl Telemetry {
     /// Telemetry for a run of `robot`.
     pub fn new(robot: &Robot) -> Telemetry {
         // Simulated joints that turn freely have no trunk, whatever the robot estimates.
-        let has_body = robot.motion.tentacle().is_none() && robot.bears_weight;
+        let has_body = robot.motion.is_on_legs() && robot.bears_weight;
         Telemetry {
             buses: BusObserver::new(robot),
-            feet: robot.motion.tentacle().is_none().then(|| FootObserver::new(robot)),
+            feet: robot.motion.is_on_legs().then(|| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
             body: has_body.then(|| BodyObserver::new(robot)),
             joints: JointObserver::new(robot),

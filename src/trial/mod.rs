@@ -17,11 +17,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde::Serialize;
 
 use crate::bus::StartError;
-use crate::capability::{FigureCapability, HorseCapability};
-use crate::model::{FallDirection, Motion, ReflexMode, Robot};
-use crate::motion::{Command, Plan};
+use crate::kinds::{self, Falls};
+use crate::model::{FallDirection, ReflexMode, Robot};
+use crate::motion::Plan;
 pub use observe::{Observed, Snapshot, observe};
-pub use scene::{FIGURE_IMPULSES_NS_KG, FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
+pub use scene::{FRICTION, IMPULSE_NS_KG, PUSH_S, Scene};
 pub use summary::Summary;
 
 /// Reasons why trials are impossible.
@@ -60,6 +60,7 @@ pub struct Tried {
 pub struct Trials {
     robot: Robot,
     plan: Plan,
+    falls: Falls,
 }
 
 impl Trials {
@@ -75,22 +76,19 @@ impl Trials {
         if robot.reflex.is_none() {
             return Err(unfit("its file says nothing of falls: it needs a section [reflex]"));
         }
-        let plan = match &robot.motion {
-            Motion::Horse(horse) => HorseCapability::of(robot, horse)
-                .map_err(|error| unfit(&error.to_string()))?
-                .plan(horse, Command::default())
-                .into(),
-            Motion::Figure(figure) => {
-                FigureCapability::of(robot, figure).map_err(|error| unfit(&error.to_string()))?.plan(0).into()
-            }
-            Motion::Tentacle(_) => return Err(unfit("only what stands on legs can fall")),
-        };
-        Ok(Trials { robot: robot.clone(), plan })
+        let kind = kinds::of(robot).map_err(|error| unfit(&error.to_string()))?;
+        let falls = kind.falls().ok_or_else(|| unfit("only what stands on legs can fall"))?;
+        Ok(Trials { robot: robot.clone(), plan: kind.plan_to_rest(robot), falls })
     }
 
     /// The robot that falls.
     pub fn robot(&self) -> &Robot {
         &self.robot
+    }
+
+    /// How its falls are tried out.
+    pub fn falls(&self) -> &Falls {
+        &self.falls
     }
 
     /// Mass of the robot, kg.
@@ -100,7 +98,7 @@ impl Trials {
 
     /// The trial with this number in the series of `seed`.
     pub fn scene(&self, seed: u64, number: u64) -> Scene {
-        Scene::draw(&self.plan, self.mass_kg(), seed, number)
+        Scene::draw(&self.falls, self.mass_kg(), seed, number)
     }
 
     /// Runs `scene` with a robot in this mode, and records its poses at intervals if `is_tracked`.

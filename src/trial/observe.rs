@@ -135,18 +135,10 @@ pub fn observe(
     let robot = &robot;
     let head = robot.motion.figure().and_then(|figure| figure.head);
     let faults = FaultScript::default();
-    let sit_pose_rad = match plan {
-        Plan::Horse(plan) => &plan.sit_pose_rad[..],
-        Plan::Figure(plan) => &plan.sit_pose_rad[..],
-        Plan::Tentacle(plan) => &plan.park_pose_rad[..],
-    };
-    let world = simulation::world_from_pose(&on_ground, sit_pose_rad, scene.world_seed, &faults)?;
+    let world = simulation::world_from_pose(&on_ground, plan.resting_pose_rad(), scene.world_seed, &faults)?;
     let mut buses = Buses::new(robot, SimPorts::on_virtual_clock(world));
     buses.prepare(robot)?;
-    let plan = match plan.clone() {
-        Plan::Horse(plan) => plan.at_share(scene.gait, scene.speed_share).into(),
-        other => other,
-    };
+    let plan = plan.clone().at_share(scene.gait, scene.speed_share);
     let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, f64::INFINITY, buses);
 
     let start = cycle.buses_mut().ports_mut().now();

@@ -2,20 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
+use crate::chance::Chance;
+use crate::kinds::Falls;
 use crate::model::FallDirection;
-use crate::motion::{GaitChoice, Plan};
+use crate::motion::GaitChoice;
 
 /// Friction of the ground: polished wood to rubber.
 pub const FRICTION: (f64, f64) = (0.5, 1.0);
 /// Impulse of a push per kg of the robot, N s. No robot falls at the first value; every robot does at the second.
 pub const IMPULSE_NS_KG: (f64, f64) = (0.2, 1.2);
-/// The same for a figure: weak, medium and strong, N s per kg. It keeps its feet at the first, and falls at
-/// the third.
-pub const FIGURE_IMPULSES_NS_KG: [f64; 3] = [0.08, 0.25, 0.8];
 /// Number of directions in which a figure is pushed.
 const SIDES: u64 = 8;
 /// Duration of a push, s.
@@ -51,48 +48,40 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Trial `number` in the series of `seed`, for a horse of `mass_kg` with the capability in `plan`: it
-    /// stands, or goes in one of its possible gaits that are chosen by speed.
-    pub fn draw(plan: &Plan, mass_kg: f64, seed: u64, number: u64) -> Scene {
-        // Two random streams never coincide: the multiplier only spreads neighbouring numbers.
-        let mut chance = Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        let world_seed = chance.clone().next_u64();
-        #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
-        let mut between = |(low, high): (f64, f64)| {
-            low + (high - low) * ((chance.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-        };
-        let Plan::Horse(plan) = plan else {
-            // Go through all sides at every strength, again and again.
-            let (side, strength) = (number % SIDES, number / SIDES % 3);
-            #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "below 8")]
-            let (towards_rad, strength) = (side as f64 * TAU / SIDES as f64, strength as usize);
-            return Scene {
-                number,
-                gait: GaitChoice::Stand,
-                speed_share: 0.0,
-                friction: between(FRICTION),
-                push_at_s: between(PUSH_AT_S),
-                towards_rad,
-                impulse_ns: mass_kg * FIGURE_IMPULSES_NS_KG[strength],
-                world_seed,
-            };
-        };
-        let gaits: Vec<GaitChoice> = ["stand", "walk-steady", "trot"]
-            .iter()
-            .filter_map(|name| plan.gait_choice(name))
-            .filter(|choice| *choice == GaitChoice::Stand || plan.top_speed_m_s(*choice) > 0.0)
-            .collect();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2")]
-        let gait = gaits.get(between((0.0, gaits.len() as f64)) as usize).copied().unwrap_or_default();
-        Scene {
-            number,
-            gait,
-            speed_share: between(SPEED_SHARE),
-            friction: between(FRICTION),
-            push_at_s: between(PUSH_AT_S),
-            towards_rad: between((0.0, TAU)),
-            impulse_ns: mass_kg * between(IMPULSE_NS_KG),
-            world_seed,
+    /// Trial `number` in the series of `seed`, for a robot of `mass_kg` whose falls are tried out in this way.
+    pub fn draw(falls: &Falls, mass_kg: f64, seed: u64, number: u64) -> Scene {
+        let mut chance = Chance::new(seed, number);
+        let world_seed = chance.clone().whole();
+        let mut between = |(low, high): (f64, f64)| chance.between(low, high);
+        match falls {
+            Falls::AllRound(strengths_ns_kg) => {
+                // Go through all sides at every strength, again and again.
+                let side = number % SIDES;
+                let strength = (number / SIDES) as usize % strengths_ns_kg.len();
+                Scene {
+                    number,
+                    gait: GaitChoice::Stand,
+                    speed_share: 0.0,
+                    friction: between(FRICTION),
+                    push_at_s: between(PUSH_AT_S),
+                    towards_rad: side as f64 * TAU / SIDES as f64,
+                    impulse_ns: mass_kg * strengths_ns_kg[strength],
+                    world_seed,
+                }
+            }
+            Falls::AtRandom(gaits) => {
+                let gait = gaits.get(between((0.0, gaits.len() as f64)) as usize);
+                Scene {
+                    number,
+                    gait: gait.copied().unwrap_or_default(),
+                    speed_share: between(SPEED_SHARE),
+                    friction: between(FRICTION),
+                    push_at_s: between(PUSH_AT_S),
+                    towards_rad: between((0.0, TAU)),
+                    impulse_ns: mass_kg * between(IMPULSE_NS_KG),
+                    world_seed,
+                }
+            }
         }
     }
 

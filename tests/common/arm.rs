@@ -2,9 +2,9 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts and times are small")]
 
 use glam::DVec3;
-use hippocamp::capability::TentacleCapability;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
+use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::tentacle::TentaclePlan;
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};

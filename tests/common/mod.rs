@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use hippocamp::bus::{PortError, Ports, SimPorts};
-use hippocamp::capability::HorseCapability;
 use hippocamp::ik::Method;
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::servo_model::Register;
 use hippocamp::model::{HorseMotion, Joint, Robot, Servo};
 use hippocamp::motion::horse::HorsePlan;

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use hippocamp::capability::Capability;
 use hippocamp::config;
+use hippocamp::kinds;
 use toml::{Table, Value};
 
 use crate::{HORSE, TENTACLE, bounded, shipped_with, text, texts, written};
@@ -118,7 +118,7 @@ fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
                     && (is_full || is_quick)
                 {
                     // Whatever comes of it, something does.
-                    let _ = Capability::of(&file.robot);
+                    let _ = kinds::of(&file.robot);
                 }
             }
         }

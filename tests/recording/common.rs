@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use hippocamp::bus::SimPorts;
-use hippocamp::capability::HorseCapability;
 use hippocamp::config;
 use hippocamp::ik::Method;
+use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;

@@ -60,7 +60,7 @@ pub(super) fn try_faults(options: &TryArguments) -> Result<u8> {
 
 fn subject(path: &Path) -> Result<Subject> {
     let loaded = load(path, None)?;
-    Subject::new(loaded.file.robot, loaded.capability).map_err(bad_input)
+    Subject::new(loaded.file.robot, loaded.kind).map_err(bad_input)
 }
 
 fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {

@@ -12,9 +12,12 @@ use anyhow::Result;
 
 use super::BadInput;
 use crate::config;
-use crate::model::{FigureMotion, Robot, TentacleMotion};
-use crate::motion::{GaitChoice, Order};
-use crate::operator::{Gamepad, Instruction, Keys, Playback, PoseKeys, Repertoire, Script, Show, StrokeKeys};
+use crate::kinds::horse::Gamepad;
+use crate::kinds::tentacle::Show;
+use crate::kinds::{KeyDriver, Kind};
+use crate::model::Robot;
+use crate::motion::Order;
+use crate::operator::{Instruction, Playback, Script};
 use crate::platform::monotonic;
 use crate::signals::Status;
 use keyboard::Keyboard;
@@ -62,28 +65,21 @@ impl DriverArguments {
 pub(super) enum Driver {
     Plan,
     Script(Playback, PathBuf),
-    Keys(Keys, Keyboard),
-    StrokeKeys(Box<StrokeKeys>, Keyboard),
-    PoseKeys(PoseKeys, Keyboard),
+    Keys(Box<dyn KeyDriver>, Keyboard),
     Gamepad(Gamepad, Pad),
     /// A show of strokes and its name; keys park and end it, if there is a terminal.
     Show(Box<Show>, String, Option<Keyboard>),
 }
 
 impl Driver {
-    /// The driver that `options` name: reads its script, or listens to its terminal or gamepad from now on.
+    /// The driver that `options` name, for a robot of this `kind`: reads its script, or listens to its terminal or
+    /// gamepad from now on.
     ///
     /// # Errors
     /// Bad input: a bad script, a gait in it that the robot cannot do, no terminal, no gamepad.
-    pub(super) fn start(options: &DriverArguments, robot: &Robot, repertoire: Repertoire) -> Result<Driver> {
-        if let Some(path) = &options.script {
-            let script = load_script(path, robot, &repertoire)?;
-            return Ok(Driver::Script(Playback::new(script), path.clone()));
-        }
-        if options.keys {
-            return Ok(Driver::Keys(Keys::new(repertoire), Keyboard::start()?));
-        }
+    pub(super) fn start(options: &DriverArguments, robot: &Robot, kind: &dyn Kind) -> Result<Driver> {
         if let Some(wanted) = &options.gamepad {
+            let repertoire = kind.repertoire().map_err(BadInput::from)?;
             let silence_s = options.gamepad_silence;
             if !(silence_s.is_finite() && silence_s >= SILENCE_SMALLEST_S) {
                 let said =
@@ -92,62 +88,29 @@ impl Driver {
             }
             return Ok(Driver::Gamepad(Gamepad::new(repertoire, silence_s), Pad::start(wanted.clone())?));
         }
+        if let Some(path) = &options.script {
+            let script = load_script(path, robot, kind)?;
+            return Ok(Driver::Script(Playback::new(script), path.clone()));
+        }
+        if options.keys {
+            return Ok(Driver::Keys(kind.keys(), Keyboard::start()?));
+        }
         Ok(Driver::Plan)
     }
 
-    /// A show called `name`; keys park and end it, if there is a terminal.
+    /// A show of `script` called `name`; keys park and end it, if there is a terminal.
     ///
     /// # Errors
     /// If the terminal's settings cannot be read.
-    pub(super) fn show(show: Show, name: String) -> Result<Driver> {
+    pub(super) fn show(robot: &Robot, script: Script, name: String) -> Result<Driver> {
         let keyboard = Keyboard::is_there().then(Keyboard::start).transpose()?;
-        Ok(Driver::Show(Box::new(show), name, keyboard))
-    }
-
-    /// The same for arms, whose scripts `load` reads.
-    ///
-    /// # Errors
-    /// Bad input: a bad script, no terminal.
-    pub(super) fn of_arms(
-        options: &DriverArguments,
-        tentacle: &TentacleMotion,
-        load: impl Fn(&Path) -> Result<Script>,
-    ) -> Result<Driver> {
-        if options.gamepad.is_some() {
-            let said = "--gamepad: arms are driven by --keys or --script";
-            return Err(BadInput(said.to_owned()).into());
-        }
-        if let Some(path) = &options.script {
-            return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
-        }
-        Ok(Driver::StrokeKeys(Box::new(StrokeKeys::new(tentacle)), Keyboard::start()?))
-    }
-
-    /// The same for a figure.
-    ///
-    /// # Errors
-    /// Bad input: a bad script, no terminal.
-    pub(super) fn of_figure(
-        options: &DriverArguments,
-        figure: &FigureMotion,
-        load: impl Fn(&Path) -> Result<Script>,
-    ) -> Result<Driver> {
-        if options.gamepad.is_some() {
-            let said = "--gamepad: a figure is driven by --keys or --script";
-            return Err(BadInput(said.to_owned()).into());
-        }
-        if let Some(path) = &options.script {
-            return Ok(Driver::Script(Playback::new(load(path)?), path.clone()));
-        }
-        Ok(Driver::PoseKeys(PoseKeys::new(figure), Keyboard::start()?))
+        Ok(Driver::Show(Box::new(Show::new(robot, script)), name, keyboard))
     }
 
     /// Instructions for the person who drives, a line each.
     pub(super) fn help(&self) -> Vec<String> {
         match self {
             Driver::Plan | Driver::Script(..) | Driver::Show(_, _, None) => Vec::new(),
-            Driver::StrokeKeys(keys, _) => keys.help(),
-            Driver::PoseKeys(keys, _) => keys.help(),
             Driver::Show(..) => Show::help().map(str::to_owned).into(),
             Driver::Keys(keys, _) => keys.help(),
             Driver::Gamepad(..) => Gamepad::help().map(str::to_owned).into(),
@@ -160,22 +123,6 @@ impl Driver {
             Driver::Plan => Order::Go.into(),
             Driver::Script(playback, _) => playback.instruction(status),
             Driver::Keys(keys, keyboard) => {
-                while let Some(key) = keyboard.pressed() {
-                    if let Some(words) = keys.press(key) {
-                        note(words);
-                    }
-                }
-                keys.instruction()
-            }
-            Driver::StrokeKeys(keys, keyboard) => {
-                while let Some(key) = keyboard.pressed() {
-                    if let Some(words) = keys.press(key) {
-                        note(words);
-                    }
-                }
-                keys.instruction()
-            }
-            Driver::PoseKeys(keys, keyboard) => {
                 while let Some(key) = keyboard.pressed() {
                     if let Some(words) = keys.press(key) {
                         note(words);
@@ -217,44 +164,17 @@ impl fmt::Display for Driver {
         match self {
             Driver::Plan => f.write_str("its plan"),
             Driver::Script(_, path) => write!(f, "the script {}", path.display()),
-            Driver::Keys(..) | Driver::StrokeKeys(..) | Driver::PoseKeys(..) => f.write_str("the keyboard"),
+            Driver::Keys(..) => f.write_str("the keyboard"),
             Driver::Show(_, name, _) => f.write_str(name),
             Driver::Gamepad(_, pad) => write!(f, "the gamepad {}", pad.name()),
         }
     }
 }
 
-/// Loads a script for a robot with this `repertoire`.
-pub(super) fn load_script(path: &Path, robot: &Robot, repertoire: &Repertoire) -> Result<Script> {
+/// Loads a script for `robot`, which is of this `kind`, and prints where its limits will hold the script back.
+pub(super) fn load_script(path: &Path, robot: &Robot, kind: &dyn Kind) -> Result<Script> {
     let script = config::load_script(path, robot)?;
-    check_script(&script, path, repertoire)?;
+    let remarks = kind.check_script(&script, &path.display().to_string()).map_err(BadInput::from)?;
+    remarks.iter().for_each(|remark| say!("{remark}"));
     Ok(script)
-}
-
-/// Refuses gaits the robot cannot do, and prints where its limits will hold the script back.
-fn check_script(script: &Script, path: &Path, repertoire: &Repertoire) -> Result<(), BadInput> {
-    for entry in &script.entries {
-        let Order::Drive(command) = entry.order else { continue };
-        let place = format!("{}:{}", path.display(), entry.line);
-        let gait = match command.gait {
-            GaitChoice::Gait(index) => repertoire.gaits.get(index).map_or("", |gait| gait.name.as_str()),
-            GaitChoice::Auto | GaitChoice::Stand => "any gait",
-        };
-        if matches!(command.gait, GaitChoice::Gait(index) if !repertoire.can_do(index)) {
-            return Err(BadInput(format!(
-                "{place}: this robot cannot {gait}: its servos are too slow for it even on the spot; 'hippocamp \
-                 check' shows which gaits it can do"
-            )));
-        }
-        let speed_m_s = command.speed_m_s;
-        let top_m_s = repertoire.top_m_s(command.gait, speed_m_s);
-        if speed_m_s.abs() > top_m_s {
-            say!("{place}: {speed_m_s} m/s is too fast for {gait}: held at {top_m_s:.3} m/s");
-        }
-        let (yaw, top) = (command.yaw_rate_rad_s.to_degrees(), repertoire.yaw_rate_max_rad_s.to_degrees());
-        if yaw.abs() > top + 1e-9 {
-            say!("{place}: {yaw:.1} degrees/s is too fast a turn: held at {top:.1} degrees/s");
-        }
-    }
-    Ok(())
 }

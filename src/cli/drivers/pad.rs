@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, SendError, Sender, bounded};
 use evdev::{AbsoluteAxisCode, Device, EventSummary, InputEvent, KeyCode};
 
 use crate::cli::BadInput;
-use crate::operator::{Axis, Button, PadEvent};
+use crate::kinds::horse::{Axis, Button, PadEvent};
 use crate::platform::{monotonic, sleep_until};
 
 /// Most events that wait for the loop; when there are more, the thread waits, so that none is lost.

@@ -79,6 +79,11 @@ impl Pace {
     }
 }
 
+/// The swing curve of a horse with these settings.
+pub fn swing_of(horse: &HorseMotion) -> SwingCurve {
+    SwingCurve { time_s: horse.swing_time_s, lift_m: horse.swing_lift_m, ramp_share: horse.swing_ramp_share }
+}
+
 impl HorsePlan {
     /// Name of a choice of gait, as used in files and options.
     pub fn gait_name(&self, choice: GaitChoice) -> &str {
@@ -123,11 +128,7 @@ impl HorsePlan {
 
     /// The swing curve of the robot file.
     pub fn swing(&self) -> SwingCurve {
-        SwingCurve {
-            time_s: self.settings.swing_time_s,
-            lift_m: self.settings.swing_lift_m,
-            ramp_share: self.settings.swing_ramp_share,
-        }
+        swing_of(&self.settings)
     }
 
     /// Largest speed of a foot relative to the trunk, in mid-swing of the gait with index `gait` at its

@@ -3,13 +3,11 @@
 use hw_sim::FaultScript;
 use hw_sim::faults::ScriptedFault;
 
-use super::chance::Chance;
 use super::faults;
 use super::subject::Subject;
-use crate::capability::Capability;
-use crate::model::{Motion, OnTrip, Robot, StopAction};
-use crate::motion::horse::HorsePlan;
-use crate::motion::{Command, GaitChoice, Order, Plan, Posture, Stroke, StrokeCommand};
+use crate::chance::Chance;
+use crate::model::{OnTrip, Robot, StopAction};
+use crate::motion::{Order, Plan};
 
 /// Share of the episodes that use physics if the robot has a body: they take the longest.
 const PHYSICS_SHARE: f64 = 0.1;
@@ -19,8 +17,6 @@ const SITS_SHARE: f64 = 0.7;
 pub(super) const PATIENCE_S: f64 = 12.0;
 /// Latest start of a fault after the order to stop, s: most robots lie limp by then.
 const LATEST_S: f64 = 6.0;
-/// Largest request, as a multiple of what the robot can do.
-const TOO_MUCH: f64 = 1.2;
 
 /// One run: the robot's plan, its orders, and its faults.
 #[derive(Debug, Clone)]
@@ -68,12 +64,12 @@ impl Episode {
         let sits = chance.is(SITS_SHARE);
         let stop_action = if chance.is(0.75) { StopAction::SitThenLimp } else { StopAction::Hold };
         // Only arms can continue without a joint.
-        let may_freeze = robot.motion.tentacle().is_some();
+        let may_freeze = subject.kind().falls().is_none();
         let on_trip = if may_freeze && chance.is(0.6) { OnTrip::Freeze } else { OnTrip::Stop };
         let end_s = if chance.is(0.2) { chance.between(0.3, 10.0) } else { chance.between(10.0, 30.0) };
-        let plan = plan(&mut chance, subject);
+        let plan = subject.kind().any_plan(robot, &mut chance);
         let move_for_s = chance.between(0.0, end_s);
-        let orders = orders(&mut chance, robot, &plan, end_s);
+        let orders = orders(&mut chance, subject, end_s);
         let faults = faults::draw(&mut chance, robot, has_physics, end_s + LATEST_S, end_s);
         Episode {
             number,
@@ -123,23 +119,8 @@ impl Episode {
     }
 }
 
-fn plan(chance: &mut Chance, subject: &Subject) -> Plan {
-    match subject.capability() {
-        Capability::Horse(horse, capability) => {
-            let plan = capability.plan(horse, Command::default());
-            let command = drive(chance, &plan);
-            HorsePlan { command, ..plan }.into()
-        }
-        Capability::Tentacle(tentacle, capability) => {
-            let command = stroke(chance, &subject.robot().motion);
-            capability.plan(subject.robot(), tentacle, command).into()
-        }
-        Capability::Figure(figure, capability) => capability.plan(chance.below(figure.poses.len())).into(),
-    }
-}
-
 /// Orders other than the plan's, at random times; some end the run long before its end.
-fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Ordered> {
+fn orders(chance: &mut Chance, subject: &Subject, end_s: f64) -> Vec<Ordered> {
     let mut orders = Vec::new();
     let mut at_s = 0.0;
     while orders.len() < 12 && chance.is(0.75) {
@@ -148,11 +129,7 @@ fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Or
         if at_s >= end_s {
             break;
         }
-        let order = match plan {
-            Plan::Horse(plan) => Order::Drive(drive(chance, plan)),
-            Plan::Tentacle(_) => Order::Perform(stroke(chance, &robot.motion)),
-            Plan::Figure(plan) => Order::Take(chance.below(plan.settings.poses.len())),
-        };
+        let order = subject.kind().any_order(subject.robot(), chance);
         orders.push(Ordered { at_s, order });
     }
     if chance.is(0.15) {
@@ -163,45 +140,4 @@ fn orders(chance: &mut Chance, robot: &Robot, plan: &Plan, end_s: f64) -> Vec<Or
         orders.push(Ordered { at_s, order });
     }
     orders
-}
-
-/// Any gait, speed, turn and posture, some beyond what the robot can do.
-fn drive(chance: &mut Chance, plan: &HorsePlan) -> Command {
-    let gait = match chance.below(plan.settings.gaits.len() + 2) {
-        0 => GaitChoice::Stand,
-        1 => GaitChoice::Auto,
-        gait => GaitChoice::Gait(gait - 2),
-    };
-    let top_m_s = plan.top_speed_m_s(gait);
-    let turns = chance.is(0.4);
-    let yaw_max_rad_s = if turns { TOO_MUCH * plan.settings.yaw_rate_max_rad_s } else { 0.0 };
-    let posture = if chance.is(0.3) {
-        Posture {
-            rise_m: chance.between(-0.05, 0.05),
-            pitch_rad: chance.between(-0.4, 0.4),
-            roll_rad: chance.between(-0.4, 0.4),
-            sway_m: chance.between(-0.05, 0.05),
-        }
-    } else {
-        Posture::default()
-    };
-    Command {
-        gait,
-        speed_m_s: top_m_s * chance.between(-0.6, TOO_MUCH),
-        yaw_rate_rad_s: chance.between(-yaw_max_rad_s, yaw_max_rad_s),
-        posture,
-    }
-}
-
-/// Any stroke of these arms.
-fn stroke(chance: &mut Chance, motion: &Motion) -> StrokeCommand {
-    let Some(tentacle) = motion.tentacle() else { return StrokeCommand::default() };
-    let names = ["park", "rest", "sway", "walk", "swim", "let-go", "reach", "path", "wind"];
-    let known: Vec<Stroke> = names.iter().filter_map(|name| Stroke::named(name, tentacle)).collect();
-    let stroke = chance.one_of(&known).copied().unwrap_or_default();
-    StrokeCommand {
-        tempo: chance.between(0.2, TOO_MUCH),
-        turn_rad: if chance.is(0.3) { chance.between(-1.5, 1.5) } else { 0.0 },
-        ..StrokeCommand::of(stroke)
-    }
 }

@@ -2,7 +2,7 @@
 
 use hw_sim::faults::{FaultKind, ScriptedFault, ScriptedPush, Target};
 
-use super::chance::Chance;
+use crate::chance::Chance;
 use crate::model::Robot;
 
 /// Most faults of an episode.

@@ -4,7 +4,6 @@
 //! that still shows them. Each episode runs the whole program on a virtual clock; the same robot, seed and
 //! number give the same episode on any number of processors. See docs/faults.md.
 
-mod chance;
 mod draw;
 mod faults;
 mod judge;

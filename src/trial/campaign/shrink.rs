@@ -122,8 +122,8 @@ mod tests {
     use hw_sim::faults::FaultKind;
 
     use super::*;
-    use crate::capability::Capability;
     use crate::config;
+    use crate::kinds;
     use crate::trial::campaign::play;
 
     /// A robot that safety stops for heat, among unrelated faults.
@@ -131,7 +131,7 @@ mod tests {
     fn what_is_left_is_the_one_guilty_fault() {
         let text = include_str!("../../../config/tentacle.toml");
         let robot = config::parse(text, "tentacle.toml").unwrap().robot;
-        let subject = Subject::new(robot.clone(), Capability::of(&robot).unwrap()).unwrap();
+        let subject = Subject::new(robot.clone(), kinds::of(&robot).unwrap()).unwrap();
         let mut episode = Episode::draw(&subject, 3, 0);
         (episode.end_s, episode.has_physics, episode.sits) = (6.0, false, true);
         let template = episode.faults[0].clone();

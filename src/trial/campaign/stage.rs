@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::draw::{Episode, PATIENCE_S};
 use super::judge::{Ended, Finding, Judge, Wrong};
-use super::subject::{Subject, any_pose_rad, resting_pose_rad};
+use super::subject::{Subject, any_pose_rad};
 use crate::bus::{PortError, Ports, SimPorts};
 use crate::ik::Method;
 use crate::model::Robot;
@@ -136,7 +136,7 @@ pub(super) fn play_until(
 fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene, Ended), TrialError> {
     let seed = episode.world_seed;
     let pose_rad = match episode.sits {
-        true => resting_pose_rad(&episode.plan).to_vec(),
+        true => episode.plan.resting_pose_rad().to_vec(),
         false => any_pose_rad(robot, seed),
     };
     let world = simulation::world_from_pose(robot, &pose_rad, seed, &episode.script())?;

@@ -1,9 +1,8 @@
 //! A robot of a campaign and its capability, computed once for all its episodes.
 
-use super::chance::Chance;
-use crate::capability::Capability;
+use crate::chance::Chance;
+use crate::kinds::Kind;
 use crate::model::{Robot, SharedRange};
-use crate::motion::Plan;
 use crate::trial::TrialError;
 
 /// How far outside its range a limp joint may lie, as a share of the range's width.
@@ -13,21 +12,21 @@ const OUTSIDE_SHARE: f64 = 0.1;
 #[derive(Debug)]
 pub struct Subject {
     robot: Robot,
-    capability: Capability,
+    kind: Box<dyn Kind>,
 }
 
 impl Subject {
-    /// `robot`, which has this `capability`.
+    /// `robot`, which is of this `kind`.
     ///
     /// # Errors
     /// If it exists on paper only.
-    pub fn new(robot: Robot, capability: Capability) -> Result<Subject, TrialError> {
+    pub fn new(robot: Robot, kind: Box<dyn Kind>) -> Result<Subject, TrialError> {
         if robot.buses.is_empty() || robot.joints.iter().any(|joint| joint.servo.is_none()) {
             let said =
                 format!("{}: it has no servos that could go wrong: it exists on paper only", robot.name);
             return Err(TrialError::Unfit(said));
         }
-        Ok(Subject { robot, capability })
+        Ok(Subject { robot, kind })
     }
 
     /// The robot, as its file describes it.
@@ -41,9 +40,9 @@ impl Subject {
             << 32
     }
 
-    /// Its capability.
-    pub fn capability(&self) -> &Capability {
-        &self.capability
+    /// Its kind.
+    pub fn kind(&self) -> &dyn Kind {
+        &*self.kind
     }
 }
 
@@ -64,13 +63,4 @@ pub(super) fn any_pose_rad(robot: &Robot, seed: u64) -> Vec<f64> {
         range.bring_in(&mut pose_rad[hinges]);
     }
     pose_rad
-}
-
-/// The pose in which a robot with this plan sits, or its arms park, rad.
-pub(super) fn resting_pose_rad(plan: &Plan) -> &[f64] {
-    match plan {
-        Plan::Horse(plan) => &plan.sit_pose_rad,
-        Plan::Figure(plan) => &plan.sit_pose_rad,
-        Plan::Tentacle(plan) => &plan.park_pose_rad,
-    }
 }

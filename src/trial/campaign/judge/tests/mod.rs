@@ -21,8 +21,8 @@ const HOCK: usize = 3;
 
 static SUBJECT: LazyLock<Subject> = LazyLock::new(|| {
     let robot = config::parse(include_str!("../../../../../config/horse.toml"), "horse.toml").unwrap().robot;
-    let capability = crate::capability::Capability::of(&robot).unwrap();
-    Subject::new(robot, capability).unwrap()
+    let kind = crate::kinds::of(&robot).unwrap();
+    Subject::new(robot, kind).unwrap()
 });
 
 /// Servos whose registers the tests write directly, before a judge.

@@ -53,6 +53,20 @@ pub enum ReachError {
     },
 }
 
+impl ReachError {
+    /// The key of the robot file at fault, and what was expected there.
+    pub(in crate::kinds) fn fault(&self) -> (String, String) {
+        let (key, expected) = match self {
+            ReachError::Unreachable { .. } => {
+                ("motion.stand_height_mm", "a height the legs reach the ground from")
+            }
+            ReachError::CannotSwing { .. } => ("motion.swing_lift_mm", "a lift the legs can do"),
+            ReachError::CannotSit { .. } => ("motion.sit_height_mm", "a height the legs can fold to"),
+        };
+        (key.to_owned(), format!("{expected}: {self}"))
+    }
+}
+
 /// Reach of each leg of `horse`.
 ///
 /// # Errors

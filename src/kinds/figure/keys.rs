@@ -1,8 +1,9 @@
 //! Driving a figure from the keyboard: each key asks for a pose.
 
-use super::{Ending, Instruction, Key};
+use crate::kinds::KeyDriver;
 use crate::model::FigureMotion;
 use crate::motion::Order;
+use crate::operator::{Ending, Instruction, Key};
 
 /// The orders for a figure by keys so far; at first, to stand.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,9 +23,10 @@ impl PoseKeys {
             ending: Ending::default(),
         }
     }
+}
 
-    /// Descriptions of the keys for people, a line each.
-    pub fn help(&self) -> Vec<String> {
+impl KeyDriver for PoseKeys {
+    fn help(&self) -> Vec<String> {
         let poses: Vec<String> =
             self.names.iter().zip(0..10).skip(1).map(|(name, key)| format!("{key} {name}")).collect();
         vec![
@@ -36,8 +38,7 @@ impl PoseKeys {
         ]
     }
 
-    /// Carries out `key`; returns a message for the person who pressed it, if any.
-    pub fn press(&mut self, key: Key) -> Option<&'static str> {
+    fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
         }
@@ -57,8 +58,7 @@ impl PoseKeys {
         None
     }
 
-    /// The present instruction.
-    pub fn instruction(&self) -> Instruction {
+    fn instruction(&self) -> Instruction {
         self.ending.or(Order::Take(self.pose))
     }
 }
@@ -69,7 +69,7 @@ mod tests {
     use crate::config;
 
     fn typed(text: &str) -> (Order, Option<&'static str>) {
-        let robot = config::parse(include_str!("../../config/figure.toml"), "figure").unwrap().robot;
+        let robot = config::parse(include_str!("../../../config/figure.toml"), "figure").unwrap().robot;
         let mut keys = PoseKeys::new(robot.motion.figure().unwrap());
         let mut note = None;
         for character in text.chars() {

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::Load;
 use crate::ik::{Limbs, Method, REACHED_M};
+use crate::kinds::loads::Load;
 use crate::model::{FigureMotion, FigurePose, Joint, Robot};
 use crate::motion::figure::{FigurePlan, Stance};
 use crate::signals::{JointTargets, Targets};
@@ -36,6 +36,21 @@ pub struct PoseError {
     pub leg: &'static str,
     /// Distance from the target, mm; a missing rotation counts too.
     pub miss_mm: f64,
+}
+
+impl PoseError {
+    /// The key of the robot file at fault, and what was expected there.
+    pub(in crate::kinds) fn fault(&self) -> (String, String) {
+        match self.pose {
+            None => ("motion.sit_height_mm".to_owned(), format!("a height the legs can fold to: {self}")),
+            Some(pose) => (
+                format!("motion.pose[{pose}]"),
+                format!(
+                    "a pose both legs reach the ground from, a little before the ends of their ranges: {self}"
+                ),
+            ),
+        }
+    }
 }
 
 impl FigureCapability {

@@ -1,5 +1,6 @@
-//! The weight that each joint of an arm holds up in its worst pose.
+//! The weight that each joint holds up in its worst pose.
 
+use std::fmt::Write;
 use std::ops::Range;
 
 use crate::model::{Robot, TendonDrive, TentacleMotion};
@@ -20,6 +21,26 @@ pub struct Load {
     pub torque_nm: f64,
     /// The same torque as a share of its servo's stall torque; `None` without a servo.
     pub share_of_stall: Option<f64>,
+}
+
+impl Load {
+    /// True if the servo gets hot when it holds this load for long.
+    pub fn is_heavy(&self) -> bool {
+        self.share_of_stall.is_some_and(|share| share > LASTING_SHARE)
+    }
+}
+
+/// Lines of the load that each joint holds, for people.
+pub fn table(robot: &Robot, loads: &[Load]) -> String {
+    let mut text = format!("{:<24} {:>16}  {:>9}\n", "joint", "load N m", "of stall");
+    for load in loads {
+        let share = load.share_of_stall.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0));
+        let warning = if load.is_heavy() { "  MORE THAN IT CAN HOLD FOR LONG" } else { "" };
+        let name = &robot.joints[load.joint].name;
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{name:<24} {:>16.4}  {share:>9}{warning}", load.torque_nm);
+    }
+    text
 }
 
 /// The load of every winch of an arm on tendons: the moment about its section's root, divided by the cords'

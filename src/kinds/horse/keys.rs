@@ -1,7 +1,9 @@
 //! Driving from the keyboard: each key changes the order by a step.
 
-use super::{Ending, Instruction, Key, Repertoire};
+use super::Repertoire;
+use crate::kinds::KeyDriver;
 use crate::motion::{GaitChoice, Order, Posture};
+use crate::operator::{Ending, Instruction, Key};
 
 /// Steps of speed and turn from zero to the most.
 const STEPS: i8 = 10;
@@ -37,8 +39,30 @@ impl Keys {
         }
     }
 
-    /// Descriptions of the keys for people, a line each.
-    pub fn help(&self) -> Vec<String> {
+    /// Changes speed and turn; a standing robot takes the gait that suits them.
+    fn walk_off(&mut self, faster: i8, left: i8) {
+        if self.gait == GaitChoice::Stand {
+            self.gait = GaitChoice::Auto;
+        }
+        self.speed = step(self.speed, faster, STEPS);
+        self.turn = step(self.turn, left, STEPS);
+    }
+
+    fn take_gait(&mut self, digit: char) -> Option<&'static str> {
+        let index = usize::try_from(digit.to_digit(10)?.checked_sub(1)?).ok()?;
+        if index >= self.repertoire.gaits.len() {
+            return Some("there is no gait of this number");
+        }
+        if !self.repertoire.can_do(index) {
+            return Some("this robot's servos are too slow for that gait");
+        }
+        self.gait = GaitChoice::Gait(index);
+        None
+    }
+}
+
+impl KeyDriver for Keys {
+    fn help(&self) -> Vec<String> {
         let gaits = self.repertoire.gaits.iter().zip(1..=9).enumerate();
         let doable = gaits.filter(|(index, _)| self.repertoire.can_do(*index));
         let gaits: Vec<String> = doable.map(|(_, (gait, key))| format!("{key} {}", gait.name)).collect();
@@ -54,8 +78,7 @@ impl Keys {
         ]
     }
 
-    /// Carries out `key`; returns a message for the person who pressed it, if any.
-    pub fn press(&mut self, key: Key) -> Option<&'static str> {
+    fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
         }
@@ -78,8 +101,7 @@ impl Keys {
         None
     }
 
-    /// The present instruction.
-    pub fn instruction(&self) -> Instruction {
+    fn instruction(&self) -> Instruction {
         let share = |steps: i8| f64::from(steps) / f64::from(STEPS);
         let posture = Posture {
             rise_m: f64::from(self.rise) * RISE_SHARE * self.repertoire.stand_height_m,
@@ -88,27 +110,6 @@ impl Keys {
         };
         let command = self.repertoire.command(self.gait, share(self.speed), share(self.turn), posture);
         self.ending.or(Order::Drive(command))
-    }
-
-    /// Changes speed and turn; a standing robot takes the gait that suits them.
-    fn walk_off(&mut self, faster: i8, left: i8) {
-        if self.gait == GaitChoice::Stand {
-            self.gait = GaitChoice::Auto;
-        }
-        self.speed = step(self.speed, faster, STEPS);
-        self.turn = step(self.turn, left, STEPS);
-    }
-
-    fn take_gait(&mut self, digit: char) -> Option<&'static str> {
-        let index = usize::try_from(digit.to_digit(10)?.checked_sub(1)?).ok()?;
-        if index >= self.repertoire.gaits.len() {
-            return Some("there is no gait of this number");
-        }
-        if !self.repertoire.can_do(index) {
-            return Some("this robot's servos are too slow for that gait");
-        }
-        self.gait = GaitChoice::Gait(index);
-        None
     }
 }
 

@@ -6,8 +6,9 @@
 //! ```
 //! When disarmed, the robot slows down and stands.
 
-use super::{Ending, Instruction, Repertoire};
+use super::Repertoire;
 use crate::motion::{Command, GaitChoice, Order, Posture};
+use crate::operator::{Ending, Instruction};
 
 /// Share of a stick's travel around its middle that counts as centred.
 const CENTRED_SHARE: f64 = 0.12;

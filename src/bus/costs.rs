@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::bus::timing::{GroupRead, adapter_time, cycle_cost};
+use super::timing::{GroupRead, adapter_time, cycle_cost};
 use crate::model::Robot;
 
 /// Duration of one exchange on one bus.

@@ -1,8 +1,9 @@
 //! Driving arms from the keyboard: each key asks for a stroke, or changes its tempo or turn by a step.
 
-use super::{Ending, Instruction, Key};
+use crate::kinds::KeyDriver;
 use crate::model::TentacleMotion;
 use crate::motion::{Order, Stroke, StrokeCommand};
+use crate::operator::{Ending, Instruction, Key};
 
 /// Strokes of the keys 1, 2 and so on.
 const KEYS: [&str; 7] = ["sway", "walk", "swim", "reach", "wind", "let-go", "path"];
@@ -36,9 +37,10 @@ impl StrokeKeys {
             ending: Ending::default(),
         }
     }
+}
 
-    /// Descriptions of the keys for people, a line each.
-    pub fn help(&self) -> Vec<String> {
+impl KeyDriver for StrokeKeys {
+    fn help(&self) -> Vec<String> {
         let strokes = self.strokes.iter().zip(1..);
         let strokes: Vec<String> =
             strokes.filter_map(|(stroke, key)| Some(format!("{key} {}", stroke.as_ref()?.name()))).collect();
@@ -53,8 +55,7 @@ impl StrokeKeys {
         ]
     }
 
-    /// Carries out `key`; returns a message for the person who pressed it, if any.
-    pub fn press(&mut self, key: Key) -> Option<&'static str> {
+    fn press(&mut self, key: Key) -> Option<&'static str> {
         if self.ending.takes(key) {
             return None;
         }
@@ -79,8 +80,7 @@ impl StrokeKeys {
         None
     }
 
-    /// The present instruction.
-    pub fn instruction(&self) -> Instruction {
+    fn instruction(&self) -> Instruction {
         let command = StrokeCommand {
             stroke: self.stroke,
             tempo: f64::from(self.tempo) / f64::from(TEMPO_STEPS),
@@ -96,7 +96,7 @@ mod tests {
     use crate::config;
 
     fn typed(text: &str) -> (Instruction, Option<&'static str>) {
-        let robot = config::parse(include_str!("../../config/tentacle.toml"), "tentacle").unwrap().robot;
+        let robot = config::parse(include_str!("../../../config/tentacle.toml"), "tentacle").unwrap().robot;
         let mut keys = StrokeKeys::new(robot.motion.tentacle().unwrap());
         let mut note = None;
         for character in text.chars() {

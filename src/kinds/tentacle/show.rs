@@ -1,8 +1,8 @@
 //! A show: a script of strokes on repeat; parks the arms when they get hot or a person asks for it.
 
-use super::{Entry, Instruction, Key, Playback, Script};
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::{Order, Stroke, StrokeCommand};
+use crate::operator::{Entry, Instruction, Key, Playback, Script};
 use crate::signals::Status;
 
 /// A servo this far below the safety limit is hot enough to park; it counts as cool once it is this much cooler
@@ -121,7 +121,7 @@ mod tests {
     use crate::signals::Permission;
 
     fn robot() -> Robot {
-        config::parse(include_str!("../../config/tentacle.toml"), "tentacle").unwrap().robot
+        config::parse(include_str!("../../../config/tentacle.toml"), "tentacle").unwrap().robot
     }
 
     fn status(time_s: f64, hottest_c: f64) -> Status {

@@ -1,0 +1,143 @@
+//! A horse: four legs that walk by gaits.
+
+mod asked;
+mod by_chance;
+pub mod capability;
+mod describe;
+mod follower;
+mod gamepad;
+mod keys;
+mod postures;
+pub mod reach;
+mod repertoire;
+mod script;
+pub mod top_speed;
+mod words;
+
+use super::{Asked, Falls, FootRange, KeyDriver, Kind, Picture, Refusal, TaskError, Words};
+use crate::chance::Chance;
+use crate::model::{HorseMotion, Robot};
+use crate::motion::{Command, GaitChoice, Order, Plan};
+use crate::operator::Script;
+use crate::recording::{Task, gait_is_of};
+pub use capability::HorseCapability;
+pub use gamepad::{Axis, Button, Gamepad, PadEvent};
+pub use keys::Keys;
+pub use reach::{Reach, ReachError};
+pub use repertoire::{GaitOffer, Repertoire};
+pub use top_speed::TopSpeed;
+
+/// Gaits whose falls are tried out, where the robot can do them.
+const TRIED_GAITS: [&str; 3] = ["stand", "walk-steady", "trot"];
+
+/// A horse and its capability.
+#[derive(Debug, Clone)]
+pub struct Horse {
+    /// Its settings.
+    pub settings: HorseMotion,
+    /// What it can do.
+    pub capability: HorseCapability,
+}
+
+impl Horse {
+    /// Computes the capability of `robot`, whose motion is that of `settings`.
+    ///
+    /// # Errors
+    /// If a leg cannot stand or sit as the file says.
+    pub fn of(robot: &Robot, settings: &HorseMotion) -> Result<Horse, ReachError> {
+        Ok(Horse { settings: settings.clone(), capability: HorseCapability::of(robot, settings)? })
+    }
+
+    /// The plan to carry out `command`.
+    fn plan_to(&self, command: Command) -> crate::motion::horse::HorsePlan {
+        self.capability.plan(&self.settings, command)
+    }
+}
+
+impl Kind for Horse {
+    fn name(&self) -> &'static str {
+        "a horse"
+    }
+
+    fn order_to_rest(&self) -> Order {
+        Order::Drive(Command::default())
+    }
+
+    fn plan_to_rest(&self, _robot: &Robot) -> Plan {
+        self.plan_to(Command::default()).into()
+    }
+
+    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
+        let (plan, remark) = asked::plan(self, robot, asked)?;
+        Ok((plan.into(), remark))
+    }
+
+    fn plan_of_task(&self, robot: &Robot, task: &Task) -> Result<Plan, TaskError> {
+        let Task::Horse { command, gait } = task else { return Err(TaskError::OtherKind) };
+        if !gait_is_of(command.gait, robot) {
+            return Err(TaskError::UnknownGait(gait.clone()));
+        }
+        Ok(self.plan_to(*command).into())
+    }
+
+    fn show(&self, robot: &Robot, _for_s: f64) -> Result<Script, Refusal> {
+        Err(Refusal(format!("show: expected arms; {} is a horse: use run --script", robot.name)))
+    }
+
+    fn check_script(&self, script: &Script, file_name: &str) -> Result<Vec<String>, Refusal> {
+        script::check(script, file_name, &Repertoire::of(&self.plan_to(Command::default())))
+    }
+
+    fn keys(&self) -> Box<dyn KeyDriver> {
+        Box::new(Keys::new(Repertoire::of(&self.plan_to(Command::default()))))
+    }
+
+    fn repertoire(&self) -> Result<Repertoire, Refusal> {
+        Ok(Repertoire::of(&self.plan_to(Command::default())))
+    }
+
+    fn faults(&self, _robot: &Robot) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
+    fn describe(&self, robot: &Robot) -> String {
+        describe::legs_and_gaits(self, robot)
+    }
+
+    fn words(&self) -> Box<dyn Words> {
+        Box::new(words::HorseWords::new(self.gait_names()))
+    }
+
+    fn gait_names(&self) -> Vec<String> {
+        self.settings.gaits.iter().map(|gait| gait.name.clone()).collect()
+    }
+
+    fn foot_ranges(&self) -> Vec<FootRange> {
+        let range = |(chain, reach): (&usize, &Reach)| FootRange {
+            chain: *chain,
+            neutral_m: reach.neutral_in_body.x,
+            half_excursion_m: self.capability.half_excursion_m(),
+        };
+        self.settings.legs.iter().zip(&self.capability.reaches).map(range).collect()
+    }
+
+    fn pictures(&self) -> &'static [Picture] {
+        &[Picture::Feet, Picture::Footfalls, Picture::Joints, Picture::Poses]
+    }
+
+    fn falls(&self) -> Option<Falls> {
+        let plan = self.plan_to(Command::default());
+        let gaits = TRIED_GAITS.iter().filter_map(|name| plan.gait_choice(name));
+        let doable = |choice: &GaitChoice| *choice == GaitChoice::Stand || plan.top_speed_m_s(*choice) > 0.0;
+        Some(Falls::AtRandom(gaits.filter(doable).collect()))
+    }
+
+    fn any_plan(&self, _robot: &Robot, chance: &mut Chance) -> Plan {
+        let command = by_chance::command(chance, &self.plan_to(Command::default()));
+        self.plan_to(command).into()
+    }
+
+    fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
+        Order::Drive(by_chance::command(chance, &self.plan_to(Command::default())))
+    }
+}
