@@ -7,7 +7,7 @@ use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::motion::{Generator, Jog};
+use crate::motion::Jog;
 use crate::run::{End, Operator, find_servos, perform};
 use crate::telemetry::Outcome;
 
@@ -59,7 +59,7 @@ pub(crate) fn turn<P: Ports>(
 ) -> (JogReport, Buses<P>) {
     let jog = Jog::new(robot, joint, goal_rad, hold_s);
     let goal_rad = jog.goal_rad();
-    let mut cycle = Cycle::with_generator(robot, Generator::Jog(jog), Method::CcdThenFinish, buses);
+    let mut cycle = Cycle::with_generator(robot, jog.into(), Method::CcdThenFinish, buses);
     let start = cycle.buses_mut().ports_mut().now();
     let End { outcome, reason, is_heard } =
         perform(robot, &mut cycle, start, "turned and let go", &mut None, operator);

@@ -11,7 +11,7 @@ use crate::bus::{Buses, Ports, StartError};
 use crate::cycle::Cycle;
 use crate::model::{Robot, StopAction};
 use crate::motion::horse::Drive;
-use crate::motion::{Activity, Generator, Order, Plan};
+use crate::motion::{Activity, Order};
 use crate::plan::RunPlan;
 use crate::recording::Recorder;
 use crate::signals::{JointState, Permission, ServoGoal, Status};
@@ -77,14 +77,8 @@ pub fn run_recorded<P: Ports>(
     mut operator: impl Operator,
 ) -> Result<Report, StartError> {
     let buses = find_servos(robot, ports, &mut operator)?;
-    let (gait, speed_m_s, done) = match &plan.motion {
-        Plan::Horse(horse) => {
-            let gait = horse.gait_name(horse.command.gait).to_owned();
-            (Some(gait), Some(horse.command.speed_m_s), "walked for the time asked")
-        }
-        Plan::Tentacle(_) => (None, None, "moved for the time asked"),
-        Plan::Figure(_) => (None, None, "stood for the time asked"),
-    };
+    let (gait, speed_m_s) = plan.motion.gait().map(|(gait, speed_m_s)| (gait.to_owned(), speed_m_s)).unzip();
+    let done = plan.motion.done();
     let driver = plan.driver;
     let mut cycle = Cycle::new(robot, plan.motion, plan.method, plan.move_for_s, buses);
     let start = cycle.buses_mut().ports_mut().now();
@@ -200,7 +194,7 @@ pub(crate) fn perform<P: Ports>(
         }
         Err(_) => {
             // The motion can no longer be trusted to end by itself, and a single jogged joint always ends limp.
-            let is_jog = matches!(cycle.generator(), Generator::Jog(_));
+            let is_jog = cycle.generator().jog().is_some();
             let is_to_hold = !is_jog && robot.stop_action == StopAction::Hold;
             let is_heard = is_to_hold || cycle.buses_mut().limp();
             let mut reason =

@@ -2,7 +2,7 @@
 
 use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
 use super::ends::Ends;
-use super::{Activity, Order};
+use super::{Activity, Generate, Order};
 use crate::model::Robot;
 use crate::signals::{Aim, Permission, State, Targets};
 
@@ -70,16 +70,6 @@ impl Jog {
         self.measured_rad
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
-    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        if state.permission == Permission::Hold && !order.is_stop() {
-            return;
-        }
-        self.now_s += dt_s;
-        self.change_phase(state, order);
-        self.write_targets(targets);
-    }
-
     fn change_phase(&mut self, state: &State, order: Order) {
         let now = self.now_s;
         let must_end = order.is_stop() || state.permission == Permission::Stop;
@@ -130,12 +120,29 @@ impl Jog {
         let angle = &mut targets.pose_rad[self.joint];
         *angle += share * (self.goal_rad - *angle);
     }
+}
 
-    /// The robot's activity.
-    pub fn activity(&self) -> Activity {
+impl Generate for Jog {
+    fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
+        if state.permission == Permission::Hold && !order.is_stop() {
+            return;
+        }
+        self.now_s += dt_s;
+        self.change_phase(state, order);
+        self.write_targets(targets);
+    }
+
+    fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Jogging),
             Phase::Turn { .. } | Phase::Hold { .. } => Activity::Jogging,
         }
+    }
+
+    /// A single joint that has lost its torque stays where it is.
+    fn begin_anew(&mut self, _state: &State) {}
+
+    fn jog(&self) -> Option<&Jog> {
+        Some(self)
     }
 }

@@ -1,10 +1,13 @@
 //! A robot on legs from limp to limp: it rises, acts on its feet, and goes down.
 
+use std::fmt;
+
 use glam::{DQuat, EulerRot};
 
 use super::curves::smooth_step;
 use super::ends::Ends;
-use super::{Activity, Order, pose_change, posture_pull};
+use super::horse::Drive;
+use super::{Activity, Generate, Order, pose_change, posture_pull};
 use crate::model::{Robot, StopAction};
 use crate::signals::{Aim, Permission, State, Targets};
 
@@ -17,7 +20,7 @@ pub(super) const STAND_S: f64 = 0.3;
 const HEARD_S: f64 = 1.0;
 
 /// A motion of a robot on its feet.
-pub trait OnFeet {
+pub trait OnFeet: fmt::Debug + Send {
     /// The operator's command for this motion.
     type Command: Copy;
 
@@ -51,6 +54,21 @@ pub trait OnFeet {
 
     /// Limits the speed from now on to this share of the top speed; no effect on a robot that does not walk.
     fn limit_speed(&mut self, _share: f64) {}
+
+    /// Planned present speed of the trunk, m/s; 0 for a robot that does not walk.
+    fn speed_m_s(&self) -> f64 {
+        0.0
+    }
+
+    /// Present or next pose, index into [`crate::model::FigureMotion::poses`]; `None` for a robot without poses.
+    fn pose(&self) -> Option<usize> {
+        None
+    }
+
+    /// The walker, if the robot goes by gaits.
+    fn drive(&self) -> Option<&Drive> {
+        None
+    }
 
     /// Writes the targets for a body whose posture begins `height_m` above the ground.
     fn write(&self, height_m: f64, targets: &mut Targets);
@@ -118,29 +136,6 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
-    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        if state.permission == Permission::Hold {
-            return;
-        }
-        self.now_s += dt_s;
-        targets.posture_pull = posture_pull(dt_s);
-        if !matches!(self.phase, Phase::Fold { .. }) {
-            let (yaw_rad, ..) = targets.trunk_turn.to_euler(EulerRot::ZYX);
-            self.start_turns = (targets.trunk_turn, DQuat::from_rotation_z(yaw_rad));
-        }
-        self.change_phase(state, order);
-        self.slow_down_unheard(dt_s, state);
-        if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
-            let command = self.drive.command(order, self.now_s - *from, self.move_for_s);
-            self.drive.step(dt_s, state, command);
-            *is_ending = command.is_none();
-            let is_over = *is_ending && self.drive.is_standing();
-            *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
-        }
-        self.write_targets(targets);
-    }
-
     /// Slows the robot down while the trunk's attitude is unknown. It goes as fast as before once the attitude has
     /// been known for a while, so that an IMU that drops in and out does not change the speed all the time.
     fn slow_down_unheard(&mut self, dt_s: f64, state: &State) {
@@ -148,13 +143,6 @@ impl<D: OnFeet> LeggedGenerator<D> {
         self.heard_for_s = if state.body.is_known { self.heard_for_s + dt_s } else { 0.0 };
         let is_heard = self.heard_for_s >= HEARD_S;
         self.drive.limit_speed(if is_heard { 1.0 } else { share });
-    }
-
-    /// Goes to the sitting pose from the last goals, and rises.
-    pub fn begin_anew(&mut self, state: &State) {
-        self.drive.stand_anew();
-        self.start_pose_rad.copy_from_slice(&state.goal_rad);
-        self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }
 
     fn change_phase(&mut self, state: &State, order: Order) {
@@ -254,14 +242,38 @@ impl<D: OnFeet> LeggedGenerator<D> {
     fn write_pose(&self, share: f64, targets: &mut Targets) {
         pose_change::write(&self.start_pose_rad, self.drive.sit_pose_rad(), share, targets);
     }
+}
 
-    /// True if the robot lets go of its joints as planned, or has done so.
-    pub fn is_letting_go(&self) -> bool {
-        matches!(self.phase, Phase::Ends(Ends::LetGo { .. } | Ends::Done))
+impl<D: OnFeet> Generate for LeggedGenerator<D> {
+    fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
+        if state.permission == Permission::Hold {
+            return;
+        }
+        self.now_s += dt_s;
+        targets.posture_pull = posture_pull(dt_s);
+        if !matches!(self.phase, Phase::Fold { .. }) {
+            let (yaw_rad, ..) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+            self.start_turns = (targets.trunk_turn, DQuat::from_rotation_z(yaw_rad));
+        }
+        self.change_phase(state, order);
+        self.slow_down_unheard(dt_s, state);
+        if let Phase::OnFeet { from, is_ending, standing_since } = &mut self.phase {
+            let command = self.drive.command(order, self.now_s - *from, self.move_for_s);
+            self.drive.step(dt_s, state, command);
+            *is_ending = command.is_none();
+            let is_over = *is_ending && self.drive.is_standing();
+            *standing_since = is_over.then_some(standing_since.unwrap_or(self.now_s));
+        }
+        self.write_targets(targets);
     }
 
-    /// The robot's activity.
-    pub fn activity(&self) -> Activity {
+    fn begin_anew(&mut self, state: &State) {
+        self.drive.stand_anew();
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
+    }
+
+    fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
@@ -273,8 +285,19 @@ impl<D: OnFeet> LeggedGenerator<D> {
         }
     }
 
-    /// The motion on its feet.
-    pub fn drive(&self) -> &D {
-        &self.drive
+    fn is_letting_go(&self) -> bool {
+        matches!(self.phase, Phase::Ends(Ends::LetGo { .. } | Ends::Done))
+    }
+
+    fn speed_m_s(&self) -> f64 {
+        self.drive.speed_m_s()
+    }
+
+    fn pose(&self) -> Option<usize> {
+        self.drive.pose()
+    }
+
+    fn drive(&self) -> Option<&Drive> {
+        self.drive.drive()
     }
 }

@@ -1,4 +1,4 @@
-//! The generator: the stage that makes the targets, with one variant for each kind of motion.
+//! The generator: the stage that makes the targets, with a folder for each kind of robot.
 //!
 //! Input: the length of the last cycle, the feedback ([`State`]), and the operator's order. Output:
 //! [`Targets`]. It knows nothing about servos, and stands still while safety holds the robot.
@@ -11,6 +11,9 @@ mod jog;
 pub mod legged;
 mod pose_change;
 pub mod tentacle;
+
+use std::fmt;
+use std::ops::{Deref, DerefMut};
 
 use crate::model::Robot;
 pub use crate::signals::{Activity, Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
@@ -67,6 +70,23 @@ impl Plan {
         }
     }
 
+    /// Name of the gait and speed, m/s, that it asks for; `None` for a kind without gaits.
+    pub fn gait(&self) -> Option<(&str, f64)> {
+        match self {
+            Plan::Horse(plan) => Some((plan.gait_name(plan.command.gait), plan.command.speed_m_s)),
+            Plan::Tentacle(_) | Plan::Figure(_) => None,
+        }
+    }
+
+    /// Words for a robot that has done as planned.
+    pub fn done(&self) -> &'static str {
+        match self {
+            Plan::Horse(_) => "walked for the time asked",
+            Plan::Tentacle(_) => "moved for the time asked",
+            Plan::Figure(_) => "stood for the time asked",
+        }
+    }
+
     /// The plan to go in this gait at this share of its top speed; the same plan for a kind without gaits.
     pub fn at_share(self, gait: GaitChoice, speed_share: f64) -> Plan {
         match self {
@@ -76,113 +96,82 @@ impl Plan {
     }
 }
 
-/// Makes the targets of one robot; one variant for each kind of motion.
-#[derive(Debug, Clone)]
-pub enum Generator {
-    /// A horse that stands up, walks and stops.
-    Horse(Box<HorseGenerator>),
-    /// Arms that wake, move by strokes and park.
-    Tentacle(Box<TentacleGenerator>),
-    /// A figure that stands up, takes poses and stops.
-    Figure(Box<FigureGenerator>),
-    /// One joint that turns to an angle, all others limp.
-    Jog(Jog),
+/// A generator of one kind of motion.
+pub trait Generate: fmt::Debug + Send {
+    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
+    fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets);
+
+    /// Restarts from the last goals with torque on, like a robot that has just been given torque; it forgets
+    /// its earlier motion.
+    fn begin_anew(&mut self, state: &State);
+
+    /// The robot's activity.
+    fn activity(&self) -> Activity;
+
+    /// True if the robot lets go of its joints as planned, or has done so.
+    fn is_letting_go(&self) -> bool {
+        false
+    }
+
+    /// Planned present speed of the trunk, m/s; 0 for a robot that does not walk.
+    fn speed_m_s(&self) -> f64 {
+        0.0
+    }
+
+    /// Name of the arms' stroke; `None` at rest, and for a robot without strokes.
+    fn stroke(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Present or next pose, index into [`crate::model::FigureMotion::poses`]; `None` for a robot without poses.
+    fn pose(&self) -> Option<usize> {
+        None
+    }
+
+    /// The walker on its feet, if the robot goes by gaits.
+    fn drive(&self) -> Option<&horse::Drive> {
+        None
+    }
+
+    /// The joint that turns by itself, if that is all that moves.
+    fn jog(&self) -> Option<&Jog> {
+        None
+    }
 }
+
+/// Makes the targets of one robot.
+#[derive(Debug)]
+pub struct Generator(Box<dyn Generate>);
 
 impl Generator {
     /// A limp robot that, once ordered, follows the command of `plan` for `move_for_s`.
     pub fn new(robot: &Robot, plan: impl Into<Plan>, move_for_s: f64) -> Generator {
-        match plan.into() {
-            Plan::Horse(plan) => {
-                Generator::Horse(Box::new(HorseGenerator::new(robot, Drive::standing(*plan), move_for_s)))
-            }
-            Plan::Tentacle(plan) => {
-                Generator::Tentacle(Box::new(TentacleGenerator::new(robot, *plan, move_for_s)))
-            }
+        Generator(match plan.into() {
+            Plan::Horse(plan) => Box::new(HorseGenerator::new(robot, Drive::standing(*plan), move_for_s)),
+            Plan::Tentacle(plan) => Box::new(TentacleGenerator::new(robot, *plan, move_for_s)),
             Plan::Figure(plan) => {
-                let poise = Poise::standing(robot, *plan);
-                Generator::Figure(Box::new(FigureGenerator::new(robot, poise, move_for_s)))
+                Box::new(FigureGenerator::new(robot, Poise::standing(robot, *plan), move_for_s))
             }
-        }
+        })
     }
+}
 
-    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
-    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        match self {
-            Generator::Horse(horse) => horse.step(dt_s, state, order, targets),
-            Generator::Tentacle(arms) => arms.step(dt_s, state, order, targets),
-            Generator::Figure(figure) => figure.step(dt_s, state, order, targets),
-            Generator::Jog(jog) => jog.step(dt_s, state, order, targets),
-        }
+impl From<Jog> for Generator {
+    fn from(jog: Jog) -> Generator {
+        Generator(Box::new(jog))
     }
+}
 
-    /// Restarts from the last goals with torque on, like a robot that has just been given torque; it forgets
-    /// its earlier motion.
-    pub fn begin_anew(&mut self, state: &State) {
-        match self {
-            Generator::Horse(horse) => horse.begin_anew(state),
-            Generator::Tentacle(arms) => arms.begin_anew(state),
-            Generator::Figure(figure) => figure.begin_anew(state),
-            Generator::Jog(_) => {}
-        }
+impl Deref for Generator {
+    type Target = dyn Generate;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.0
     }
+}
 
-    /// True if the robot lets go of its joints as planned, or has done so.
-    pub fn is_letting_go(&self) -> bool {
-        match self {
-            Generator::Horse(horse) => horse.is_letting_go(),
-            Generator::Figure(figure) => figure.is_letting_go(),
-            Generator::Tentacle(_) | Generator::Jog(_) => false,
-        }
-    }
-
-    /// The robot's activity.
-    pub fn activity(&self) -> Activity {
-        match self {
-            Generator::Horse(horse) => horse.activity(),
-            Generator::Tentacle(arms) => arms.activity(),
-            Generator::Figure(figure) => figure.activity(),
-            Generator::Jog(jog) => jog.activity(),
-        }
-    }
-
-    /// Planned present speed of the trunk, m/s; 0 for all but a horse.
-    pub fn speed_m_s(&self) -> f64 {
-        match self {
-            Generator::Horse(horse) => horse.drive().rates().speed_m_s,
-            Generator::Tentacle(_) | Generator::Figure(_) | Generator::Jog(_) => 0.0,
-        }
-    }
-
-    /// Name of the arms' stroke; `None` for a horse, and at rest.
-    pub fn stroke(&self) -> Option<&'static str> {
-        match self {
-            Generator::Tentacle(arms) => arms.stroke().map(Stroke::name),
-            Generator::Horse(_) | Generator::Figure(_) | Generator::Jog(_) => None,
-        }
-    }
-
-    /// Present or next pose of a figure on its feet, index into [`crate::model::FigureMotion::poses`].
-    pub fn pose(&self) -> Option<usize> {
-        match self {
-            Generator::Figure(figure) => Some(figure.drive().pose()),
-            Generator::Horse(_) | Generator::Tentacle(_) | Generator::Jog(_) => None,
-        }
-    }
-
-    /// The joint that turns by itself, if that is all that moves.
-    pub fn jog(&self) -> Option<&Jog> {
-        match self {
-            Generator::Jog(jog) => Some(jog),
-            Generator::Horse(_) | Generator::Tentacle(_) | Generator::Figure(_) => None,
-        }
-    }
-
-    /// The horse on its feet, if the robot is a horse.
-    pub fn drive(&self) -> Option<&horse::Drive> {
-        match self {
-            Generator::Horse(horse) => Some(horse.drive()),
-            Generator::Tentacle(_) | Generator::Figure(_) | Generator::Jog(_) => None,
-        }
+impl DerefMut for Generator {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.0
     }
 }

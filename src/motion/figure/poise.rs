@@ -100,11 +100,6 @@ impl Poise {
         &self.plan
     }
 
-    /// The present or next pose, index into the plan's.
-    pub fn pose(&self) -> usize {
-        self.pose
-    }
-
     /// True once it is in its pose.
     pub fn is_still(&self) -> bool {
         self.time_s >= self.duration_s
@@ -194,6 +189,10 @@ impl OnFeet for Poise {
 
     fn heights_m(&self) -> (f64, f64) {
         (self.plan.settings.sit_height_m, self.plan.settings.stand_height_m)
+    }
+
+    fn pose(&self) -> Option<usize> {
+        Some(self.pose)
     }
 
     fn write(&self, height_m: f64, targets: &mut Targets) {

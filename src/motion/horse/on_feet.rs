@@ -48,6 +48,14 @@ impl OnFeet for Drive {
         Drive::limit_speed(self, share);
     }
 
+    fn speed_m_s(&self) -> f64 {
+        self.rates().speed_m_s
+    }
+
+    fn drive(&self) -> Option<&Drive> {
+        Some(self)
+    }
+
     fn write(&self, height_m: f64, targets: &mut Targets) {
         targets.aim = Aim::Tips;
         Drive::write(self, height_m, targets);

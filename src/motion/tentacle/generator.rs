@@ -5,7 +5,7 @@ use super::performer::Performer;
 use crate::model::{Robot, StopAction};
 use crate::motion::curves::smooth_step;
 use crate::motion::ends::Ends;
-use crate::motion::{Activity, Order, Stroke, StrokeCommand, pose_change, posture_pull};
+use crate::motion::{Activity, Generate, Order, Stroke, StrokeCommand, pose_change, posture_pull};
 use crate::signals::{Aim, Permission, State, Targets};
 
 /// Phase of the arms between limp and limp. `from` fields are motion time, s.
@@ -57,29 +57,6 @@ impl TentacleGenerator {
             slow_rate_rad_s: robot.safety.slow_rate_rad_s,
             stop_action: robot.stop_action,
         }
-    }
-
-    /// Advances motion time by `dt_s` (unless held) and writes the present targets.
-    pub fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
-        if state.permission == Permission::Hold {
-            return;
-        }
-        self.now_s += dt_s;
-        targets.posture_pull = posture_pull(dt_s);
-        targets.may_restart = self.activity() == Activity::Parked;
-        self.change_phase(state, order);
-        if let Phase::Performing { from, is_ending } = &mut self.phase {
-            let command = command(order, self.now_s - *from, self.perform_for_s, self.plan.command);
-            *is_ending = command.is_none();
-            self.performer.step(dt_s, state, command.unwrap_or_default());
-        }
-        self.write_targets(targets);
-    }
-
-    /// Goes to the parked pose from the last goals, and performs.
-    pub fn begin_anew(&mut self, state: &State) {
-        self.start_pose_rad.copy_from_slice(&state.goal_rad);
-        self.phase = Phase::Gather { from: self.now_s, duration: self.fold_duration_s() };
     }
 
     fn change_phase(&mut self, state: &State, order: Order) {
@@ -146,19 +123,31 @@ impl TentacleGenerator {
     fn write_pose(&self, share: f64, targets: &mut Targets) {
         pose_change::write(&self.start_pose_rad, &self.plan.park_pose_rad, share, targets);
     }
+}
 
-    /// The arms' stroke; `None` at rest.
-    pub fn stroke(&self) -> Option<Stroke> {
-        match self.phase {
-            Phase::Performing { .. } => {
-                Some(self.performer.stroke()).filter(|stroke| *stroke != Stroke::Rest)
-            }
-            _ => None,
+impl Generate for TentacleGenerator {
+    fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
+        if state.permission == Permission::Hold {
+            return;
         }
+        self.now_s += dt_s;
+        targets.posture_pull = posture_pull(dt_s);
+        targets.may_restart = self.activity() == Activity::Parked;
+        self.change_phase(state, order);
+        if let Phase::Performing { from, is_ending } = &mut self.phase {
+            let command = command(order, self.now_s - *from, self.perform_for_s, self.plan.command);
+            *is_ending = command.is_none();
+            self.performer.step(dt_s, state, command.unwrap_or_default());
+        }
+        self.write_targets(targets);
     }
 
-    /// The arms' activity.
-    pub fn activity(&self) -> Activity {
+    fn begin_anew(&mut self, state: &State) {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        self.phase = Phase::Gather { from: self.now_s, duration: self.fold_duration_s() };
+    }
+
+    fn activity(&self) -> Activity {
         match self.phase {
             Phase::Ends(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } => Activity::Rising,
@@ -170,6 +159,15 @@ impl TentacleGenerator {
             Phase::Performing { .. } => Activity::Performing,
             Phase::Fold { .. } => Activity::Stopping,
             Phase::Held => Activity::Done,
+        }
+    }
+
+    fn stroke(&self) -> Option<&'static str> {
+        match self.phase {
+            Phase::Performing { .. } => {
+                Some(self.performer.stroke()).filter(|stroke| *stroke != Stroke::Rest).map(Stroke::name)
+            }
+            _ => None,
         }
     }
 }
