@@ -23,7 +23,7 @@ use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::safety::Safety;
-use hippocamp::signals::{Aim, ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
+use hippocamp::signals::{ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
 use hippocamp::standing::{Sole, Standing, TrunkMotion};
 use hippocamp::units::Time;
@@ -49,7 +49,6 @@ fn targets_of_a_period() -> (Robot, HorsePlan, Vec<Targets>) {
     let (robot, plan, mut walk) = trotting();
     let dt_s = robot.period_s();
     let mut targets = Targets::new(&robot);
-    targets.aim = Aim::Tips;
     targets.posture_pull = posture_pull(dt_s);
     let all = (0..90)
         .map(|cycle| {
@@ -76,7 +75,7 @@ fn leg(bencher: Bencher, name: &str) {
     let mut cycle = 0;
     bencher.bench_local(|| {
         cycle = (cycle + 1) % targets.len();
-        let target = black_box(targets[cycle].tips_in_body[1]);
+        let target = black_box(targets[cycle].tip_in_body(1).unwrap());
         solver.solve(method, target, targets[cycle].posture_pull, &mut angles)
     });
 }
@@ -92,7 +91,7 @@ fn leg_that_stands(bencher: Bencher) {
     bencher.bench_local(|| {
         solver.solve(
             Method::CcdThenFinish,
-            black_box(target.tips_in_body[1]),
+            black_box(target.tip_in_body(1).unwrap()),
             target.posture_pull,
             &mut angles,
         )
@@ -152,7 +151,6 @@ fn targets_and_four_legs(bencher: Bencher) {
     let (robot, mut drive, command) = driven();
     let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
-    targets.aim = Aim::Tips;
     targets.posture_pull = posture_pull(robot.period_s());
     joints.angles_rad.copy_from_slice(&drive.plan().sit_pose_rad);
     let height_m = drive.plan().settings.stand_height_m;
@@ -297,7 +295,6 @@ fn stages_to_the_bus(bencher: Bencher) {
     let dt_s = robot.period_s();
     let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
-    targets.aim = Aim::Tips;
     targets.posture_pull = posture_pull(dt_s);
     joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
     let mut safety = Safety::new(&robot);
@@ -410,7 +407,7 @@ fn standing(bencher: Bencher, case: &str) {
         .iter()
         .map(|targets| {
             limbs.solve(targets, &mut joints);
-            let loads = targets.feet.iter().map(|foot| if foot.is_swing { 0.0 } else { 1.0 });
+            let loads = targets.feet().iter().map(|foot| if foot.is_swing { 0.0 } else { 1.0 });
             (joints.angles_rad.clone(), loads.collect())
         })
         .collect();

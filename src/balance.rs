@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, EulerRot};
 
 use crate::model::{BalanceSettings, Robot};
-use crate::signals::{Aim, State, Targets};
+use crate::signals::{State, Targets};
 
 /// Time in which the feedback fades in and out, s.
 const FADE_S: f64 = 0.5;
@@ -54,13 +54,14 @@ impl Balance {
     /// planned speed.
     pub fn step(&mut self, dt_s: f64, speed_m_s: f64, state: &State, targets: &mut Targets) {
         let Some(settings) = self.settings else { return };
-        if targets.aim != Aim::Tips || targets.feet.is_empty() {
+        let planned_turn = targets.trunk_turn;
+        let Some((feet, tips_in_body)) = targets.walking_tips_mut() else {
             self.share = 0.0;
             self.raised_m.fill(0.0);
             return;
-        }
+        };
         let body = &state.body;
-        let (planned_rad, ..) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+        let (planned_rad, ..) = planned_turn.to_euler(EulerRot::ZYX);
         if self.share <= 0.0 {
             self.heading_rad = body.yaw_rad - planned_rad;
         }
@@ -79,10 +80,10 @@ impl Balance {
         let longer = if speed_m_s.abs() > SLOWEST_M_S { faster_m_s / speed_m_s } else { 0.0 };
         let longer = longer.clamp(-STEP_SHARE, STEP_SHARE);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
-        for foot in &targets.feet {
+        for foot in feet {
             let chain = foot.chain;
             let (Some(root), Some(raised_m), Some(tip)) =
-                (self.roots_m.get(chain), self.raised_m.get_mut(chain), targets.tips_in_body.get_mut(chain))
+                (self.roots_m.get(chain), self.raised_m.get_mut(chain), tips_in_body.get_mut(chain))
             else {
                 continue;
             };
@@ -116,19 +117,18 @@ mod tests {
         let robot = config::load(&path).unwrap().robot;
         let mut balance = Balance::new(&robot);
         let (mut targets, mut state) = (Targets::new(&robot), State::new(&robot));
-        targets.aim = Aim::Tips;
         let foot = |chain| FootTarget { chain, excursion_m: 0.02, ..FootTarget::default() };
-        targets.feet.extend((0..4).map(foot));
+        targets.set_tips().feet.extend((0..4).map(foot));
         let feet: Vec<DVec3> = robot.chains.iter().map(|chain| chain.root_m - DVec3::Z * 0.19).collect();
         state.body.is_known = true;
         for cycle in 0..100 {
-            targets.tips_in_body.copy_from_slice(&feet);
+            targets.recorded_mut().1.tips_in_body.copy_from_slice(&feet);
             if cycle > 0 {
                 turn(&mut state);
             }
             balance.step(0.01, 0.1, &state, &mut targets);
         }
-        targets.tips_in_body.iter().zip(&feet).map(|(moved, foot)| *moved - *foot).collect()
+        (0..4).map(|leg| targets.tip_in_body(leg).unwrap() - feet[leg]).collect()
     }
 
     #[test]

@@ -130,7 +130,7 @@ impl<'r> Controller<'r> {
     pub fn learn(&mut self, gap_s: f64, slots: &[Slot], imu: &ImuReading) {
         self.imu = *imu;
         self.estimator.update(self.robot, gap_s, slots, imu, &mut self.state);
-        self.legs.update(gap_s, &self.targets.feet, &mut self.state);
+        self.legs.update(gap_s, self.targets.feet(), &mut self.state);
     }
 
     /// The same for a robot without buses: every joint reaches its goal, and a limp joint stays put.

@@ -86,8 +86,8 @@ fn feedback_does_not_add_up_while_the_walk_is_held() {
     let mut held = 0;
     let mut before = None;
     drive_and_look(&robot, 12.0, faults, |_, record| {
-        let tips = record.targets.tips_in_body.clone();
-        let has_feet = !record.targets.feet.is_empty();
+        let tips: Vec<_> = (0..4).map(|leg| record.targets.tip_in_body(leg)).collect();
+        let has_feet = !record.targets.feet().is_empty();
         if let Some(before) = before.take().filter(|_| record.is_held && has_feet) {
             held += 1;
             assert_eq!(tips, before, "cycle {held} of the hold");

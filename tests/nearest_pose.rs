@@ -230,7 +230,7 @@ fn no_joint_leaps_in_a_stride_of_any_gait() {
                 walk.write_level(&plan, s, &mut targets);
                 for (leg, solver, angles) in &mut legs {
                     let before = angles.clone();
-                    let target = targets.tips_in_body[*leg];
+                    let target = targets.tip_in_body(*leg).unwrap();
                     let solution = solver.solve(Method::CcdThenFinish, target, posture_pull(dt_s), angles);
                     if s < period_s {
                         continue;

@@ -21,7 +21,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::signals::Status;
-use hippocamp::signals::{Aim, JointTargets, Permission, Targets};
+use hippocamp::signals::{JointTargets, Permission, Targets};
 use hippocamp::simulation;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
@@ -437,8 +437,7 @@ fn inverse_kinematics_allocates_nothing_out_of_reach() {
     let robot = shipped("horse.toml");
     let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
-    targets.aim = Aim::Tips;
-    targets.tips_in_body.fill(DVec3::new(0.3, 0.0, 0.3));
+    targets.set_tips().tips_in_body.fill(DVec3::new(0.3, 0.0, 0.3));
     assert_no_alloc(|| limbs.solve(&targets, &mut joints));
     assert!(joints.residual_m.iter().all(|residual_m| *residual_m > 0.1), "{:?}", joints.residual_m);
 }

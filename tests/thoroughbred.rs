@@ -11,7 +11,7 @@ use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{HorseMotion, Robot};
 use hippocamp::motion::horse::{Rates, Walk};
 use hippocamp::motion::{Command, posture_pull};
-use hippocamp::signals::{Aim, JointTargets, Targets};
+use hippocamp::signals::{JointTargets, Targets};
 
 fn thoroughbred() -> (Robot, HorseMotion) {
     let file = config::load(Path::new("config/thoroughbred.toml")).unwrap();
@@ -52,7 +52,6 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
     let mut walk = Walk::cruising(&plan, gait, top);
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
-    targets.aim = Aim::Tips;
     let dt_s = 0.002;
     targets.posture_pull = posture_pull(dt_s);
     joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
@@ -77,7 +76,7 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
                 assert!((joint.range_rad.0..=joint.range_rad.1).contains(angle), "{name}: {}", joint.name);
             }
             let foot = robot.tip_in_body(chain, angles.iter().copied()) + targets.trunk_in_world;
-            let miss = foot.distance(targets.tips_in_body[horse.legs[leg]] + targets.trunk_in_world);
+            let miss = foot.distance(targets.tip_in_body(horse.legs[leg]).unwrap() + targets.trunk_in_world);
             assert!(miss <= 1e-4, "{name}: leg {leg} misses by {miss} m at {s} s");
             // Twice what inverse kinematics may leave.
             let is_up = foot.z > 2e-4;
@@ -85,7 +84,7 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
                 lift_offs[leg] = s;
             }
             was_up[leg] = Some(is_up);
-            if targets.feet[leg].is_swing {
+            if targets.feet()[leg].is_swing {
                 stood[leg] = None;
             } else {
                 let slip = foot.distance(*stood[leg].get_or_insert(foot));
@@ -144,7 +143,6 @@ fn worst_misses_m(robot: &Robot, horse: &HorseMotion, method: Method) -> [[f64; 
         let mut walk = Walk::cruising(&plan, gait, top);
         let mut limbs = Limbs::new(robot, method);
         let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
-        targets.aim = Aim::Tips;
         targets.posture_pull = posture_pull(1.0 / 60.0);
         joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
         let period_s = horse.gaits[gait].period_s(horse.swing_time_s);
@@ -159,7 +157,7 @@ fn worst_misses_m(robot: &Robot, horse: &HorseMotion, method: Method) -> [[f64; 
             for (leg, &chain) in horse.legs.iter().enumerate().filter(|_| s > period_s) {
                 let chain = &robot.chains[chain];
                 let foot = robot.tip_in_body(chain, joints.angles_rad[chain.joints.clone()].iter().copied());
-                let miss_m = foot.distance(targets.tips_in_body[horse.legs[leg]]);
+                let miss_m = foot.distance(targets.tip_in_body(horse.legs[leg]).unwrap());
                 worst_m[leg % 2][column] = worst_m[leg % 2][column].max(miss_m);
             }
         }

@@ -205,7 +205,7 @@ fn frame(robot: &Robot, sample: &Sample, activity: usize) -> Frame {
             goal.then(|| degrees(sample.state.goal_rad[joint])),
         )
     };
-    let contact = |chain: usize| match sample.targets.feet.iter().find(|foot| foot.chain == chain) {
+    let contact = |chain: usize| match sample.targets.feet().iter().find(|foot| foot.chain == chain) {
         None => '-',
         Some(foot) if foot.is_swing => 'a',
         Some(_) => 's',

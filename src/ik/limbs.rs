@@ -7,7 +7,7 @@ use super::{
     ArmSolution, ArmSolver, Clearance, HandOver, Method, Mode, SectionSolver, SoleSolver, SoleTarget, Solver,
 };
 use crate::model::{ArmGeometry, Bending, Chain, Robot};
-use crate::signals::{Aim, ArmAim, ArmTarget, JointTargets, Targets};
+use crate::signals::{ArmAim, ArmTarget, JointTargets, Targets, Wanted};
 
 /// One solver per chain, and the angles from which they start.
 #[derive(Debug, Clone)]
@@ -78,10 +78,11 @@ impl Limbs {
 
     /// Writes the joint angles for `targets`. The solution starts from the angles in `joints`.
     pub fn solve(&mut self, targets: &Targets, joints: &mut JointTargets) {
-        joints.is_limp = targets.aim == Aim::Limp;
-        joints.only = match targets.aim {
-            Aim::Joint(joint) => Some(joint),
-            Aim::Limp | Aim::Pose | Aim::Tips | Aim::Soles | Aim::Arms => None,
+        let wanted = targets.wanted();
+        joints.is_limp = matches!(wanted, Wanted::Limp);
+        joints.only = match wanted {
+            Wanted::Joint { joint, .. } => Some(joint),
+            _ => None,
         };
         joints.torque_shares.fill(targets.torque_share);
         joints.may_restart = targets.may_restart;
@@ -89,17 +90,17 @@ impl Limbs {
         joints.residual_m.fill(0.0);
         joints.group_residual_m.fill(0.0);
         joints.saturated.fill(0);
-        match targets.aim {
-            Aim::Limp => {}
-            Aim::Pose | Aim::Joint(_) => {
-                joints.angles_rad.copy_from_slice(&targets.pose_rad);
-                joints.not_finite = targets.pose_rad.iter().position(|angle| !angle.is_finite());
+        match wanted {
+            Wanted::Limp => {}
+            Wanted::Pose(pose_rad) | Wanted::Joint { pose_rad, .. } => {
+                joints.angles_rad.copy_from_slice(pose_rad);
+                joints.not_finite = pose_rad.iter().position(|angle| !angle.is_finite());
             }
-            Aim::Tips => {
+            Wanted::Tips { tips_in_body, .. } => {
                 for (index, limb) in self.limbs.iter_mut().enumerate() {
                     let angles = &mut joints.angles_rad[limb.joints.clone()];
-                    let tip = targets.tips_in_body[index];
-                    let solution = limb.tip.solve(self.method, tip, targets.posture_pull, angles);
+                    let solution =
+                        limb.tip.solve(self.method, tips_in_body[index], targets.posture_pull, angles);
                     joints.residual_m[index] = solution.residual_m;
                     joints.saturated[index] = solution.saturated;
                     if !solution.residual_m.is_finite() {
@@ -107,10 +108,16 @@ impl Limbs {
                     }
                 }
             }
-            Aim::Soles => self.solve_soles(targets, joints),
-            Aim::Arms => self.solve_arms(targets, joints),
+            Wanted::Soles { tips_in_body, sole_turns, feet, pose_rad } => {
+                let target = |chain: usize| {
+                    let has_foot = feet.iter().any(|foot| foot.chain == chain);
+                    has_foot.then(|| SoleTarget { place: tips_in_body[chain], turn: sole_turns[chain] })
+                };
+                self.solve_soles(target, pose_rad, joints);
+            }
+            Wanted::Arms(arms) => self.solve_arms(arms, joints),
         }
-        if targets.aim != Aim::Arms {
+        if !matches!(wanted, Wanted::Arms(_)) {
             for limb in &mut self.limbs {
                 if let Some(arm) = &mut limb.arm {
                     arm.hand_over.pass(&joints.angles_rad[limb.joints.clone()]);
@@ -118,23 +125,27 @@ impl Limbs {
             }
         }
         if let Some(clearance) = &mut self.clearance {
-            match targets.aim {
+            match wanted {
                 _ if joints.not_finite.is_some() => clearance.pass(),
-                Aim::Arms => clearance.keep(Mode::Strokes, &mut joints.angles_rad),
-                Aim::Pose => clearance.keep(Mode::Pose, &mut joints.angles_rad),
+                Wanted::Arms(_) => clearance.keep(Mode::Strokes, &mut joints.angles_rad),
+                Wanted::Pose(_) => clearance.keep(Mode::Pose, &mut joints.angles_rad),
                 _ => clearance.pass(),
             }
         }
         self.out_rad.copy_from_slice(&joints.angles_rad);
     }
 
-    fn solve_soles(&mut self, targets: &Targets, joints: &mut JointTargets) {
+    /// Solves the chains that have a target for their sole; the others take their angles from `pose_rad`.
+    fn solve_soles(
+        &mut self,
+        target: impl Fn(usize) -> Option<SoleTarget>,
+        pose_rad: &[f64],
+        joints: &mut JointTargets,
+    ) {
         for (index, limb) in self.limbs.iter_mut().enumerate() {
             let Some((solver, stops)) = &mut limb.sole else { continue };
             let angles = &mut joints.angles_rad[limb.joints.clone()];
-            if targets.feet.iter().any(|foot| foot.chain == index) {
-                let target =
-                    SoleTarget { place: targets.tips_in_body[index], turn: targets.sole_turns[index] };
+            if let Some(target) = target(index) {
                 let solution = solver.solve(target, angles);
                 joints.saturated[index] = solution.saturated;
                 joints.residual_m[index] = solution.residual_m;
@@ -145,7 +156,7 @@ impl Limbs {
                 stops.soften(angles);
                 joints.residual_m[index] = solver.residual_m(target, angles);
             } else {
-                angles.copy_from_slice(&targets.pose_rad[limb.joints.clone()]);
+                angles.copy_from_slice(&pose_rad[limb.joints.clone()]);
                 let not_finite = angles.iter().position(|angle| !angle.is_finite());
                 joints.not_finite = joints.not_finite.or(not_finite.map(|place| limb.joints.start + place));
                 stops.soften(angles);
@@ -153,12 +164,12 @@ impl Limbs {
         }
     }
 
-    fn solve_arms(&mut self, targets: &Targets, joints: &mut JointTargets) {
+    fn solve_arms(&mut self, targets: &[ArmTarget], joints: &mut JointTargets) {
         // The search for a motion's first pose takes longer than all else: only one arm does it per cycle.
         let mut may_begin = true;
         for (index, limb) in self.limbs.iter_mut().enumerate() {
             let Some(arm) = &mut limb.arm else { continue };
-            let target = &targets.arms[index];
+            let target = &targets[index];
             let angles = &mut joints.angles_rad[limb.joints.clone()];
             let solution = arm.solve(target, &mut may_begin, angles);
             joints.residual_m[index] = solution.tip_residual_m;
@@ -228,11 +239,10 @@ mod tests {
         let robot = config::load(&path).unwrap().robot;
         let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
         let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
-        targets.aim = Aim::Pose;
+        targets.set_pose();
         limbs.solve(&targets, &mut joints);
-        targets.aim = Aim::Arms;
         let bends = [SectionBend { lift: 0.5, sweep: 0.2 }; 3];
-        for (chain, arm) in robot.chains.iter().zip(&mut targets.arms) {
+        for (chain, arm) in robot.chains.iter().zip(targets.set_arms().0) {
             arm.aim = ArmAim::Ends;
             let drive = chain.tendons.as_ref().unwrap();
             drive.walk(chain.root_m, chain.root_rotation, &bends, |joint| {
@@ -245,7 +255,7 @@ mod tests {
             let moves = |chain: &&Chain| {
                 joints.angles_rad[chain.joints.clone()]
                     .iter()
-                    .zip(&targets.pose_rad[chain.joints.clone()])
+                    .zip(&vec![0.0; chain.joints.len()])
                     .any(|(angle, before)| (angle - before).abs() > 0.0)
             };
             moved.push(robot.chains.iter().filter(moves).count());

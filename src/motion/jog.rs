@@ -4,7 +4,7 @@ use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
 use super::ends::Ends;
 use super::{Activity, Generate, Order};
 use crate::model::Robot;
-use crate::signals::{Aim, Permission, State, Targets};
+use crate::signals::{Permission, State, Targets};
 
 /// Shortest time for the turn, s.
 const TURN_MIN_S: f64 = 0.5;
@@ -108,16 +108,16 @@ impl Jog {
         };
         let share = match self.phase {
             Phase::Ends(end) if end.is_limp() => {
-                targets.aim = Aim::Limp;
+                targets.set_limp();
                 return;
             }
             Phase::Ends(_) => 0.0,
             Phase::Turn { from, duration } => smooth_step((self.now_s - from) / duration),
             Phase::Hold { .. } => 1.0,
         };
-        targets.aim = Aim::Joint(self.joint);
-        targets.pose_rad.copy_from_slice(&self.start_pose_rad);
-        let angle = &mut targets.pose_rad[self.joint];
+        let pose_rad = targets.set_joint(self.joint);
+        pose_rad.copy_from_slice(&self.start_pose_rad);
+        let angle = &mut pose_rad[self.joint];
         *angle += share * (self.goal_rad - *angle);
     }
 }

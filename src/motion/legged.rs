@@ -9,7 +9,7 @@ use super::ends::Ends;
 use super::horse::Drive;
 use super::{Activity, Generate, Order, pose_change, posture_pull};
 use crate::model::{Robot, StopAction};
-use crate::signals::{Aim, Permission, State, Targets};
+use crate::signals::{Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
@@ -213,10 +213,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
         };
         let (sit_m, stand_m) = self.drive.heights_m();
         match self.phase {
-            Phase::Ends(end) if end.is_limp() => {
-                targets.aim = Aim::Limp;
-                targets.feet.clear();
-            }
+            Phase::Ends(end) if end.is_limp() => targets.set_limp(),
             Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
             Phase::Gather { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);

@@ -1,7 +1,7 @@
 //! A change from one pose to another, joint by joint, at the slow rate.
 
 use super::curves::SMOOTH_STEP_SLOPE_MAX;
-use crate::signals::{Aim, Targets};
+use crate::signals::Targets;
 
 /// Shortest duration of a change of pose, s.
 const SHORTEST_S: f64 = 0.5;
@@ -14,9 +14,7 @@ pub(super) fn duration_s(from_rad: &[f64], to_rad: &[f64], rate_rad_s: f64) -> f
 
 /// Writes the pose `share` of the way from one pose to the other.
 pub(super) fn write(from_rad: &[f64], to_rad: &[f64], share: f64, targets: &mut Targets) {
-    targets.aim = Aim::Pose;
-    targets.feet.clear();
-    for ((angle, from), to) in targets.pose_rad.iter_mut().zip(from_rad).zip(to_rad) {
+    for ((angle, from), to) in targets.set_pose().iter_mut().zip(from_rad).zip(to_rad) {
         *angle = from + share * (to - from);
     }
 }

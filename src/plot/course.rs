@@ -300,7 +300,7 @@ impl Frame {
             speed_m_s: record.speed_m_s,
             trunk_in_world: record.targets.trunk_in_world,
             trunk_turn: record.targets.trunk_turn,
-            feet: record.targets.feet.clone(),
+            feet: record.targets.feet().to_vec(),
             goal_rad: record.state.goal_rad.clone(),
             interventions: record.interventions,
         }

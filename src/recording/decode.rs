@@ -70,7 +70,7 @@ pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, 
             Some(Outage { joint: joint_named(robot, &outage.joint)?, cause })
         }
     };
-    sample.targets.aim = motion.aim;
+    *sample.targets.recorded_mut().0 = motion.aim;
     sample.targets.trunk_in_world = trunk.pose.position.into();
     sample.targets.trunk_turn = trunk.pose.orientation.into();
     if let Some(imu) = imu {
@@ -159,10 +159,10 @@ fn read_feet(robot: &Robot, feet: &messages::Feet<'_>, sample: &mut Sample) -> R
             .ok_or_else(|| format!("the robot has no chain {}", foot.chain))?;
         sample.joints.residual_m[index] = foot.residual_m.unwrap_or(f64::INFINITY);
         if let Some(target) = foot.target_in_body {
-            sample.targets.tips_in_body[index] = target.into();
+            sample.targets.recorded_mut().1.tips_in_body[index] = target.into();
         }
         if let Some(plan) = foot.plan {
-            sample.targets.feet.push(FootTarget {
+            sample.targets.recorded_mut().1.feet.push(FootTarget {
                 chain: index,
                 in_world: plan.in_world.into(),
                 excursion_m: plan.excursion_m,

@@ -102,13 +102,7 @@ impl Sample {
         self.dt_s = record.dt_s;
         self.truth = record.truth;
 
-        self.targets.aim = record.targets.aim;
-        self.targets.trunk_in_world = record.targets.trunk_in_world;
-        self.targets.trunk_turn = record.targets.trunk_turn;
-        self.targets.posture_pull = record.targets.posture_pull;
-        self.targets.pose_rad.clone_from(&record.targets.pose_rad);
-        self.targets.tips_in_body.clone_from(&record.targets.tips_in_body);
-        self.targets.feet.clone_from(&record.targets.feet);
+        self.targets.copy_recorded(record.targets);
         self.joints.is_limp = record.joints.is_limp;
         self.joints.angles_rad.clone_from(&record.joints.angles_rad);
         self.joints.residual_m.clone_from(&record.joints.residual_m);
@@ -173,7 +167,7 @@ impl Sample {
 
     fn planned_trunk_in_world(&self, robot: &Robot) -> DVec3 {
         let planned = self.targets.trunk_in_world;
-        if !self.targets.feet.is_empty() {
+        if !self.targets.feet().is_empty() {
             return planned;
         }
         let places = self.limbs_in_body(robot);

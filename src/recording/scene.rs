@@ -105,16 +105,17 @@ pub(super) fn scene(robot: &Robot, sample: &Sample, timestamp: Stamp) -> SceneUp
         .iter()
         .enumerate()
         .filter_map(|(chain, places)| {
-            let is_swing = sample.targets.feet.iter().any(|foot| foot.chain == chain && foot.is_swing);
+            let is_swing = sample.targets.feet().iter().any(|foot| foot.chain == chain && foot.is_swing);
             Some(sphere(*places.last()?, FOOT_SHARE, if is_swing { SWING } else { STANCE }))
         })
         .collect();
     spheres.extend(
         sample
             .targets
-            .feet
+            .feet()
             .iter()
-            .map(|foot| sphere(sample.targets.tips_in_body[foot.chain], 0.6 * FOOT_SHARE, TARGET)),
+            .filter_map(|foot| sample.targets.tip_in_body(foot.chain))
+            .map(|tip| sphere(tip, 0.6 * FOOT_SHARE, TARGET)),
     );
     let lines = limbs
         .iter()

@@ -18,7 +18,7 @@ use super::scene;
 use super::topics::{self, TOPICS, Topic};
 use crate::bus::{ServoGoal, Slot};
 use crate::model::{Chain, Robot};
-use crate::signals::{Aim, OutageCause, Targets};
+use crate::signals::OutageCause;
 use crate::units::Time;
 
 /// Longest chunk: data written longer ago than this survive whatever happens.
@@ -228,21 +228,12 @@ fn servos<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::
     messages::Servos { timestamp, servos: servos.collect() }
 }
 
-/// True if the generator set a target for the tip of chain number `chain`.
-fn is_aimed(targets: &Targets, chain: usize) -> bool {
-    match targets.aim {
-        Aim::Tips | Aim::Arms => true,
-        Aim::Soles => targets.feet.iter().any(|foot| foot.chain == chain),
-        Aim::Limp | Aim::Pose | Aim::Joint(_) => false,
-    }
-}
-
 fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Feet<'r> {
     let targets = &sample.targets;
     let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
-    let is_placed = !targets.feet.is_empty();
+    let is_placed = !targets.feet().is_empty();
     let foot = |(index, chain): (usize, &'r Chain)| {
-        let target = is_aimed(targets, index).then_some(targets.tips_in_body[index]);
+        let target = targets.tip_in_body(index);
         let joints = &sample.state.joints[chain.joints.clone()];
         let measured = joints
             .iter()
@@ -257,7 +248,7 @@ fn feet<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::Fe
             measured_in_body: finite(measured),
             measured_in_world: in_world(measured),
             residual_m: residual_m.is_finite().then_some(residual_m),
-            plan: sample.targets.feet.iter().find(|foot| foot.chain == index).map(|foot| {
+            plan: sample.targets.feet().iter().find(|foot| foot.chain == index).map(|foot| {
                 messages::FootPlan {
                     in_world: foot.in_world.into(),
                     excursion_m: foot.excursion_m,
@@ -297,7 +288,7 @@ fn motion(robot: &Robot, sample: &Sample, timestamp: Stamp) -> messages::Motion 
         timestamp,
         order: sample.order.into(),
         activity: sample.activity,
-        aim: sample.targets.aim,
+        aim: sample.targets.aim(),
         speed_m_s: sample.speed_m_s,
         permission: sample.state.permission,
         is_held: sample.is_held,

@@ -29,7 +29,7 @@ pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets)
                 let roll = (body.roll_rad - from_roll_rad + ahead_s * p).abs() / roll_rad;
                 roll.max((body.pitch_rad - from_pitch_rad + ahead_s * q).abs() / pitch_rad)
             };
-            match targets.aim {
+            match targets.aim() {
                 Aim::Tips | Aim::Soles | Aim::Pose => {
                     let (_, pitch_rad, roll_rad) = targets.trunk_turn.to_euler(EulerRot::ZYX);
                     off(0.0, 0.0).min(off(roll_rad, pitch_rad))

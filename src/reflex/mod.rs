@@ -31,7 +31,7 @@ mod yielding;
 
 use crate::model::{FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, Robot};
 use crate::motion::{Activity, Order};
-use crate::signals::{Aim, Permission, State, Targets};
+use crate::signals::{Permission, State, Targets};
 pub use report::{FallOutcome, ReflexReport};
 pub use yielding::Yielding;
 
@@ -262,27 +262,26 @@ impl<'r> Reflex<'r> {
     }
 
     fn write(&self, state: &State, settings: &ReflexSettings, targets: &mut Targets) {
-        targets.aim = Aim::Pose;
-        targets.feet.clear();
+        targets.set_pose();
         targets.may_restart = false;
         let is_passive = settings.mode == ReflexMode::Passive;
         match self.phase {
-            Phase::Limp => targets.aim = Aim::Limp,
-            Phase::Settling { .. } | Phase::Lying if is_passive => targets.aim = Aim::Limp,
-            Phase::LettingGo { .. } if is_passive => targets.aim = Aim::Limp,
+            Phase::Limp => targets.set_limp(),
+            Phase::Settling { .. } | Phase::Lying if is_passive => targets.set_limp(),
+            Phase::LettingGo { .. } if is_passive => targets.set_limp(),
             Phase::Falling { since_s, direction } => {
                 let keys = keys_of(settings, direction);
                 targets.torque_share = self.write_keys(keys, since_s, targets);
                 self.stay_near(state, targets);
                 if targets.torque_share <= 0.0 {
-                    targets.aim = Aim::Limp;
+                    targets.set_limp();
                 }
             }
             Phase::GettingUp { since_s, way } => {
                 let from_share = if is_passive { 0.0 } else { settings.passive_torque_share };
                 let rise = since_s / self.torque_ramp_s;
                 if rise < 1.0 {
-                    targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+                    targets.set_pose().copy_from_slice(&self.start_pose_rad);
                     targets.torque_share = from_share + (1.0 - from_share) * rise;
                 } else {
                     let keys = settings.get_ups.get(way).map_or(&[][..], |GetUp { keys, .. }| keys);
@@ -290,13 +289,13 @@ impl<'r> Reflex<'r> {
                 }
             }
             Phase::LettingGo { since_s } => {
-                targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+                targets.set_pose().copy_from_slice(&self.start_pose_rad);
                 let left = 1.0 - (since_s / self.torque_ramp_s).min(1.0);
                 targets.torque_share = settings.passive_torque_share * left;
             }
             // Goals follow the joints, one cycle behind: the position servo then acts as a damper only.
             _ => {
-                for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
+                for (angle, joint) in targets.set_pose().iter_mut().zip(&state.joints) {
                     *angle = joint.position_rad;
                 }
                 targets.torque_share = settings.passive_torque_share;
@@ -308,7 +307,7 @@ impl<'r> Reflex<'r> {
     fn write_keys(&self, keys: &[KeyPose], since_s: f64, targets: &mut Targets) -> f64 {
         let next = keys.iter().position(|key| since_s < key.at_s).unwrap_or(keys.len().saturating_sub(1));
         let Some(to) = keys.get(next) else {
-            targets.pose_rad.copy_from_slice(&self.start_pose_rad);
+            targets.set_pose().copy_from_slice(&self.start_pose_rad);
             return 1.0;
         };
         let (from_s, from_rad) = match next.checked_sub(1).and_then(|before| keys.get(before)) {
@@ -316,7 +315,7 @@ impl<'r> Reflex<'r> {
             None => (0.0, &self.start_pose_rad),
         };
         let share = ((since_s - from_s) / (to.at_s - from_s)).clamp(0.0, 1.0);
-        for ((angle, from), to) in targets.pose_rad.iter_mut().zip(from_rad).zip(&to.angles_rad) {
+        for ((angle, from), to) in targets.set_pose().iter_mut().zip(from_rad).zip(&to.angles_rad) {
             *angle = from + share * (to - from);
         }
         to.torque_share
@@ -324,7 +323,7 @@ impl<'r> Reflex<'r> {
 
     /// Keeps every goal near its joint, so that a leg that meets the ground does not keep pushing against it.
     fn stay_near(&self, state: &State, targets: &mut Targets) {
-        for (angle, joint) in targets.pose_rad.iter_mut().zip(&state.joints) {
+        for (angle, joint) in targets.set_pose().iter_mut().zip(&state.joints) {
             if joint.position_rad.is_finite() {
                 *angle =
                     angle.clamp(joint.position_rad - self.ahead_rad, joint.position_rad + self.ahead_rad);

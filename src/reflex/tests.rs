@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::*;
 use crate::config;
 use crate::model::{Detector, YieldSettings};
-use crate::signals::{BodyEstimate, JointTargets};
+use crate::signals::{Aim, BodyEstimate, JointTargets, Wanted};
 
 const DT_S: f64 = 0.01;
 const WAY_UP: GetUp = GetUp { lying: Lying::Upright, keys: Vec::new() };
@@ -27,6 +27,17 @@ fn horse(mode: ReflexMode) -> Robot {
         get_ups_max: 2,
     });
     robot
+}
+
+/// The joint angles that `targets` want, rad.
+///
+/// # Panics
+/// If they want no pose.
+fn pose_of(targets: &Targets) -> &[f64] {
+    match targets.wanted() {
+        Wanted::Pose(pose_rad) => pose_rad,
+        other => panic!("{other:?}"),
+    }
 }
 
 /// A robot that stands at the upper ends of its ranges, and the state it is given.
@@ -59,7 +70,7 @@ impl<'r> Scene<'r> {
     /// The same, ordered to carry its trunk nose down by `pitch_rad`.
     fn leaning(robot: &'r Robot, pitch_rad: f64) -> Scene<'r> {
         let mut scene = Scene::new(robot);
-        scene.targets.aim = crate::signals::Aim::Soles;
+        scene.targets.set_soles();
         scene.targets.trunk_turn = glam::DQuat::from_rotation_y(pitch_rad);
         scene
     }
@@ -91,10 +102,10 @@ impl<'r> Scene<'r> {
 
     /// Moves the joints to their goals.
     fn follow(&mut self) {
-        for (joint, goal) in self.state.joints.iter_mut().zip(&self.targets.pose_rad) {
+        for (joint, goal) in self.state.joints.iter_mut().zip(pose_of(&self.targets)) {
             joint.position_rad = *goal;
         }
-        self.state.goal_rad.copy_from_slice(&self.targets.pose_rad);
+        self.state.goal_rad.copy_from_slice(pose_of(&self.targets));
     }
 }
 
@@ -107,7 +118,7 @@ fn a_push_that_is_borne_passes() {
     assert_eq!(scene.see((0.2, 0.0), [1.5, 0.0, 0.0], 0.3), ["pushed", "recovering"]);
     assert_eq!(scene.see((0.05, 0.0), [0.0; 3], 0.4), ["recovering", "steady"]);
     assert_eq!(scene.reflex.report().unwrap().falls, 0);
-    assert_eq!(scene.targets.aim, Aim::Limp, "never touched");
+    assert_eq!(scene.targets.aim(), Aim::Limp, "never touched");
 }
 
 #[test]
@@ -118,14 +129,14 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     assert_eq!(scene.see((0.3, 0.0), [2.5, 0.0, 0.0], DT_S), ["falling"], "0.65 of 0.6 rad");
     // No jump: the first goals are the last ones.
     let jump = |targets: &Targets, state: &State| {
-        targets.pose_rad.iter().zip(&state.goal_rad).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        pose_of(targets).iter().zip(&state.goal_rad).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
     assert!(jump(&scene.targets, &scene.state) < 1e-9);
-    assert!((scene.targets.torque_share - 0.6).abs() < 1e-9 && scene.targets.aim == Aim::Pose);
+    assert!((scene.targets.torque_share - 0.6).abs() < 1e-9 && scene.targets.aim() == Aim::Pose);
     // Half-way in time is half-way to the key pose, as far as the stationary joints permit.
     assert_eq!(scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 0.1), ["falling"]);
     for (joint, (goal, state)) in
-        robot.joints.iter().zip(scene.targets.pose_rad.iter().zip(&scene.state.joints))
+        robot.joints.iter().zip(pose_of(&scene.targets).iter().zip(&scene.state.joints))
     {
         let half = 0.5 * (joint.range_rad.1 + joint.middle_rad());
         let near = 0.85 * robot.safety.tracking_error_rad;
@@ -135,9 +146,7 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     assert_eq!(scene.see((0.9, 0.0), [3.0, 0.0, 0.0], 0.3), ["falling", "settling"]);
     assert!((scene.targets.torque_share - 0.1).abs() < 1e-9);
     let follows = |scene: &Scene<'_>| {
-        scene
-            .targets
-            .pose_rad
+        pose_of(&scene.targets)
             .iter()
             .zip(&scene.state.joints)
             .all(|(a, b)| (a - b.position_rad).abs() < 1e-12)
@@ -149,7 +158,7 @@ fn a_fall_to_the_side_is_braced_damped_and_ends_limp() {
     assert!(follows(&scene) && scene.reflex.kind() == "settling", "a leg still moves");
     scene.state.joints[3].speed_rad_s = 0.0;
     assert_eq!(scene.go_on(3.0), ["settling", "lying", "letting go", "limp"]);
-    assert_eq!(scene.targets.aim, Aim::Limp);
+    assert_eq!(scene.targets.aim(), Aim::Limp);
     assert_eq!(scene.reflex.activity(), Some(Activity::Done));
     let report = scene.reflex.report().unwrap();
     assert_eq!(
@@ -217,7 +226,7 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     let ramp_s = robot.safety.torque_ramp_s;
     let mut scene = fall_to(&robot, (0.0, 1.5));
     assert_eq!(scene.reflex.kind(), "getting up");
-    let (mut time_s, mut before) = (0.0, scene.targets.pose_rad.clone());
+    let (mut time_s, mut before) = (0.0, pose_of(&scene.targets).to_vec());
     let most_rad = robot.joints.iter().map(|joint| joint.range_rad.1 - joint.range_rad.0).fold(0.0, f64::max);
     let (mut was_first, mut charge) = (false, Charge::Reflex);
     let near = |pose: &[f64], to: &[f64]| pose.iter().zip(to).all(|(a, b)| (a - b).abs() < 0.02 * most_rad);
@@ -230,10 +239,10 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
         charge = scene.step();
         time_s += DT_S;
         let moved =
-            scene.targets.pose_rad.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            pose_of(&scene.targets).iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(moved <= most_rad * DT_S / 0.5 + 1e-9, "{moved} rad in a cycle, {time_s} s on the way");
-        was_first |= near(&scene.targets.pose_rad, &first) && (scene.targets.torque_share - 0.7).abs() < 1e-9;
-        before.clone_from(&scene.targets.pose_rad);
+        was_first |= near(pose_of(&scene.targets), &first) && (scene.targets.torque_share - 0.7).abs() < 1e-9;
+        before.copy_from_slice(pose_of(&scene.targets));
         assert!(time_s < ramp_s + 2.0, "it never gets up");
     }
     assert_eq!(charge, Charge::GivenBack);
@@ -284,7 +293,7 @@ fn passive_it_drops_limp_and_off_it_only_notes() {
     let mut scene = Scene::new(&robot);
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
     scene.see((0.5, 0.0), [3.0, 0.0, 0.0], 2.0 * DT_S);
-    assert_eq!((scene.reflex.kind(), scene.targets.aim), ("settling", Aim::Limp));
+    assert_eq!((scene.reflex.kind(), scene.targets.aim()), ("settling", Aim::Limp));
     assert_eq!(scene.see((1.5, 0.0), [0.0; 3], 3.0), ["settling", "lying", "letting go", "limp"]);
 
     let robot = horse(ReflexMode::Off);
@@ -381,7 +390,7 @@ fn a_unit_lost_in_the_middle_of_a_fall_ends_it_limp() {
         lose(&mut scene.state.body);
         let kinds = scene.go_on(3.0);
         assert_eq!(kinds, ["falling", "settling", "lying", "letting go", "limp"]);
-        let finite = scene.targets.pose_rad.iter().all(|angle| angle.is_finite());
+        let finite = pose_of(&scene.targets).iter().all(|angle| angle.is_finite());
         assert!(finite && scene.reflex.report().unwrap().lying.is_none());
     }
 }

@@ -7,114 +7,16 @@
 mod activity;
 mod order;
 mod status;
+mod targets;
 
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Chain, GROUPS, Joint, Robot, TendonDrive};
+use crate::model::Robot;
 pub use activity::Activity;
 pub use order::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 pub use status::Status;
-
-/// The kind of target the generator sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Aim {
-    /// No torque.
-    Limp,
-    /// Joint angles, from [`Targets::pose_rad`].
-    Pose,
-    /// Positions of the chains' tips, from [`Targets::tips_in_body`].
-    Tips,
-    /// Positions and orientations of the soles of [`Targets::feet`], from [`Targets::tips_in_body`] and
-    /// [`Targets::sole_turns`]; joint angles, from [`Targets::pose_rad`], for all other chains.
-    Soles,
-    /// A target for each arm, from [`Targets::arms`].
-    Arms,
-    /// The angle of this joint alone, from [`Targets::pose_rad`]; all other joints have no torque.
-    Joint(usize),
-}
-
-/// The targets that the generator computes.
-#[derive(Debug, Clone)]
-pub struct Targets {
-    /// Selects the fields below that apply.
-    pub aim: Aim,
-    /// Joint angles, rad.
-    pub pose_rad: Vec<f64>,
-    /// Requested share of the permitted torque, 0 to 1.
-    pub torque_share: f64,
-    /// Position of each chain's tip, body frame, m.
-    pub tips_in_body: Vec<DVec3>,
-    /// Rotation of each chain's last link from its orientation at zero joint angles, body frame.
-    pub sole_turns: Vec<DQuat>,
-    /// Planned position of the trunk, world frame, m.
-    pub trunk_in_world: DVec3,
-    /// Planned rotation of the trunk, from the body frame to the world frame.
-    pub trunk_turn: DQuat,
-    /// Planned state of each leg's foot; empty while the robot does not walk.
-    pub feet: Vec<FootTarget>,
-    /// Share of the way to their neutral posture that the redundant joints move in one cycle.
-    pub posture_pull: f64,
-    /// Target of each chain that is an arm.
-    pub arms: Vec<ArmTarget>,
-    /// True while a servo that has tripped may be restarted; its joint may then hang freely.
-    pub may_restart: bool,
-}
-
-/// Target positions along one arm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ArmTarget {
-    /// Selects the fields below that apply.
-    pub aim: ArmAim,
-    /// Ends of the arm's groups, body frame, m; the last is the tip.
-    pub ends_in_body: [DVec3; GROUPS],
-    /// Direction in which the tip should point, body frame, unit length.
-    pub direction_in_body: DVec3,
-    /// Ends of all links, root first, body frame, m.
-    pub places_in_body: Vec<DVec3>,
-    /// A line that the arm's suckers should face if its joints can twist: a point on it (m) and its
-    /// direction, body frame. The suckers are on the lower side, -z of each link.
-    pub faced_in_body: Option<[DVec3; 2]>,
-    /// Counts changes of the arm's action. When the count differs from the last cycle's, the joints blend
-    /// over to the new targets from their present angles and speeds; the new motion must begin at rest.
-    pub change: u32,
-}
-
-/// Selects the positions on an arm that have a target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ArmAim {
-    /// The ends of its groups.
-    #[default]
-    Ends,
-    /// Its tip only.
-    Tip,
-    /// Its tip and the tip's direction.
-    TipAlong,
-    /// The ends of all links.
-    Places,
-}
-
-/// A foot's plan at one moment.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct FootTarget {
-    /// The foot's chain, an index into [`Robot::chains`].
-    pub chain: usize,
-    /// Planned position, world frame, m.
-    pub in_world: DVec3,
-    /// Forward distance from the neutral foot point, body frame, m.
-    pub excursion_m: f64,
-    /// Distance that the plane of the leg's motion has moved since the walk began, positive forward, m: a
-    /// foot in stance falls behind the trunk by this much.
-    pub plane_way_m: f64,
-    /// True in swing.
-    pub is_swing: bool,
-    /// Fraction of its share of the weight that the foot should carry: 0 in swing, 1 in stance; it changes
-    /// smoothly before lift-off and after landing.
-    pub load_share: f64,
-    /// Largest acceleration of this stride's swing curve, m/s^2; 0 in stance.
-    pub swing_acceleration_m_s2: f64,
-}
+pub use targets::{Aim, ArmAim, ArmTarget, FeetMut, FootTarget, Targets, Wanted};
 
 /// The joint targets that inverse kinematics computes.
 #[derive(Debug, Clone)]
@@ -359,41 +261,6 @@ impl Slot {
     /// True if a valid reply came.
     pub fn is_good(&self) -> bool {
         matches!(self, Slot::Fresh(_) | Slot::Told(_))
-    }
-}
-
-impl Targets {
-    /// Targets of a limp `robot`.
-    pub fn new(robot: &Robot) -> Targets {
-        Targets {
-            aim: Aim::Limp,
-            pose_rad: vec![0.0; robot.joints.len()],
-            torque_share: 1.0,
-            tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
-            sole_turns: vec![DQuat::IDENTITY; robot.chains.len()],
-            trunk_in_world: DVec3::ZERO,
-            trunk_turn: DQuat::IDENTITY,
-            feet: Vec::with_capacity(robot.chains.len()),
-            posture_pull: 0.0,
-            may_restart: false,
-            arms: robot.chains.iter().map(|chain| ArmTarget::new(chain, robot.joints_of(chain))).collect(),
-        }
-    }
-}
-
-impl ArmTarget {
-    /// A target at the body frame's origin for `chain`, which has these `joints`.
-    pub fn new(chain: &Chain, joints: &[Joint]) -> ArmTarget {
-        let hinged = || joints.iter().filter(|joint| joint.link_m.length() > 0.0).count();
-        let links = chain.tendons.as_ref().map_or_else(hinged, TendonDrive::links);
-        ArmTarget {
-            aim: ArmAim::Ends,
-            ends_in_body: [DVec3::ZERO; GROUPS],
-            direction_in_body: DVec3::X,
-            places_in_body: vec![DVec3::ZERO; links],
-            faced_in_body: None,
-            change: 0,
-        }
     }
 }
 

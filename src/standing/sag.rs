@@ -10,7 +10,7 @@ use glam::{DMat3, DQuat, DVec3, EulerRot};
 
 use super::{Sole, Standing, TrunkMotion};
 use crate::model::Robot;
-use crate::signals::{Aim, JointTargets, State, Targets};
+use crate::signals::{JointTargets, State, Targets};
 
 /// Time in which the correction is faded in once the robot is on its feet, s.
 const FADE_S: f64 = 0.5;
@@ -72,7 +72,7 @@ impl Sag {
     /// Writes the correction for this cycle, `dt_s` after the last one. It is zero while the robot is off its
     /// feet: the next stage in charge starts from the last goals, which contain the correction.
     pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
-        let is_on_feet = matches!(targets.aim, Aim::Tips | Aim::Soles) && !targets.feet.is_empty();
+        let is_on_feet = !targets.feet().is_empty();
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
             self.share = 0.0;
             self.lead_rad.fill(0.0);
@@ -80,7 +80,7 @@ impl Sag {
             return;
         }
         self.loads.fill(0.0);
-        for foot in &targets.feet {
+        for foot in targets.feet() {
             self.loads[foot.chain] = foot.load_share;
         }
         let trunk = trunk(targets, state, self.lean_brake_hz);

@@ -9,7 +9,7 @@ use crate::config;
 use crate::kinds::horse::HorseCapability;
 use crate::model::Robot;
 use crate::motion::Command;
-use crate::signals::{Aim, FootTarget, JointTargets, State, Targets};
+use crate::signals::{FootTarget, JointTargets, State, Targets};
 
 /// A supplied horse with soles across its legs, and its sitting posture.
 fn horse() -> (Robot, Vec<Sole>, Vec<f64>) {
@@ -111,8 +111,11 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
     joints.angles_rad.copy_from_slice(&pose);
     sag.step(0.01, &targets, &state, &mut joints);
     assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0), "nothing on a robot off its feet");
-    targets.aim = Aim::Tips;
-    targets.feet.extend((0..4).map(|chain| FootTarget { chain, load_share: 1.0, ..FootTarget::default() }));
+    targets.set_tips().feet.extend((0..4).map(|chain| FootTarget {
+        chain,
+        load_share: 1.0,
+        ..FootTarget::default()
+    }));
     let mut before = joints.sag_rad.clone();
     for _ in 0..200 {
         sag.step(0.01, &targets, &state, &mut joints);
@@ -140,7 +143,7 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
         assert!(corrected < 1e-4 && sagging > 1e-3, "{}: {corrected} m, {sagging} m", chain.name);
     }
     // Off its feet, the correction is zero at once.
-    targets.aim = Aim::Pose;
+    targets.set_pose();
     sag.step(0.01, &targets, &state, &mut joints);
     assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0));
 }

@@ -40,7 +40,7 @@ impl ArmObserver {
     }
 
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
-        if record.targets.aim != Aim::Arms {
+        if record.targets.aim() != Aim::Arms {
             return;
         }
         self.cycle += 1;

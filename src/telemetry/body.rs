@@ -82,7 +82,7 @@ impl BodyObserver {
         self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
         // A robot that reacts to a fall goes down, ideally on its knees and hands.
         let is_falling = matches!(record.activity, Activity::Falling | Activity::Lying);
-        let is_on_feet = matches!(record.targets.aim, Aim::Tips | Aim::Soles);
+        let is_on_feet = matches!(record.targets.aim(), Aim::Tips | Aim::Soles);
         let report = &mut self.report;
         report.fell |= self.has_stood && (is_falling || is_on_feet && seen.is_fallen);
         if !self.has_stood || !is_on_feet {

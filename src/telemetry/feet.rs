@@ -53,7 +53,7 @@ impl FootObserver {
     }
 
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
-        if record.targets.feet.is_empty() || record.is_held {
+        if record.targets.feet().is_empty() || record.is_held {
             self.note_gap();
             return;
         }
@@ -62,10 +62,11 @@ impl FootObserver {
         let heading = DQuat::from_rotation_z(heading_rad);
         let tilt = DQuat::from_euler(EulerRot::ZYX, 0.0, pitch_rad, roll_rad);
         let height = DVec3::Z * targets.trunk_in_world.z;
-        for foot in &targets.feet {
+        for foot in targets.feet() {
             // The input of inverse kinematics counts, not what the plan reports; feedback is not part of the plan.
             let planned = targets.trunk_turn.inverse() * (foot.in_world - targets.trunk_in_world);
-            let tip = if self.has_feedback { planned } else { targets.tips_in_body[foot.chain] };
+            let tip =
+                if self.has_feedback { planned } else { targets.tip_in_body(foot.chain).unwrap_or(planned) };
             let way = DVec3::X * foot.plane_way_m + height;
             let place = tilt * tip + way;
             let in_world = targets.trunk_in_world + targets.trunk_turn * tip;

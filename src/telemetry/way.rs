@@ -118,7 +118,7 @@ impl Ways {
             .add(self.asked.forward_m - before.0.forward_m, self.reached.forward_m - before.1.forward_m);
         self.turn_rad.add(self.asked.turn_rad - before.0.turn_rad, self.reached.turn_rad - before.1.turn_rad);
         self.walked_s += record.dt_s;
-        let feet = &targets.feet;
+        let feet = targets.feet();
         if !feet.is_empty() && feet.iter().all(|foot| foot.is_swing) {
             self.flown_s += record.dt_s;
         }

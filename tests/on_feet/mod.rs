@@ -9,7 +9,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::horse::{Drive, HorsePlan};
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::safety::Safety;
-use hippocamp::signals::{Aim, ImuReading, JointState, JointTargets, Permission, Slot, State, Targets};
+use hippocamp::signals::{ImuReading, JointState, JointTargets, Permission, Slot, State, Targets};
 use hippocamp::telemetry::{CycleRecord, Telemetry};
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
@@ -57,7 +57,6 @@ impl<'r> OnFeet<'r> {
         };
         // The pose of the stand, settled in its joints to spare.
         horse.joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
-        horse.targets.aim = Aim::Tips;
         horse.targets.posture_pull = posture_pull(robot.period_s());
         for _ in 0..200 {
             horse.drive.write(plan.settings.stand_height_m, &mut horse.targets);
@@ -121,7 +120,7 @@ impl<'r> OnFeet<'r> {
             assert!((low..=high).contains(angle), "{} at {angle}: {}", joint.name, what());
         }
         let reach_m = self.drive.plan().reach.level.half_excursion_m;
-        for (leg, foot) in self.targets.feet.iter().enumerate() {
+        for (leg, foot) in self.targets.feet().iter().enumerate() {
             let residual_m = self.joints.residual_m[foot.chain];
             assert!(
                 residual_m <= RESIDUAL_MAX_M,

@@ -127,7 +127,7 @@ impl PoseSolver<'_> {
         for (angle, joint) in self.joints.angles_rad.iter_mut().zip(&self.robot.joints) {
             *angle = Joint::middle_rad(joint);
         }
-        self.targets.pose_rad.copy_from_slice(&pose.angles_rad);
+        self.targets.set_soles().pose_rad.copy_from_slice(&pose.angles_rad);
         let mut stance = Stance {
             rise_m: pose.height_m - self.figure.stand_height_m,
             pitch_rad: pose.pitch_rad,

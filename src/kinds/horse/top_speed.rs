@@ -3,7 +3,7 @@
 use crate::ik::{Limbs, Method};
 use crate::model::{Gait, Robot};
 use crate::motion::horse::{HorsePlan, Rates, Walk};
-use crate::signals::{Aim, JointTargets, Targets};
+use crate::signals::{JointTargets, Targets};
 
 /// Top speed of a gait, and what limits it.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +98,6 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
     let mut walk = Walk::cruising(plan, gait, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
-    targets.aim = Aim::Tips;
     targets.posture_pull = crate::motion::posture_pull(dt_s);
     joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
     let mut speeds: Vec<f64> = vec![0.0; robot.joints.len()];

@@ -7,7 +7,7 @@ use super::glide::Glide;
 use crate::model::Robot;
 use crate::motion::legged::{OnFeet, STAND_S};
 use crate::motion::{Activity, Order, pose_change};
-use crate::signals::{Aim, FootTarget, State, Targets};
+use crate::signals::{FootTarget, State, Targets};
 
 /// Posture of the trunk, relative to standing level at its standing height.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,13 +33,13 @@ impl Stance {
     /// Writes the positions of the feet of `legs` (left, right), flat on the ground at `soles`, for a trunk
     /// in this posture, counted from the height `height_m`.
     pub fn write(&self, legs: [usize; 2], soles: [DVec3; 2], height_m: f64, targets: &mut Targets) {
-        targets.aim = Aim::Soles;
         targets.trunk_in_world = DVec3::new(self.forward_m, self.sway_m, height_m + self.rise_m);
         targets.trunk_turn = self.trunk_turn();
         let to_body = targets.trunk_turn.inverse();
-        targets.feet.clear();
+        let trunk_in_world = targets.trunk_in_world;
+        let on_feet = targets.set_soles();
         for (chain, in_world) in legs.into_iter().zip(soles) {
-            targets.feet.push(FootTarget {
+            on_feet.feet.push(FootTarget {
                 chain,
                 in_world,
                 plane_way_m: self.forward_m,
@@ -47,9 +47,9 @@ impl Stance {
                 ..FootTarget::default()
             });
             if let (Some(tip), Some(turn)) =
-                (targets.tips_in_body.get_mut(chain), targets.sole_turns.get_mut(chain))
+                (on_feet.tips_in_body.get_mut(chain), on_feet.sole_turns.get_mut(chain))
             {
-                *tip = to_body * (in_world - targets.trunk_in_world);
+                *tip = to_body * (in_world - trunk_in_world);
                 *turn = to_body;
             }
         }
@@ -196,7 +196,7 @@ impl OnFeet for Poise {
     }
 
     fn write(&self, height_m: f64, targets: &mut Targets) {
-        for (angle, glide) in targets.pose_rad.iter_mut().zip(&self.joints) {
+        for (angle, glide) in targets.set_soles().pose_rad.iter_mut().zip(&self.joints) {
             *angle = glide.place(self.time_s);
         }
         let mut stance = self.stance();

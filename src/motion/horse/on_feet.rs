@@ -3,7 +3,7 @@
 use super::Drive;
 use crate::motion::legged::{OnFeet, STAND_S};
 use crate::motion::{Activity, Command, Order};
-use crate::signals::{Aim, State, Targets};
+use crate::signals::{State, Targets};
 
 impl OnFeet for Drive {
     type Command = Command;
@@ -57,7 +57,6 @@ impl OnFeet for Drive {
     }
 
     fn write(&self, height_m: f64, targets: &mut Targets) {
-        targets.aim = Aim::Tips;
         Drive::write(self, height_m, targets);
     }
 }

@@ -10,9 +10,9 @@ use super::planner::LOOKS_MAX;
 use super::{Drive, HorsePlan, LegReach, Pace, ReachTable, Reachable};
 use crate::config;
 use crate::kinds::horse::HorseCapability;
-use crate::model::{Gait, HorseMotion};
+use crate::model::{Gait, HorseMotion, Robot};
 use crate::motion::{Command, GaitChoice, Posture};
-use crate::signals::{Aim, Targets};
+use crate::signals::Targets;
 
 /// The thesis' swing time and half-excursion, at full size.
 const SWING_S: f64 = 0.3;
@@ -22,6 +22,10 @@ const LIFT_M: f64 = 0.12;
 const DT_S: f64 = 0.01;
 /// The shortest permitted stance.
 const SHORTEST_STANCE_S: f64 = 0.06;
+
+fn shipped() -> Robot {
+    config::parse(include_str!("../../../config/horse.toml"), "horse").unwrap().robot
+}
 
 fn plan() -> HorsePlan {
     let settings = HorseMotion {
@@ -88,19 +92,7 @@ impl Watched {
     fn new(plan: &HorsePlan) -> Watched {
         Watched {
             drive: Drive::standing(plan.clone()),
-            targets: Targets {
-                may_restart: false,
-                aim: Aim::Tips,
-                pose_rad: vec![],
-                tips_in_body: vec![DVec3::ZERO; 4],
-                sole_turns: Vec::new(),
-                torque_share: 1.0,
-                trunk_in_world: DVec3::ZERO,
-                trunk_turn: glam::DQuat::IDENTITY,
-                feet: Vec::new(),
-                posture_pull: 0.0,
-                arms: Vec::new(),
-            },
+            targets: Targets::new(&shipped()),
             stance: [None; 4],
             places: [None; 4],
             velocities: [None; 4],
@@ -115,9 +107,9 @@ impl Watched {
         self.drive.step(DT_S, Some(command));
         self.drive.write(HEIGHT_M, &mut self.targets);
         let now_s = self.drive.now_s();
-        for (leg, foot) in self.targets.feet.iter().enumerate() {
+        for (leg, foot) in self.targets.feet().iter().enumerate() {
             let neutral = self.drive.plan().neutral_in_body[leg];
-            let tip = self.targets.tips_in_body[leg];
+            let tip = self.targets.tip_in_body(leg).unwrap();
             let excursion_m = tip.x - neutral.x;
             self.furthest_m = self.furthest_m.max(excursion_m.abs());
             assert!(tip.is_finite() && (tip.y - neutral.y).abs() < 1e-12);
@@ -194,7 +186,7 @@ fn every_gait_begins_reaches_its_speed_and_comes_to_a_stand() {
             }
             horse.until(Command::default(), 20.0, Drive::is_standing);
             for leg in 0..4 {
-                let from_neutral = horse.targets.tips_in_body[leg] - plan.neutral_in_body[leg];
+                let from_neutral = horse.targets.tip_in_body(leg).unwrap() - plan.neutral_in_body[leg];
                 assert!(from_neutral.length() < 1e-8, "leg {leg} ends off its neutral point");
             }
         }

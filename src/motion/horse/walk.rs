@@ -331,13 +331,14 @@ impl Walk {
         let heading = DQuat::from_rotation_z(self.profile.turn_rad(s));
         targets.trunk_in_world = trunk_m.extend(lean.height_m);
         targets.trunk_turn = heading * lean.tilt();
-        targets.feet.clear();
+        let (trunk_in_world, trunk_turn) = (targets.trunk_in_world, targets.trunk_turn);
+        let on_feet = targets.set_tips();
         for (foot, chain) in self.feet(s).iter().zip(plan.settings.legs) {
             let tip = lean.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
-            targets.tips_in_body[chain] = tip;
-            targets.feet.push(FootTarget {
+            on_feet.tips_in_body[chain] = tip;
+            on_feet.feet.push(FootTarget {
                 chain,
-                in_world: targets.trunk_in_world + targets.trunk_turn * tip,
+                in_world: trunk_in_world + trunk_turn * tip,
                 excursion_m: foot.excursion_m,
                 plane_way_m: foot.plane_way_m,
                 is_swing: foot.is_swing,

@@ -6,7 +6,7 @@ use crate::model::{Robot, StopAction};
 use crate::motion::curves::smooth_step;
 use crate::motion::ends::Ends;
 use crate::motion::{Activity, Generate, Order, Stroke, StrokeCommand, pose_change, posture_pull};
-use crate::signals::{Aim, Permission, State, Targets};
+use crate::signals::{Permission, State, Targets};
 
 /// Phase of the arms between limp and limp. `from` fields are motion time, s.
 ///
@@ -107,10 +107,7 @@ impl TentacleGenerator {
             _ => 1.0,
         };
         match self.phase {
-            Phase::Ends(end) if end.is_limp() => {
-                targets.aim = Aim::Limp;
-                targets.feet.clear();
-            }
+            Phase::Ends(end) if end.is_limp() => targets.set_limp(),
             Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
             Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
                 self.write_pose(smooth_step((self.now_s - from) / duration), targets);

@@ -22,7 +22,7 @@ use super::tour::Tour;
 use super::{Grip, TentaclePlan};
 use crate::model::{GROUPS, Pole, Robot, TipPath};
 use crate::motion::{Stroke, StrokeCommand};
-use crate::signals::{Aim, ArmAim, State, Targets};
+use crate::signals::{ArmAim, State, Targets};
 
 /// Time in which strokes reach their tempo from rest, s.
 const RAMP_S: f64 = 1.0;
@@ -304,16 +304,15 @@ impl Performer {
 
     /// Writes the targets of the arms.
     pub fn write(&self, targets: &mut Targets) {
-        targets.aim = Aim::Arms;
-        targets.feet.clear();
+        let (arms, tips_in_body) = targets.set_arms();
         for (index, arm) in self.arms.iter().enumerate() {
             let takes_part = index == self.taking_part;
-            let target = &mut targets.arms[arm.chain];
+            let target = &mut arms[arm.chain];
             target.change = self.change;
             target.aim = ArmAim::Ends;
             target.faced_in_body = None;
             target.ends_in_body = arm.parked_in_body;
-            let tip = &mut targets.tips_in_body[arm.chain];
+            let tip = &mut tips_in_body[arm.chain];
             match self.stage {
                 Stage::Keyed(keyed) => arm.write_keyed(keyed, self.phase, self.turn_rad, target),
                 Stage::Reach { has_direction } if takes_part => {
