@@ -71,7 +71,7 @@ fn read_arm<'a>(
         true => (Some(2), tendons::read(section, name, links_m().as_deref(), mass_kg, servos)),
         false => {
             let hinges =
-                section.integer_or("hinges", "hinges a joint: lift, sweep and perhaps twist", 2..=3, 2);
+                section.integer_or("hinges", "hinges per joint: lift, sweep and perhaps twist", 2..=3, 2);
             let hinges = hinges.map(|hinges| if hinges == 3 { 3 } else { 2 });
             (hinges, read_hinges(section, name, hinges, links_m().as_deref(), mass_kg, servos))
         }

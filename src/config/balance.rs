@@ -20,8 +20,12 @@ pub(super) fn read(
     motion: Option<&Motion>,
     physics: Option<&Physics>,
 ) -> Option<Option<BalanceSettings>> {
-    let meaning = "how it keeps its balance on its feet";
-    file.describe_default("balance", &format!("{meaning}, a table"), "none: it goes on as planned");
+    let meaning = "how the robot keeps its balance";
+    file.describe_default(
+        "balance",
+        &format!("{meaning}, a table"),
+        "none: the robot follows its plan uncorrected",
+    );
     if !file.has("balance") {
         return Some(None);
     }
@@ -35,7 +39,7 @@ pub(super) fn read(
 
 /// `ground` is the friction of the simulated ground, if there is one.
 fn read_settings(section: &Section<'_>, is_figure: bool, ground: Option<f64>) -> Option<BalanceSettings> {
-    let meaning = "the friction between feet and ground that is counted on";
+    let meaning = "the friction between feet and ground that the balance assumes";
     section.describe_default(
         "friction",
         &format!("{meaning}, a number from 0 to 5"),
@@ -45,8 +49,7 @@ fn read_settings(section: &Section<'_>, is_figure: bool, ground: Option<f64>) ->
         true => section.number("friction", meaning, Limits::FromTo(0.0, 5.0)),
         false => Some(ground.unwrap_or(FRICTION)),
     };
-    let sag =
-        section.flag_or("sag_correction", "whether goals make up for what loaded joints give way", true);
+    let sag = section.flag_or("sag_correction", "whether goals correct the sag of loaded joints", true);
     let gain = |key: &'static str, meaning: &str, largest: f64, default: f64| {
         section.number_or(key, meaning, Limits::FromTo(0.0, largest), default)
     };

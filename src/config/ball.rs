@@ -12,8 +12,7 @@ const CORNERS_MAX: usize = 32;
 
 /// The shared range in `section`; `Some(None)` if it has none, `None` after a fault.
 pub(super) fn read(section: &Section<'_>) -> Option<Option<BallJoint>> {
-    let meaning =
-        "the corners of the region each joint bends in, going round it, beyond the range of its hinges";
+    let meaning = "the corners, in order, of the region in which the joint bends, beside its hinges' ranges";
     let corners = section.list("ball", meaning, CORNERS_MAX, read_corner);
     if corners.is_empty() {
         return Some(None);

@@ -41,7 +41,7 @@ pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
 
 fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
     let name = names.name(section, "the bus's name");
-    let protocol = section.choice("protocol", "the language of the bus's servos", &PROTOCOLS);
+    let protocol = section.choice("protocol", "the protocol of the bus's servos", &PROTOCOLS);
     let baud = read_baud(section, protocol);
     let adapter_latency_us = section.integer_or(
         "adapter_latency_us",

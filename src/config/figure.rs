@@ -35,11 +35,11 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
             format!("a kind that has arms as [[arm]]; a figure's are chains: {} is none", chain.key),
         );
     }
-    let meaning = "which chain is which leg";
+    let meaning = "the chain of each leg";
     let legs = section.section("legs", meaning, |legs| read_legs(legs, chains, LEG_KEYS));
     section.describe_default(
         "head",
-        "the name of the chain that is its head, which a fall is to spare",
+        "the name of the chain that is its head, which a fall should spare",
         "none",
     );
     let head = match section.has("head") {
@@ -56,9 +56,9 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
     {
         section.fault("sit_height_mm", format!("at most the standing height, {stand}"));
     }
-    let meaning = "how far before the end of its range a joint begins to be slowed down, in degrees";
+    let meaning = "how far before the end of its range a joint begins to slow down, in degrees";
     let soft_stop = section.number_or("soft_stop_deg", meaning, Limits::FromTo(0.0, 30.0), SOFT_STOP_DEG);
-    let meaning = "how long it stands still once it has risen, to be set down and let go, in s";
+    let meaning = "how long it stands still after it has risen, to be set down, in s";
     let set_down = section.number_or("set_down_s", meaning, Limits::FromTo(0.0, LONGEST_S), SET_DOWN_S);
     let joints = named_joints(chains, legs);
     let mut names = Unique::default();
@@ -145,7 +145,7 @@ fn read_pose<'a>(
 /// A joint and its angle, rad.
 fn read_turn(section: &Section<'_>, joints: &[Named<'_>]) -> Option<(usize, f64)> {
     let names: Vec<Option<&str>> = joints.iter().map(|named| Some(named.joint.name.as_str())).collect();
-    let joint = section.reference("joint", "the name of a joint, its chain's before it", &names);
+    let joint = section.reference("joint", "the name of a joint, after that of its chain", &names);
     let angle = section.number("angle_deg", "its angle in degrees", Limits::ANGLE);
     let (joint, angle) = (joint?, angle?);
     let Named { joint: turned, is_leg } = joints.get(joint)?;

@@ -27,10 +27,10 @@ struct Deviation(&'static str, &'static str, f64);
 const ACCELERATION: Deviation =
     Deviation("acceleration_m_s2", "the noise of each acceleration in m/s^2", 0.03);
 const ACCELERATION_BIAS: Deviation =
-    Deviation("acceleration_bias_m_s2", "what each acceleration is off by all the time, in m/s^2", 0.1);
+    Deviation("acceleration_bias_m_s2", "the constant error of each acceleration in m/s^2", 0.1);
 const RATE: Deviation = Deviation("rate_deg_s", "the noise of each turn rate in degrees/s", 0.1);
 const RATE_BIAS: Deviation =
-    Deviation("rate_bias_deg_s", "what each turn rate is off by all the time, in degrees/s", 0.1);
+    Deviation("rate_bias_deg_s", "the constant error of each turn rate in degrees/s", 0.1);
 const ANGLE: Deviation = Deviation("angle_deg", "the noise of each angle in degrees", 0.1);
 const ANGLE_DRIFT: Deviation =
     Deviation("angle_drift_deg", "the slow part of each angle's error in degrees", 0.3);
@@ -55,9 +55,9 @@ fn read_settings(section: &Section<'_>, loop_rate_hz: Option<f64>) -> Option<Imu
     }
     let meaning = "roll, pitch and yaw of the unit in the body, in degrees";
     let rpy = section.vector_or("rpy_deg", meaning, DVec3::ZERO);
-    let meaning = "the age in ms of what is measured when its first byte leaves the unit";
+    let meaning = "the age in ms of a measurement when its first byte leaves the unit";
     let delay_ms = section.number_or("delay_ms", meaning, Limits::FromTo(0.0, 100.0), DELAY_MS);
-    let meaning = "the age in s from which a measurement is not acted on";
+    let meaning = "the age in s from which the loop ignores a measurement";
     let stale_s = section.number_or("stale_s", meaning, Limits::AboveToMost(0.0, 1.0), STALE_S);
     if let (Some(stale_s), Some(delay_ms), Some(imu_rate_hz), Some(rate_hz)) =
         (stale_s, delay_ms, imu_rate_hz, loop_rate_hz)
@@ -68,10 +68,10 @@ fn read_settings(section: &Section<'_>, loop_rate_hz: Option<f64>) -> Option<Imu
             section.fault("stale_s", expected);
         }
     }
-    let meaning = "the share of its top speed a horse keeps to while the unit is not heard";
+    let meaning = "the share of its top speed that a horse may use while the unit is silent";
     let lost_speed_share =
         section.number_or("lost_speed_share", meaning, Limits::AboveToMost(0.0, 1.0), LOST_SPEED_SHARE);
-    let noise = section.section_or_empty("noise", "how wrong a simulated unit is", read_noise);
+    let noise = section.section_or_empty("noise", "the errors of a simulated unit", read_noise);
     Some(ImuSettings {
         rate_hz: imu_rate_hz?.into(),
         baud: baud?,

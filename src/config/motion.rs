@@ -51,7 +51,7 @@ pub(super) fn read(file: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<Moti
 
 fn read_horse(file: &Section<'_>, section: &Section<'_>, chains: &[ChainEntry<'_>]) -> Option<HorseMotion> {
     let legs = section
-        .section("legs", "which chain is which leg", |legs| read_legs(legs, chains, LEG_KEYS))
+        .section("legs", "the chain of each leg", |legs| read_legs(legs, chains, LEG_KEYS))
         .inspect(|legs| refuse_idle_chains(file, chains, legs));
 
     let stand = section.number("stand_height_mm", "the body's standing height in mm", Limits::LENGTH);
@@ -119,7 +119,11 @@ const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bendin
 
 /// Optional keys of a tentacle's motion: each with its meaning and its default.
 const OPTIONAL: [(&str, &str, &str); 6] = [
-    ("reach_mm", "where a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers", "nowhere"),
+    (
+        "reach_mm",
+        "the point that a tip reaches for, in the body, in mm along x, y, z, a list of 3 numbers",
+        "nowhere",
+    ),
     (
         "base_radius_mm",
         "the radius in mm of the base, a ball round the trunk's centre, that arms keep clear of, a number above 0",
@@ -130,9 +134,9 @@ const OPTIONAL: [(&str, &str, &str); 6] = [
         "how strokes go from one key angle to the next: one of \"linear\", \"smooth\"",
         "\"smooth\"",
     ),
-    ("bending", "how an arm is bent to where its groups end: one of \"ccd\", \"smooth\"", "\"smooth\""),
-    ("pole", "what to wind round, a table", "nothing to wind round"),
-    ("path", "what a tip goes along, a table", "no path"),
+    ("bending", "how an arm bends to reach the ends of its groups: one of \"ccd\", \"smooth\"", "\"smooth\""),
+    ("pole", "the pole to wind round, a table", "no pole"),
+    ("path", "the path of a tip, a table", "no path"),
 ];
 
 fn read_tentacle(
@@ -168,14 +172,14 @@ fn read_tentacle(
         false => Some(Between::Smooth),
     };
     let bending = match section.has("bending") {
-        true => section.choice("bending", "how an arm is bent to where its groups end", &BENDINGS),
+        true => section.choice("bending", "how an arm bends to reach the ends of its groups", &BENDINGS),
         false => Some(Bending::Smooth),
     };
-    let meaning = "the most that chance adds to each key angle, in degrees";
+    let meaning = "the largest random change of each key angle, in degrees";
     let variation = section.number_or("variation_deg", meaning, Limits::FromTo(0.0, 30.0), 0.0);
-    let seed = section.integer_or("variation_seed", "the chance of the variation", 0..=u32::MAX, 1);
+    let seed = section.integer_or("variation_seed", "the seed of the variation", 0..=u32::MAX, 1);
     let reach = match section.has("reach_mm") {
-        true => section.vector("reach_mm", "where a tip reaches for, in the body, in mm").map(Some),
+        true => section.vector("reach_mm", "the point that a tip reaches for, in the body, in mm").map(Some),
         false => Some(None),
     };
     let base = match section.has("base_radius_mm") {
@@ -191,11 +195,11 @@ fn read_tentacle(
     let meaning = "the mean load of the outer joints on a pole they hold, as a share of stall torque";
     let grip = section.number_or("grip_share", meaning, Limits::AboveToMost(0.0, 0.5), GRIP_SHARE);
     let pole = match section.has("pole") {
-        true => section.section("pole", "what to wind round", read_pole).map(Some),
+        true => section.section("pole", "the pole to wind round", read_pole).map(Some),
         false => Some(None),
     };
     let path = match section.has("path") {
-        true => section.section("path", "what a tip goes along", read_path).map(Some),
+        true => section.section("path", "the path of a tip", read_path).map(Some),
         false => Some(None),
     };
     let arm =

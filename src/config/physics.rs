@@ -86,8 +86,7 @@ fn read_physics(section: &Section<'_>, motion: Option<&Motion>) -> Option<Physic
     let is_free = motion.is_none_or(Motion::is_on_legs);
     let trunk_box = match is_free {
         true => {
-            let meaning =
-                "the edges of the box that the trunk is, in mm along x, y, z; its middle is trunk.center_mm";
+            let meaning = "the edges of the trunk's box, in mm along x, y, z; its middle is trunk.center_mm";
             section.numbers::<3>("trunk_box_mm", meaning, Limits::LENGTH).map(Some)
         }
         false => Some(None),
@@ -137,8 +136,7 @@ fn read_ground(section: &Section<'_>) -> Option<Ground> {
 
 /// Reads the foot of a chain; `Some(None)` if it has none.
 pub(super) fn read_foot(chain: &Section<'_>) -> Option<Option<Foot>> {
-    let meaning =
-        "what the chain stands on: a round sole across it (radius_mm, width_mm) or a plate (size_mm)";
+    let meaning = "the chain's foot: a round sole across it (radius_mm, width_mm) or a plate (size_mm)";
     chain.describe_default("foot", &format!("{meaning}, a table"), "none: it ends in a point");
     if !chain.has("foot") {
         return Some(None);

@@ -441,7 +441,7 @@ impl<'a> Section<'a> {
         meaning: &str,
         read: impl FnOnce(&Section<'a>) -> Option<T>,
     ) -> Option<T> {
-        self.describe(key, &format!("{meaning}, a table"), Some("all its keys left out".to_owned()));
+        self.describe(key, &format!("{meaning}, a table"), Some("the defaults of its keys".to_owned()));
         if self.has(key) {
             return self.section(key, meaning, read);
         }

@@ -34,7 +34,11 @@ pub(super) fn read(
     joints: Option<&[Joint]>,
     motion: Option<&Motion>,
 ) -> Option<Option<ReflexSettings>> {
-    file.describe_default("reflex", "what the robot does when it falls, a table", "falls are not noticed");
+    file.describe_default(
+        "reflex",
+        "what the robot does when it falls, a table",
+        "the robot does not notice falls",
+    );
     if !file.has("reflex") {
         return Some(None);
     }
@@ -49,11 +53,11 @@ pub(super) fn read(
 fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<ReflexSettings> {
     section.describe_default(
         "mode",
-        "what a fall is met with: one of \"reflex\", \"passive\" (limp at once, to compare with), \"off\"",
+        "how the robot meets a fall: one of \"reflex\", \"passive\" (limp at once, to compare with), \"off\"",
         "\"reflex\"",
     );
     let mode = match section.has("mode") {
-        true => section.choice("mode", "what a fall is met with", &MODES),
+        true => section.choice("mode", "how the robot meets a fall", &MODES),
         false => Some(ReflexMode::Reflex),
     };
     let detector = read_detector(section);
@@ -64,8 +68,11 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
 
     let mut falls: [Vec<KeyPose>; 5] = Default::default();
     let mut known = [false; 5];
-    let read =
-        section.list("fall", "what it does in a fall, by direction", FallDirection::ALL.len(), |fall| {
+    let read = section.list(
+        "fall",
+        "what the robot does in a fall, by direction",
+        FallDirection::ALL.len(),
+        |fall| {
             let directions = FallDirection::ALL.map(|direction| (direction.name(), direction));
             let direction = fall.choice("direction", "which way it falls", &directions);
             let keys = read_keys(fall, &poses);
@@ -78,15 +85,16 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
             }
             *falls.get_mut(place)? = keys;
             Some(())
-        });
+        },
+    );
     let all_falls = read.iter().all(Option::is_some);
     let meaning = "the torque with which joints give way, a share of what is permitted";
     let passive = section.number_or("passive_torque_share", meaning, Limits::AboveToMost(0.0, 1.0), 0.2);
     let meaning = "the robot rests while its trunk turns slower than this, in degrees/s";
     let rest_rate = section.number_or("rest_rate_deg_s", meaning, Limits::FromTo(1.0, 90.0), 20.0);
-    let meaning = "and has for so long, in s";
+    let meaning = "how long the trunk must turn so slowly, in s";
     let rest_s = section.number_or("rest_s", meaning, Limits::FromTo(0.1, 10.0), 0.5);
-    let get_ups = section.list("get_up", "how it gets up, by what is down", Lying::ALL.len(), |way| {
+    let get_ups = section.list("get_up", "how the robot gets up, by what is down", Lying::ALL.len(), |way| {
         let lying = Lying::ALL.map(|lying| (lying.name(), lying));
         let lying = way.choice("lying", "what is down: upright is the underside", &lying);
         let keys = read_keys(way, &poses);
@@ -120,7 +128,7 @@ fn read_detector(section: &Section<'_>) -> Option<Detector> {
     };
     let roll = "the roll in degrees, at its rate ahead_s from now, from which a fall is certain";
     let pitch = "the pitch in degrees, at its rate ahead_s from now, from which a fall is certain";
-    let ahead = "how far ahead the lean is looked for, in s";
+    let ahead = "how far ahead the lean is predicted, in s";
     let rate = "the size of roll and pitch rate together, in degrees/s, from which a fall is certain";
     match rule? {
         Rule::Lean => {
@@ -172,7 +180,7 @@ fn read_keys(motion: &Section<'_>, poses: &[NamedPose<'_>]) -> Option<Vec<KeyPos
         let pose = key.reference("pose", "the name of a pose", &names);
         let at_s = key.number(
             "at_s",
-            "when the pose is to be reached, in s since the motion began",
+            "when the robot should reach the pose, in s since the motion began",
             Limits::AboveToMost(0.0, LONGEST_S),
         );
         if let Some(at_s) = at_s {
@@ -199,8 +207,8 @@ pub(super) fn read_yield(
     chains: &[ChainEntry<'_>],
     motion: Option<&Motion>,
 ) -> Option<Option<YieldSettings>> {
-    let meaning = "what an arm does that is loaded beyond its limit, a table";
-    file.describe_default("yield", meaning, "it bears what its servos bear");
+    let meaning = "what an overloaded arm does, a table";
+    file.describe_default("yield", meaning, "arms do not give way");
     if !file.has("yield") {
         return Some(None);
     }
@@ -212,14 +220,14 @@ pub(super) fn read_yield(
         file.fault("yield", "no such section where there is no [[arm]]");
         return None;
     }
-    file.section("yield", "what an arm does that is loaded beyond its limit", |section| {
-        let meaning = "the largest load of any of its joints that is borne, a share of stall torque";
+    file.section("yield", "what an overloaded arm does", |section| {
+        let meaning = "the joint load above which an arm gives way, a share of stall torque";
         let load_share = section.number("load_share", meaning, Limits::Between(0.0, 1.0));
-        let meaning = "how long more is borne, in s";
+        let meaning = "how long an arm bears such a load, in s";
         let after_s = section.number_or("after_s", meaning, Limits::FromTo(0.0, 5.0), 0.2);
         let meaning = "the torque with which it gives way, a share of what is permitted";
         let torque_share = section.number_or("torque_share", meaning, Limits::AboveToMost(0.0, 0.5), 0.1);
-        let meaning = "how long it gives way at the least, in s";
+        let meaning = "how long an arm gives way at least, in s";
         let for_s = section.number_or("for_s", meaning, Limits::FromTo(0.1, 60.0), 1.0);
         let meaning = "how long it takes to return, in s";
         let return_s = section.number_or("return_s", meaning, Limits::FromTo(0.5, 60.0), 2.0);

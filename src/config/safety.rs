@@ -33,8 +33,8 @@ const ACCELERATION_MAX: Setting = Setting {
 /// The default is a quarter turn in three seconds: slow enough to step back from.
 const SLOW_RATE: Setting = Setting {
     key: "slow_rate_deg_s",
-    meaning: "the joint speed of start-up and sitting in degrees/s (somebody may have a hand on the robot; and it \
-              is to get up within minutes)",
+    meaning: "the joint speed of start-up and sitting in degrees/s (a person may have a hand on the robot; and it \
+              must get up within minutes)",
     limits: Limits::FromTo(1.0, 90.0),
     default: 30.0,
 };
@@ -54,7 +54,7 @@ const TORQUE_RAMP: Setting = Setting {
 /// The default is ten cycles at 100 Hz: a few lost replies pass unnoticed.
 const COAST: Setting = Setting {
     key: "coast_s",
-    meaning: "how long an unheard servo is borne, in s (in longer, a leg nobody hears takes a whole step)",
+    meaning: "how long a servo may be silent before a hold, in s (in longer, a silent leg takes a whole step)",
     limits: Limits::AboveToMost(0.0, 0.5),
     default: 0.1,
 };
@@ -77,7 +77,7 @@ const TRACKING_ERROR_MAX: Setting = Setting {
 /// overload a Feetech servo switches its torque off by itself (register 35, protection time).
 const FAULT_DELAY: Setting = Setting {
     key: "fault_delay_s",
-    meaning: "how long a fault is borne, in s (a jammed servo takes its stall current meanwhile)",
+    meaning: "how long the robot tolerates a fault, in s (a jammed servo takes its stall current meanwhile)",
     limits: Limits::FromTo(0.0, 2.0),
     default: 0.5,
 };
@@ -107,11 +107,15 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
     let tracking_error = number(&TRACKING_ERROR_MAX);
     section.describe_default(
         "tripped_servo",
-        "what is done about a servo that raises an alarm: one of \"stop\", \"freeze\" (arms only)",
+        "what the robot does about a servo that raises an alarm: one of \"stop\", \"freeze\" (arms only)",
         "\"stop\"",
     );
     let on_trip = match section.has("tripped_servo") {
-        true => section.choice("tripped_servo", "what is done about a servo that raises an alarm", &ON_TRIP),
+        true => section.choice(
+            "tripped_servo",
+            "what the robot does about a servo that raises an alarm",
+            &ON_TRIP,
+        ),
         false => Some(OnTrip::Stop),
     };
     Some(SafetySettings {

@@ -57,7 +57,7 @@ fn read_drive(tendons: &Table<'_>, links_m: &[f64]) -> Option<TendonDrive> {
     let cord_m = positive("cord_radius_mm", "how far the cords run from the middle of the arm, in mm");
     let gap_m = positive("gap_mm", "the distance between the plates on either side of a joint in mm");
     let spool_m = positive("spool_radius_mm", "the radius of the winches' spools in mm");
-    let meaning = "the most a section is bent in degrees";
+    let meaning = "the largest bend of a section in degrees";
     let bend_max = tendons.number("bend_max_deg", meaning, Limits::AboveToMost(0.0, 180.0));
     let meaning = "the turn of each section's cords against those of the one before in degrees";
     let turn = tendons.number_or("cord_turn_deg", meaning, Limits::FromTo(-45.0, 45.0), 0.0);

@@ -69,9 +69,9 @@ fn table() -> String {
     }
     let mut page = String::new();
     for (heading, keys) in sections {
-        writeln!(page, "\n## {heading}\n\n| key | what | left out |\n|---|---|---|").unwrap();
+        writeln!(page, "\n## {heading}\n\n| key | meaning | default |\n|---|---|---|").unwrap();
         for (name, key) in keys {
-            let default = key.default.unwrap_or_else(|| "must be there".to_owned());
+            let default = key.default.unwrap_or_else(|| "required".to_owned());
             let expected = key.expected.replace('|', "\\|").replace("[[", "`[[").replace("]]", "]]`");
             writeln!(page, "| `{name}` | {expected} | {default} |").unwrap();
         }
