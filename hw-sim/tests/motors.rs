@@ -326,7 +326,8 @@ fn the_supply_of_a_bus_sags_with_the_current_of_all_its_servos() {
 fn a_model_of_ones_own_has_the_torque_it_is_given() {
     let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
     let known = Model::named("STS3215-12V").unwrap();
-    let own = Model { name: "stronger".into(), stall_torque_nm: 3.0 * known.stall_torque_nm, ..known.clone() };
+    let own =
+        Model { name: "stronger".into(), stall_torque_nm: 3.0 * known.stall_torque_nm, ..known.clone() };
     let mut bus = bus_for(known, 0.0);
     bus.servos[0].model = own.clone();
     let mut world = world_with_faults(bus, stuck);

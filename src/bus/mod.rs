@@ -1,7 +1,8 @@
 //! Servo buses: send goals, receive replies, one slot per servo.
 //!
-//! `feetech` and `dynamixel` turn requests into bytes and bytes into packets; `client` runs one bus
-//! on them, without I/O; [`Buses`] runs all of them at the same time over the [`port`]s.
+//! `feetech` and `dynamixel` turn requests into bytes and bytes into packets, and say all that is known of their servos;
+//! `language` lists them. `client` runs one bus on them, without I/O; [`Buses`] runs all of them at the same time over the
+//! [`port`]s.
 
 pub(crate) mod ask;
 mod buses;
