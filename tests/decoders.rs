@@ -267,12 +267,12 @@ fn mutated_replies_to_a_fast_read_hide_nothing_behind_them() {
     let good = dynamixel(7, &[0x55, 0, 0x12, 0x34, 0x56, 0x78]);
     let mut swamp = Swamp { chance: Pcg64Mcg::seed_from_u64(12), marks: DYNAMIXEL_MARKS };
     let whole = reply(&mut swamp);
-    assert_eq!(replies_to_fast_read_in(&servos, 4, &whole).len(), 3);
+    assert_eq!(replies_to_fast_read_in(Protocol::Dynamixel, &servos, 4, &whole).len(), 3);
     let mut hidden = 0;
     for _ in 0..strings() {
         let mut bytes = swamp.string(reply);
         bytes.extend(&good);
-        let found = replies_to_fast_read_in(&servos, 4, &bytes);
+        let found = replies_to_fast_read_in(Protocol::Dynamixel, &servos, 4, &bytes);
         hidden += usize::from(found.last() != Some(&(7, 0, vec![0x12, 0x34, 0x56, 0x78])));
     }
     assert!(hidden <= 10 + strings() / RARE, "{hidden}");

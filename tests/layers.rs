@@ -109,3 +109,31 @@ fn paths_are_found_in_code_and_not_in_comments_or_tests() {
     let found: Vec<_> = named(&code_of(text)).into_iter().collect();
     assert_eq!(found, ["b", "d", "e", "h", "j"]);
 }
+
+/// The one file of each crate that names all protocols; the folders of the protocols stand beside it.
+const LISTS: [&str; 2] = ["src/bus/language.rs", "hw-sim/src/protocols.rs"];
+
+/// True if this line of code asks or says which protocol it is about.
+fn names_a_protocol(line: &str) -> bool {
+    let ways =
+        ["Protocol::Dynamixel", "Protocol::Feetech", "dynamixel::", "feetech::", "{dynamixel, feetech}"];
+    ways.iter().any(|way| line.contains(way))
+}
+
+/// So a further protocol is a folder and a few lines, and the simulated servo and its protocols form no loop.
+#[test]
+fn only_the_list_and_a_protocols_own_folder_name_a_protocol() {
+    let mut files = Vec::new();
+    ["src", "hw-sim/src"].iter().for_each(|crate_of| sources(&root().join(crate_of), &mut files));
+    let mut wrong = Vec::new();
+    for path in &files {
+        let place = path.strip_prefix(root()).unwrap().to_str().unwrap();
+        let is_own = ["/dynamixel/", "/feetech/"].iter().any(|folder| place.contains(folder));
+        if !is_own && !LISTS.contains(&place) {
+            let code = code_of(&fs::read_to_string(path).unwrap());
+            let lines = code.lines().filter(|line| names_a_protocol(line));
+            wrong.extend(lines.map(|line| format!("{place}: {}", line.trim())));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}

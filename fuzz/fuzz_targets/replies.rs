@@ -21,7 +21,7 @@ fuzz_target!(|noise: &[u8]| {
     let dynamixel = twice(&DYNAMIXEL);
     let found = replies_in(Protocol::Dynamixel, 8, &dynamixel);
     assert_eq!(found.last(), Some(&(1, 0, vec![6, 4, 0x26])));
-    replies_to_fast_read_in(&[1, 2, 3].map(ServoId), 8, &dynamixel);
+    replies_to_fast_read_in(Protocol::Dynamixel, &[1, 2, 3].map(ServoId), 8, &dynamixel);
     let found = replies_in(Protocol::Feetech, 8, &twice(&FEETECH));
     assert_eq!(found.last(), Some(&(1, 0, vec![0x18, 0x05])));
     assert_eq!(frames_in(&twice(&IMU)).last(), Some(&Frame::Angle([0x2000, 0, 0])));

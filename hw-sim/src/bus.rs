@@ -5,14 +5,14 @@ use std::collections::VecDeque;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::config::{BusConfig, Protocol};
+use crate::config::BusConfig;
 use crate::error::Unplugged;
 use crate::faults::BusFaults;
+use crate::model::Protocol;
 use crate::reply::{MISSING_GUARD_NS, Slot};
-use crate::servo::Servo;
+use crate::servo::{Ear, Servo};
 use crate::supply::Supply;
 use crate::wire::{Crossed, Talker, Wire};
-use crate::{dynamixel, feetech};
 
 /// A packet with a pause this long inside is dropped, so that noise cannot swallow the packet after it. Our
 /// choice; the makers state none.
@@ -22,13 +22,6 @@ const NOISE_BYTES_MAX: usize = 8;
 /// Most bytes an adapter hands over at once: a full-speed USB packet less the two status bytes FTDI's adapters
 /// put before them (FTDI AN232B-04).
 const HANDOVER_BYTES_MAX: usize = 62;
-
-/// Finds requests in the bytes that cross the line; all servos hear the same, so they share one decoder.
-#[derive(Debug)]
-enum Decoder {
-    Dynamixel(dynamixel::packet::Decoder),
-    Feetech(feetech::packet::Decoder),
-}
 
 /// A request that every servo of a bus has heard complete, as it crossed the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +46,7 @@ pub(crate) struct Bus {
     protocol: Protocol,
     /// Register code of the host's rate; `None` if the servos know no such rate.
     baud_code: Option<i64>,
-    decoder: Decoder,
+    ear: Box<dyn Ear>,
     last_byte_ns: u64,
     /// True if a byte from the host was corrupted since the last complete request.
     is_spoilt: bool,
@@ -77,10 +70,7 @@ impl Bus {
             supply: Supply::new(config.supply_v, config.supply_ohm),
             protocol: config.protocol,
             baud_code: config.protocol.baud_code(config.baud),
-            decoder: match config.protocol {
-                Protocol::Dynamixel => Decoder::Dynamixel(dynamixel::packet::Decoder::default()),
-                Protocol::Feetech => Decoder::Feetech(feetech::packet::Decoder::default()),
-            },
+            ear: (config.protocol.kind().ear)(),
             last_byte_ns: 0,
             is_spoilt: false,
             latency_ns: u64::from(config.adapter_latency_us) * 1_000,
@@ -192,36 +182,23 @@ impl Bus {
         self.last_byte_ns = crossed.at_ns;
         self.is_spoilt |= crossed.is_spoilt;
         let now_ns = crossed.at_ns;
-        match &mut self.decoder {
-            Decoder::Dynamixel(decoder) => {
-                if is_late {
-                    decoder.reset();
-                }
-                let Some(heard) = decoder.push(crossed.byte) else { return };
-                if let dynamixel::packet::Heard::Request(request) = &heard {
-                    self.keep(now_ns, request.id, request.instruction, &request.parameters);
-                }
-                self.mistake_ids(now_ns);
-                for hears in self.hearers(now_ns) {
-                    let slots = dynamixel::answer::answer(&heard, &mut self.servos, &hears, now_ns);
-                    self.schedule(now_ns, slots);
-                }
-                self.note_misled();
-            }
-            Decoder::Feetech(decoder) => {
-                if is_late {
-                    decoder.reset();
-                }
-                let Some(request) = decoder.push(crossed.byte) else { return };
-                self.keep(now_ns, request.id, request.instruction, &request.parameters);
-                self.mistake_ids(now_ns);
-                for hears in self.hearers(now_ns) {
-                    let slots = feetech::answer::answer(&request, &mut self.servos, &hears, now_ns);
-                    self.schedule(now_ns, slots);
-                }
-                self.note_misled();
-            }
+        if is_late {
+            self.ear.reset();
         }
+        if !self.ear.push(crossed.byte) {
+            return;
+        }
+        if let (Some(requests), Some((id, instruction, parameters))) =
+            (&mut self.requests, self.ear.request())
+        {
+            requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters: parameters.to_vec() });
+        }
+        self.mistake_ids(now_ns);
+        for hears in self.hearers(now_ns) {
+            let slots = self.ear.answer(&mut self.servos, &hears, now_ns);
+            self.schedule(now_ns, slots);
+        }
+        self.note_misled();
     }
 
     /// Notes, after a request, which servos took a command that was not meant for them.
@@ -231,13 +208,6 @@ impl Bus {
             if std::mem::take(&mut servo.takes_now) {
                 servo.is_misled = is_spoilt || servo.wrong_id.is_some_and(|wrong_id| wrong_id != *home_id);
             }
-        }
-    }
-
-    /// Stores a request if the caller wants requests kept.
-    fn keep(&mut self, at_ns: u64, id: u8, instruction: u8, parameters: &[u8]) {
-        if let Some(requests) = &mut self.requests {
-            requests.push(HeardRequest { at_ns, id, instruction, parameters: parameters.to_vec() });
         }
     }
 
@@ -310,7 +280,9 @@ impl Bus {
                     }
                     let scrambled_share = self.faults.scrambled_share(at, id);
                     if scrambled_share > 0.0 && self.rng.random_bool(scrambled_share) {
-                        let begun = self.protocol.first_said(starts_packet).min(bytes.len());
+                        // Bytes that do not begin a packet have no header.
+                        let first_said = if starts_packet { self.protocol.kind().first_said } else { 0 };
+                        let begun = first_said.min(bytes.len());
                         bytes[begun..].iter_mut().for_each(|byte| *byte = self.rng.random());
                     }
                     if self.faults.cuts_short(at, id) {

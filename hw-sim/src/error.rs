@@ -1,8 +1,8 @@
 //! Why a world cannot be built, or a bus cannot be used.
 
 use crate::body::BodyError;
-use crate::config::Protocol;
 use crate::faults::FaultError;
+use crate::model::{Model, Protocol};
 
 /// The bus's adapter is gone: a scripted unplug is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -23,6 +23,14 @@ pub enum BuildError {
         model: String,
         /// Models there are.
         known: String,
+    },
+    /// No such protocol.
+    #[error("bus `{bus}`: no protocol `{protocol}` in the simulator")]
+    UnknownProtocol {
+        /// Bus name.
+        bus: String,
+        /// Protocol asked for.
+        protocol: String,
     },
     /// The model speaks another protocol than its bus.
     #[error("bus `{bus}`, servo {id}: {model} speaks {speaks}, the bus speaks {expected}")]
@@ -102,4 +110,12 @@ pub enum BuildError {
     /// An impossible body.
     #[error(transparent)]
     Body(#[from] BodyError),
+}
+
+impl BuildError {
+    /// The error for a model that the crate does not have.
+    pub fn unknown_model(bus: &str, id: u8, model: &str) -> BuildError {
+        let known = Model::all().iter().map(|model| model.name.as_str()).collect::<Vec<_>>().join(", ");
+        BuildError::UnknownModel { bus: bus.to_owned(), id, model: model.to_owned(), known }
+    }
 }

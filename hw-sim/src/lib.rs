@@ -7,16 +7,18 @@
 //! controller's own.
 //!
 //! A [`World`] holds every bus of a robot. Down from there: `bus` (one line and its servos), `wire` (when each byte
-//! crosses, and what happens when two talk at once), `dynamixel` and `feetech` (packets, and the answers of
-//! servos), `registers` (control tables as data), `servo` and `motor` (what turns the shaft), `supply` (how the
+//! crosses, and what happens when two talk at once), `protocols` (the list of them), `dynamixel` and `feetech`
+//! (packets, the answers of servos, control tables and models), `servo`, `model`, `registers` and `motor` (what all
+//! servos have, and what turns the shaft; these know no protocol), `supply` (how the
 //! current of the servos lowers their voltage), `imu` (senses the attitude and rotation of the trunk), [`body`]
 //! (where joint torque meets joint motion: free shafts, or a robot on the ground), [`faults`] (what goes wrong, and
 //! when).
 //!
 //! ```
-//! use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
+//! use hw_sim::{BusConfig, FaultScript, Model, Protocol, ServoConfig, World};
 //!
-//! let servo = ServoConfig { model: "STS3215-12V".into(), id: 1, return_delay_us: 0, position_counts: 2048.0 };
+//! let model = Model::named("STS3215-12V").ok_or("no such model")?.clone();
+//! let servo = ServoConfig { model, id: 1, return_delay_us: 0, position_counts: 2048.0 };
 //! let bus = BusConfig {
 //!     name: "legs".into(),
 //!     protocol: Protocol::Feetech,
@@ -46,6 +48,7 @@ mod feetech;
 mod imu;
 mod model;
 mod motor;
+mod protocols;
 #[cfg(target_os = "linux")]
 pub mod pty;
 pub mod registers;
@@ -57,11 +60,11 @@ mod wire;
 mod world;
 
 pub use bus::HeardRequest;
-pub use config::{BusConfig, Protocol, ServoConfig};
+pub use config::{BusConfig, ServoConfig};
 pub use error::{BuildError, Unplugged};
 pub use faults::{FaultError, FaultScript};
 pub use imu::ImuConfig;
-pub use model::{MODELS, Model};
+pub use model::{Model, Protocol};
 pub use requests::{Request, requests_in};
 pub use wire::WireStatistics;
 pub use world::{ServoTruth, Shaft, World};

@@ -1,13 +1,81 @@
-//! One servo: its registers, its motor, and the steps both families share.
+//! One servo: its registers, its motor, and the steps that servos of all protocols share. Knows no protocol: each
+//! fills a [`Kind`].
 //!
 //! In: writes from the bus, the shaft's motion, supply and heat. Out: motor torque and register contents.
 
-use crate::config::{Protocol, ServoConfig};
+use std::any::Any;
+use std::fmt;
+
+use crate::body::ShaftState;
+use crate::config::ServoConfig;
 use crate::convert::{low_byte, round_to_i64};
-use crate::model::Model;
+use crate::model::{Model, Protocol};
 use crate::motor::{Drive, Motor};
-use crate::registers::{RegisterFile, dynamixel_x, feetech_sts};
-use crate::{body::ShaftState, dynamixel, feetech};
+use crate::registers::RegisterFile;
+use crate::reply::Slot;
+
+/// What a protocol knows of a servo besides its registers.
+pub(crate) type State = Box<dyn Any + Send>;
+
+/// A request: id, instruction, and parameters without stuffing or checksum.
+pub(crate) type Packet<'a> = (u8, u8, &'a [u8]);
+
+/// Finds requests in the bytes that cross a line, and has servos answer them. All servos of a bus hear the same, so
+/// they share one.
+pub(crate) trait Ear: fmt::Debug + Send {
+    /// Drops an incomplete packet.
+    fn reset(&mut self);
+
+    /// Takes a byte; true if it completes a packet.
+    fn push(&mut self, byte: u8) -> bool;
+
+    /// The packet that the last byte completed, if it is a good request.
+    fn request(&self) -> Option<Packet<'_>>;
+
+    /// Has the servos that hear it carry out the packet that the last byte completed; returns their replies.
+    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot>;
+}
+
+/// What the servos of one protocol do.
+#[derive(Debug)]
+pub(crate) struct Kind {
+    pub(crate) protocol: Protocol,
+    /// Name in messages.
+    pub(crate) name: &'static str,
+    /// The models that come with the crate.
+    pub(crate) models: fn() -> Vec<Model>,
+    /// Number of the first byte in a reply that follows header, id and length.
+    pub(crate) first_said: usize,
+    /// Line rates a servo can be set to, as (register code, bit/s).
+    pub(crate) bauds: &'static [(i64, u32)],
+    /// Highest id a servo may have.
+    pub(crate) id_max: u8,
+    /// Time from power-on or a restart until a servo hears and answers, ns.
+    pub(crate) start_ns: u64,
+    /// Addresses of registers that all servos of the protocol have. The delay counts 2 µs.
+    pub(crate) id: u16,
+    pub(crate) baud: u16,
+    pub(crate) return_delay: u16,
+    pub(crate) goal_position: u16,
+    /// Address of a model's torque limit.
+    pub(crate) torque_limit: fn(&Model) -> u16,
+    /// The state of a servo as shipped.
+    pub(crate) state: fn(&RegisterFile) -> State,
+    /// Sets up a servo at its first power-on: id, code of the rate, units of the delay.
+    pub(crate) power_on: fn(&mut Servo, u8, i64, i64),
+    /// Loses the content of RAM.
+    pub(crate) forget: fn(&mut Servo),
+    /// False if its settings keep it from understanding any packet.
+    pub(crate) is_understanding: fn(&Servo) -> bool,
+    /// What its controller asks of the bridge, at this speed of the shaft (rad/s) and supply (V).
+    pub(crate) drive: fn(&mut Servo, f64, f64) -> Drive,
+    /// Writes what it measures into its registers, at this speed of the shaft, rad/s.
+    pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
+    /// True if the bridge is closed.
+    pub(crate) is_torque_on: fn(&Servo) -> bool,
+    /// What hears a line for its servos.
+    pub(crate) ear: fn() -> Box<dyn Ear>,
+}
 
 /// Whether a servo runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,11 +91,11 @@ enum Power {
 
 #[derive(Debug)]
 pub(crate) struct Servo {
-    pub(crate) model: &'static Model,
+    kind: &'static Kind,
+    pub(crate) model: Model,
     pub(crate) registers: RegisterFile,
-    /// State that only a servo of this family has.
-    pub(crate) dynamixel: dynamixel::State,
-    pub(crate) feetech: feetech::State,
+    /// State that only servos of its protocol have.
+    pub(crate) state: State,
     /// True if it is connected.
     pub(crate) is_plugged_in: bool,
     pub(crate) motor: Motor,
@@ -71,13 +139,13 @@ pub(crate) struct Surroundings {
 
 impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
-    pub(crate) fn new(model: &'static Model, config: &ServoConfig, baud_code: i64) -> Servo {
-        let registers = RegisterFile::new(model.registers());
+    pub(crate) fn new(kind: &'static Kind, config: &ServoConfig, baud_code: i64) -> Servo {
+        let registers = RegisterFile::new(config.model.registers.clone());
         let mut servo = Servo {
-            model,
-            feetech: feetech::State::new(&registers),
+            kind,
+            model: config.model.clone(),
+            state: (kind.state)(&registers),
             registers,
-            dynamixel: dynamixel::State::default(),
             is_plugged_in: true,
             motor: Motor::at_rest(),
             encoder_counts: round_to_i64(config.position_counts),
@@ -93,18 +161,14 @@ impl Servo {
             starts_with: Vec::new(),
         };
         let delay_units = i64::from(config.return_delay_us / 2);
-        match model.protocol {
-            Protocol::Dynamixel => dynamixel::power::power_on(&mut servo, config.id, baud_code, delay_units),
-            Protocol::Feetech => feetech::control::power_on(&mut servo, config.id, baud_code, delay_units),
-        }
+        (kind.power_on)(&mut servo, config.id, baud_code, delay_units);
         servo
     }
 
     /// Resets every register to its value as shipped.
     pub(crate) fn make_new(&mut self) {
-        self.registers = RegisterFile::new(self.model.registers());
-        self.dynamixel = dynamixel::State::default();
-        self.feetech = feetech::State::new(&self.registers);
+        self.registers = RegisterFile::new(self.model.registers.clone());
+        self.state = (self.kind.state)(&self.registers);
         self.forget();
     }
 
@@ -144,9 +208,9 @@ impl Servo {
         }
     }
 
-    /// Restarts: silent for the start time of its model, then with its RAM lost.
+    /// Restarts: silent for the start time of its kind, then with its RAM lost.
     pub(crate) fn restart(&mut self, now_ns: u64) {
-        self.power = Power::Starting { until_ns: now_ns + self.model.start_ns() };
+        self.power = Power::Starting { until_ns: now_ns + self.kind.start_ns };
         self.forget();
     }
 
@@ -155,10 +219,7 @@ impl Servo {
         self.is_shut_down = false;
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
-        match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::power::forget(self),
-            Protocol::Feetech => feetech::control::forget(self),
-        }
+        (self.kind.forget)(self);
         for &(address, value) in &self.starts_with {
             self.registers.set(address, value);
         }
@@ -189,29 +250,27 @@ impl Servo {
         if let Some(wrong_id) = self.wrong_id {
             return wrong_id;
         }
-        match self.model.protocol {
-            Protocol::Dynamixel => self.byte(dynamixel_x::ID),
-            Protocol::Feetech => self.byte(feetech_sts::ID),
-        }
+        self.byte(self.kind.id)
     }
 
-    /// Register code of the line rate it listens at now.
+    /// Register code of the line rate it listens at now; -1 if it understands nothing at any rate.
     pub(crate) fn baud_code(&self) -> i64 {
-        match self.model.protocol {
-            // A servo set to another protocol understands nothing at any rate.
-            Protocol::Dynamixel if self.get(dynamixel_x::PROTOCOL_TYPE) != 2 => -1,
-            Protocol::Dynamixel => self.get(dynamixel_x::BAUD),
-            Protocol::Feetech => self.get(feetech_sts::BAUD),
-        }
+        if (self.kind.is_understanding)(self) { self.get(self.kind.baud) } else { -1 }
     }
 
-    /// From the request's last bit to the reply's first, ns; both registers count 2 µs.
+    /// From the request's last bit to the reply's first, ns.
     pub(crate) fn return_delay_ns(&self) -> u64 {
-        2_000
-            * u64::from(match self.model.protocol {
-                Protocol::Dynamixel => self.byte(dynamixel_x::RETURN_DELAY),
-                Protocol::Feetech => self.byte(feetech_sts::RETURN_DELAY),
-            })
+        2_000 * u64::from(self.byte(self.kind.return_delay))
+    }
+
+    /// Its goal register, counts.
+    pub(crate) fn goal(&self) -> i64 {
+        self.get(self.kind.goal_position)
+    }
+
+    /// Its torque limit register, in the maker's unit.
+    pub(crate) fn torque_limit(&self) -> i64 {
+        self.get((self.kind.torque_limit)(&self.model))
     }
 
     /// A register as a float, for the control laws.
@@ -222,31 +281,24 @@ impl Servo {
 
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
-        let drive = if self.is_awake() { self.drive(shaft.motor_speed_rad_s, supply_v) } else { Drive::Off };
-        self.motor.torque(self.model, drive, supply_v, shaft.motor_speed_rad_s)
-    }
-
-    fn drive(&mut self, speed_rad_s: f64, supply_v: f64) -> Drive {
-        match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::drive(self, speed_rad_s, supply_v),
-            Protocol::Feetech => feetech::control::drive(self, speed_rad_s),
-        }
+        let drive = match self.is_awake() {
+            true => (self.kind.drive)(self, shaft.motor_speed_rad_s, supply_v),
+            false => Drive::Off,
+        };
+        self.motor.torque(&self.model, drive, supply_v, shaft.motor_speed_rad_s)
     }
 
     /// Writes what the servo measures into its registers, after the shaft has moved.
     pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
         self.encoder_counts = round_to_i64(shaft.position_rad * self.model.counts_per_rad());
-        self.motor.warm(self.model, around.dt_s);
+        self.motor.warm(&self.model, around.dt_s);
         if let Some(celsius) = around.celsius {
             self.motor.temperature_c = celsius;
         }
         if !self.is_awake() {
             return;
         }
-        match self.model.protocol {
-            Protocol::Dynamixel => dynamixel::control::observe(self, shaft.speed_rad_s, around),
-            Protocol::Feetech => feetech::control::observe(self, shaft.speed_rad_s, around),
-        }
+        (self.kind.observe)(self, shaft.speed_rad_s, around);
     }
 
     /// Notes that a host has written this goal position, and that the servo accepted it.
@@ -258,11 +310,7 @@ impl Servo {
 
     /// True if the bridge is closed.
     pub(crate) fn is_torque_on(&self) -> bool {
-        self.is_awake()
-            && match self.model.protocol {
-                Protocol::Dynamixel => dynamixel::control::is_torque_on(self),
-                Protocol::Feetech => feetech::control::is_torque_on(self),
-            }
+        self.is_awake() && (self.kind.is_torque_on)(self)
     }
 }
 

@@ -296,7 +296,7 @@ fn a_current_goal_gives_its_torque_to_the_body() {
     body.chains[0].carried_share = 1.0;
     let model = named("XM430-W350");
     for share in [0.2, -0.1] {
-        let mut world = world_with(model.name, &body);
+        let mut world = world_with(&model.name, &body);
         mode(&mut world, CURRENT);
         #[expect(clippy::cast_possible_truncation, reason = "some hundred units")]
         let units = (share * model.stall_current_a / 0.002_69).round() as i32;

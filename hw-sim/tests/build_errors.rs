@@ -3,7 +3,7 @@
 
 mod common;
 use common::*;
-use hw_sim::{BusConfig, FaultScript, ServoConfig, World};
+use hw_sim::{BuildError, BusConfig, FaultScript, ServoConfig, World};
 
 fn message(buses: &[BusConfig]) -> String {
     World::new(buses, FaultScript::default(), 0).err().unwrap().to_string()
@@ -15,7 +15,7 @@ fn messages() {
     let with = |servo: ServoConfig| message(&[feetech_bus(vec![servo])]);
     let sts = || servo("STS3215-12V", 1);
 
-    let unknown = with(servo("STS9999", 1));
+    let unknown = BuildError::unknown_model("legs", 1, "STS9999").to_string();
     assert!(unknown.starts_with("bus `legs`, servo 1: no model `STS9999`; there are XL330-M288, XL430-W250"));
     assert!(unknown.ends_with("STS3215-7V4, STS3215-12V, STS3250, SCS0009"));
     assert_eq!(

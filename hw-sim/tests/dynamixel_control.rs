@@ -46,7 +46,7 @@ fn the_integral_gain_takes_away_what_friction_leaves() {
 fn feedforward_of_the_back_emf_takes_the_lag_away() {
     let model = named("XM430-W210");
     let lag = |feedforward: i32| {
-        let mut world = one_at(model.name, 500.0);
+        let mut world = one_at(&model.name, 500.0);
         set(&mut world, 90, 2, feedforward);
         torque_on(&mut world);
         set(&mut world, 112, 4, 100);
@@ -84,7 +84,7 @@ fn the_derivative_gain_damps() {
 #[test]
 fn a_motor_that_pushes_in_vain_shuts_down_and_one_that_turns_does_not() {
     for model in dynamixels() {
-        let mut world = one_with(model.name, 2048.0, STUCK);
+        let mut world = one_with(&model.name, 2048.0, STUCK);
         torque_on(&mut world);
         goal(&mut world, 4000);
         wait(&mut world, 1000);

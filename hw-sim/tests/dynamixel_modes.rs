@@ -17,7 +17,7 @@ fn with_current() -> impl Iterator<Item = (&'static Model, f64)> {
 fn in_current_mode_a_blocked_shaft_feels_the_current_times_the_torque_constant() {
     for (model, unit) in with_current() {
         for (drive_mode, share) in [(0, 0.5), (0, -0.3), (1, 0.4)] {
-            let mut world = one_with(model.name, 0.0, STUCK);
+            let mut world = one_with(&model.name, 0.0, STUCK);
             set(&mut world, 10, 1, drive_mode);
             mode(&mut world, CURRENT);
             let units = (share * model.stall_current_a / unit).round();
@@ -36,7 +36,7 @@ fn in_current_mode_a_blocked_shaft_feels_the_current_times_the_torque_constant()
 #[test]
 fn in_current_mode_a_free_shaft_feels_the_same_torque_at_any_speed_the_supply_allows() {
     let model = named("XM430-W350");
-    let mut world = one_at(model.name, 0.0);
+    let mut world = one_at(&model.name, 0.0);
     mode(&mut world, CURRENT);
     // Half of the stall current: friction does not hold that, nor does the shaft soon turn too fast for the supply.
     set(&mut world, 102, 2, 428);
@@ -57,7 +57,7 @@ fn in_current_mode_a_free_shaft_feels_the_same_torque_at_any_speed_the_supply_al
 #[test]
 fn current_based_position_mode_pushes_no_harder_than_its_goal_current() {
     for (model, unit) in with_current() {
-        let mut world = one_with(model.name, 2048.0, STUCK);
+        let mut world = one_with(&model.name, 2048.0, STUCK);
         mode(&mut world, CURRENT_POSITION);
         let units = (0.2 * model.stall_current_a / unit).round();
         set(&mut world, 102, 2, units as i32);
@@ -79,7 +79,7 @@ fn current_based_position_mode_pushes_no_harder_than_its_goal_current() {
 #[test]
 fn extended_position_mode_turns_past_a_turn_in_both_directions() {
     for model in dynamixels() {
-        let mut world = one_at(model.name, 100.0);
+        let mut world = one_at(&model.name, 100.0);
         mode(&mut world, EXTENDED);
         torque_on(&mut world);
         for counts in [9000, -5000] {

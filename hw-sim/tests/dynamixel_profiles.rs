@@ -56,7 +56,7 @@ fn trapezoid(distance: f64, cruise: f64, ramp: f64, t: f64) -> (f64, f64) {
 #[test]
 fn a_trapezoid_is_as_fast_and_as_steep_as_the_profile_registers_say() {
     for model in dynamixels() {
-        let mut world = one_at(model.name, 1000.0);
+        let mut world = one_at(&model.name, 1000.0);
         torque_on(&mut world);
         // The manual: the ramp takes 64 V / A milliseconds.
         let (velocity, acceleration) = (100, 50);
@@ -173,7 +173,7 @@ fn a_goal_given_under_way_bends_the_trajectory_and_never_breaks_it() {
 fn velocity_mode_ramps_to_its_goal_and_keeps_it() {
     for model in dynamixels() {
         for reverse in [0, 1] {
-            let mut world = one_at(model.name, 0.0);
+            let mut world = one_at(&model.name, 0.0);
             set(&mut world, 10, 1, reverse);
             mode(&mut world, VELOCITY);
             torque_on(&mut world);

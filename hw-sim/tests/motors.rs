@@ -3,10 +3,10 @@
 
 mod common;
 use common::*;
-use hw_sim::{BusConfig, MODELS, Model, Protocol, Shaft, World};
+use hw_sim::{BusConfig, Model, Protocol, Shaft, World};
 
 fn bus_for(model: &Model, position_counts: f64) -> BusConfig {
-    let mut config = servo(model.name, 1);
+    let mut config = servo(&model.name, 1);
     config.position_counts = position_counts;
     let bus = match model.protocol {
         Protocol::Dynamixel => dynamixel_bus(vec![config]),
@@ -72,7 +72,7 @@ fn after(world: &mut World, ns: u64) -> Shaft {
 
 #[test]
 fn full_duty_reaches_no_load_speed_less_friction() {
-    for model in &MODELS {
+    for model in Model::all() {
         let mut world = world(bus_for(model, 0.0));
         full_duty(&mut world, model);
         let speed = after(&mut world, 3 * S).speed_rad_s;
@@ -85,7 +85,7 @@ fn full_duty_reaches_no_load_speed_less_friction() {
 
 #[test]
 fn a_blocked_shaft_feels_stall_torque_in_proportion_to_the_supply() {
-    for model in &MODELS {
+    for model in Model::all() {
         let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
         let mut world = world_with_faults(bus_for(model, 0.0), stuck);
         full_duty(&mut world, model);
@@ -93,7 +93,7 @@ fn a_blocked_shaft_feels_stall_torque_in_proportion_to_the_supply() {
         assert!((blocked.torque_nm / model.stall_torque_nm - 1.0).abs() < 1e-9, "{}", model.name);
         assert!(blocked.position_counts.abs() < 1e-9);
     }
-    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let model = Model::named("STS3215-12V").unwrap();
     let script = "[[fault]]\nat_s = 0\nkind = 'stuck'\n[[fault]]\nat_s = 0\nkind = 'low-voltage'\nvolts = 6";
     let mut world = world_with_faults(bus_for(model, 0.0), script);
     full_duty(&mut world, model);
@@ -102,7 +102,7 @@ fn a_blocked_shaft_feels_stall_torque_in_proportion_to_the_supply() {
 
 #[test]
 fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
-    for model in &MODELS {
+    for model in Model::all() {
         let (start, goal) = (counts(model, 2048), counts(model, 3072));
         let mut world = world(bus_for(model, start.into()));
         write(&mut world, model, 42, 116, start);
@@ -115,7 +115,7 @@ fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
             Protocol::Feetech if is_scs(model) => model.stall_torque_nm * 0.015,
             Protocol::Feetech => model.stall_torque_nm * 0.008,
             Protocol::Dynamixel => {
-                let p: f64 = match model.name {
+                let p: f64 = match model.name.as_str() {
                     "XL330-M288" => 400.0,
                     "XL430-W250" => 640.0,
                     _ => 800.0,
@@ -132,7 +132,7 @@ fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
 
 #[test]
 fn torque_limit_limits_torque() {
-    for model in &MODELS {
+    for model in Model::all() {
         let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
         let mut world = world_with_faults(bus_for(model, counts(model, 2048).into()), stuck);
         torque_on(&mut world, model);
@@ -147,7 +147,7 @@ fn torque_limit_limits_torque() {
 
 #[test]
 fn a_limp_shaft_does_not_move_by_itself() {
-    for model in &MODELS {
+    for model in Model::all() {
         let mut world = world(bus_for(model, 1000.25));
         write(&mut world, model, 42, 116, counts(model, 3000));
         let limp = after(&mut world, 2 * S);
@@ -158,7 +158,7 @@ fn a_limp_shaft_does_not_move_by_itself() {
 
 #[test]
 fn a_spinning_shaft_let_go_is_stopped_by_friction_alone_and_by_the_short_much_sooner() {
-    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let model = Model::named("STS3215-12V").unwrap();
     let coast = |switch: u8| {
         let mut world = world(bus_for(model, 0.0));
         full_duty(&mut world, model);
@@ -175,7 +175,7 @@ fn a_spinning_shaft_let_go_is_stopped_by_friction_alone_and_by_the_short_much_so
 
 #[test]
 fn dynamixel_torque_on_keeps_the_shaft_where_it_is() {
-    let model = MODELS.iter().find(|model| model.name == "XM430-W350").unwrap();
+    let model = Model::named("XM430-W350").unwrap();
     let mut world = world(bus_for(model, -700.0));
     torque_on(&mut world, model);
     assert!((after(&mut world, S).position_counts + 700.0).abs() < 1.0);
@@ -186,7 +186,7 @@ fn dynamixel_torque_on_keeps_the_shaft_where_it_is() {
 
 #[test]
 fn drive_mode_reverse_turns_the_other_way() {
-    let model = MODELS.iter().find(|model| model.name == "XM430-W210").unwrap();
+    let model = Model::named("XM430-W210").unwrap();
     let mut world = world(bus_for(model, 2000.0));
     dynamixel_write(&mut world, 1, 10, &[1]);
     torque_on(&mut world, model);
@@ -200,7 +200,7 @@ fn drive_mode_reverse_turns_the_other_way() {
 
 #[test]
 fn feedback_registers_agree_with_the_shaft_in_each_model_s_units() {
-    for model in &MODELS {
+    for model in Model::all() {
         let mut world = world(bus_for(model, 0.0));
         full_duty(&mut world, model);
         world.advance_to(world.now_ns() + 1500 * MS);
@@ -228,7 +228,7 @@ fn feedback_registers_agree_with_the_shaft_in_each_model_s_units() {
 
 #[test]
 fn load_warms_the_servo_slowly() {
-    let model = MODELS.iter().find(|model| model.name == "STS3215-12V").unwrap();
+    let model = Model::named("STS3215-12V").unwrap();
     let mut world = world_with_faults(bus_for(model, 0.0), "[[fault]]\nat_s = 0\nkind = 'stuck'");
     // No overload protection.
     feetech_write(&mut world, 1, 19, &[0x0C]);
@@ -242,7 +242,7 @@ fn load_warms_the_servo_slowly() {
 }
 
 fn named(name: &str) -> &'static Model {
-    MODELS.iter().find(|model| model.name == name).unwrap()
+    Model::named(name).unwrap()
 }
 
 /// TheRobotStudio/SO-ARM100#134: about 1 degree by hand on an STS3215. ROBOTIS: 0.25 degrees on XM430.
@@ -320,4 +320,17 @@ fn the_supply_of_a_bus_sags_with_the_current_of_all_its_servos() {
         assert!((torque - 2.94 * expected / 12.0).abs() < 1e-4, "{torque}");
     }
     assert_eq!(world.register(0, 2, 62), Some(98), "and the servos tell");
+}
+
+#[test]
+fn a_model_of_ones_own_has_the_torque_it_is_given() {
+    let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
+    let known = Model::named("STS3215-12V").unwrap();
+    let mut own = known.clone();
+    (own.name, own.stall_torque_nm) = ("stronger".into(), 3.0 * known.stall_torque_nm);
+    let mut bus = bus_for(known, 0.0);
+    bus.servos[0].model = own.clone();
+    let mut world = world_with_faults(bus, stuck);
+    full_duty(&mut world, &own);
+    assert!((after(&mut world, S / 10).torque_nm - own.stall_torque_nm).abs() < 1e-9);
 }

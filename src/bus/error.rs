@@ -92,14 +92,16 @@ pub enum TransactionError {
         tries: u32,
     },
     /// The servo understood the request and refused it.
-    #[error("{place} refused {request} with error {error}: {}", refusal(*error))]
+    #[error("{place} refused {request} with error {error}: {meaning}")]
     Refused {
         /// The servo that was asked.
         place: ServoPlace,
         /// The request.
         request: Request,
-        /// Error number of Dynamixel Protocol 2.0.
+        /// The protocol's number of the error.
         error: u8,
+        /// Its meaning, and what to do.
+        meaning: &'static str,
     },
     /// The joint has no servo.
     #[error("joint {joint} has no servo: only a robot whose joints name their servos can be asked")]
@@ -109,27 +111,11 @@ pub enum TransactionError {
     },
 }
 
-/// Meaning and cure of an error number (ROBOTIS e-manual, `dxl/protocol2`, status packet).
-pub(crate) fn refusal(error: u8) -> &'static str {
-    match error {
-        1 => "it could not do it now; restart it and try again",
-        2 => "it does not know the instruction; update its firmware",
-        3 => "the request reached it damaged; check the bus for loose plugs and long cables",
-        4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
-        5 => "the length is not the register's; check that the robot file names the right servo model",
-        6 => "the value is beyond a limit set in the servo; look at its limits with 'hippocamp servo read'",
-        7 => {
-            "the register cannot be used so now; torque must be off to change settings, and its firmware must \
-             know the register"
-        }
-        _ => "a number the manual does not list; update its firmware",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::servo_model::DYNAMIXEL_X;
+    use crate::bus::dynamixel::DYNAMIXEL_X;
+    use crate::model::Protocol;
 
     #[test]
     fn messages_name_servo_bus_joint_and_what_to_do() {
@@ -146,7 +132,8 @@ mod tests {
              tries: check its power and cable, that its id is 7, and that it is set to 57600 baud"
         );
         let request = Request::Write(DYNAMIXEL_X.torque_enable, 1);
-        let error = TransactionError::Refused { place, request, error: 7 };
+        let meaning = (Protocol::Dynamixel.language().refusal)(7);
+        let error = TransactionError::Refused { place, request, error: 7, meaning };
         assert_eq!(
             error.to_string(),
             "servo 7 of joint left_hind.hip on bus legs refused a write of 1 to register 64 with error 7: the \

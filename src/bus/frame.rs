@@ -2,7 +2,6 @@
 
 use super::codec::Codec;
 use super::packet::Event;
-use super::{dynamixel, feetech};
 use crate::model::Protocol;
 use crate::units::ServoId;
 
@@ -14,28 +13,17 @@ pub(crate) fn request(
     instruction: u8,
     parameters: &[u8],
 ) {
-    match protocol {
-        Protocol::Feetech => feetech::request(out, id.0, instruction, parameters),
-        Protocol::Dynamixel => dynamixel::request(out, id.0, instruction, parameters),
-    }
+    (protocol.language().request)(out, id, instruction, parameters);
 }
 
 /// Bytes that a request and its answer take on the line, with these numbers of bytes of parameters and data.
 pub(crate) fn exchange_bytes(protocol: Protocol, parameters: usize, data: usize) -> usize {
-    parameters
-        + data
-        + match protocol {
-            Protocol::Feetech => 2 * feetech::FRAME_BYTES,
-            Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + dynamixel::STATUS_FRAME_BYTES,
-        }
+    parameters + protocol.language().request_frame_bytes + status_bytes(protocol, data)
 }
 
 /// Bytes of a status packet with this many bytes of data, without stuffing.
 pub(crate) fn status_bytes(protocol: Protocol, data: usize) -> usize {
-    data + match protocol {
-        Protocol::Feetech => feetech::FRAME_BYTES,
-        Protocol::Dynamixel => dynamixel::STATUS_FRAME_BYTES,
-    }
+    data + protocol.language().status_frame_bytes
 }
 
 /// A packet that was heard.

@@ -1,8 +1,10 @@
 //! Servo buses: send goals, receive replies, one slot per servo.
 //!
-//! `feetech` and `dynamixel` turn requests into bytes and bytes into packets; `client` runs one bus
-//! on them, without I/O; [`Buses`] runs all of them at the same time over the [`port`]s.
+//! `feetech` and `dynamixel` turn requests into bytes and bytes into packets, and say all that is known of their servos;
+//! `language` lists them. `client` runs one bus on them, without I/O; [`Buses`] runs all of them at the same time over the
+//! [`port`]s.
 
+pub(crate) mod ask;
 mod buses;
 mod client;
 mod codec;
@@ -11,12 +13,14 @@ mod dynamixel;
 mod error;
 mod feetech;
 pub(crate) mod frame;
+pub(crate) mod language;
 mod packet;
 pub mod port;
 mod register;
 mod replies;
 pub mod serial;
 mod sim;
+pub mod table;
 #[cfg(test)]
 mod testing;
 pub mod timing;
@@ -24,7 +28,6 @@ pub mod timing;
 pub use crate::signals::{Feedback, ServoGoal, Slot};
 pub use buses::{BusDevice, BusStatistics, Buses, Disagreement, ExchangeTimes, StartError, watchdog_time};
 pub use client::Counters;
-pub(crate) use error::refusal;
 pub use error::{Request, ServoPlace, TransactionError};
 pub use port::{PortError, Ports};
 pub(crate) use register::{decode, encode};

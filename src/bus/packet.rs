@@ -3,6 +3,7 @@
 //! Takes bytes in pieces of any size. Returns one [`Event`] after another. Never grows past the
 //! capacity given at construction, and never panics, whatever the bytes are.
 
+use std::fmt;
 use std::ops::Range;
 
 use crate::units::ServoId;
@@ -26,6 +27,30 @@ pub(super) enum Event<'a> {
     /// Bytes in the shape of a status packet of this servo, with a wrong checksum. They may also have
     /// been noise that looked like a header, so a good packet of the same servo may still follow.
     Corrupt(ServoId),
+}
+
+/// Finds the status packets of one protocol in received bytes.
+pub(super) trait Decode: fmt::Debug + Send {
+    /// Forgets everything received.
+    fn clear(&mut self);
+
+    /// Takes as many bytes as fit and returns how many: at least one, if [`Decode::next_event`] has been called
+    /// until it gave `None`.
+    fn push(&mut self, bytes: &[u8]) -> usize;
+
+    /// Tells the decoder that no more bytes will come: it no longer waits for the rest of an incomplete packet and
+    /// searches the bytes after its header.
+    fn end_of_input(&mut self);
+
+    /// The next packet, or `None` when more bytes are needed.
+    ///
+    /// After anything but a good packet the search resumes at the very next byte, so a header found in
+    /// noise never swallows the packet after it.
+    fn next_event(&mut self) -> Option<Event<'_>>;
+
+    /// Prepares for the reply to a fast read of `bytes` bytes of `servos` servos. A protocol without such a read
+    /// has nothing to prepare.
+    fn expect_fast_reply(&mut self, _servos: usize, _bytes: usize) {}
 }
 
 /// Received bytes that no packet has claimed yet: a buffer that is filled at its end and read at its front.

@@ -69,7 +69,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_SCS, FEETECH_STS};
+    use crate::bus::dynamixel::DYNAMIXEL_X;
+    use crate::bus::feetech::{FEETECH_SCS, FEETECH_STS};
 
     #[test]
     fn examples_of_the_manuals() {

@@ -13,10 +13,15 @@ pub fn replies_in(protocol: Protocol, data_max: usize, bytes: &[u8]) -> Vec<Repl
     read_out(Listener::new(protocol, data_max), bytes)
 }
 
-/// The same for a fast sync read (Dynamixel) that asked `servos` for `data_bytes` each: every good block of the
+/// The same for a fast sync read that asked `servos` for `data_bytes` each: every good block of the
 /// reply counts as a status packet.
-pub fn replies_to_fast_read_in(servos: &[ServoId], data_bytes: u16, bytes: &[u8]) -> Vec<Reply> {
-    let mut codec = Codec::with_room(Protocol::Dynamixel, data_bytes.into(), servos.len());
+pub fn replies_to_fast_read_in(
+    protocol: Protocol,
+    servos: &[ServoId],
+    data_bytes: u16,
+    bytes: &[u8],
+) -> Vec<Reply> {
+    let mut codec = Codec::with_room(protocol, data_bytes.into(), servos.len());
     codec.fast_sync_read(&mut Vec::new(), 0, data_bytes, servos);
     read_out(Listener::over(codec), bytes)
 }

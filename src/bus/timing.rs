@@ -5,7 +5,6 @@
 
 use std::time::Duration;
 
-use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
 use crate::model::{Bus, Protocol, Registers};
 
@@ -37,15 +36,13 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
     if servos == 0 {
         return CycleCost::default();
     }
+    let language = bus.protocol.language();
     let data = usize::from(registers.feedback_bytes);
     let bytes_out =
         write_bytes(bus.protocol, registers, servos) + read_bytes(bus.protocol, registers, servos);
-    let (bytes_in, return_delays) = match (bus.protocol, read) {
-        (Protocol::Feetech, _) => (servos * (feetech::FRAME_BYTES + data), servos),
-        (Protocol::Dynamixel, GroupRead::Plain) => (servos * (dynamixel::STATUS_FRAME_BYTES + data), servos),
-        (Protocol::Dynamixel, GroupRead::Fast) => {
-            (dynamixel::FAST_HEAD_BYTES + servos * (dynamixel::BLOCK_FRAME_BYTES + data), 1)
-        }
+    let (bytes_in, return_delays) = match (read, &language.fast_read) {
+        (GroupRead::Fast, Some(fast)) => (fast.head_bytes + servos * (fast.block_frame_bytes + data), 1),
+        _ => (servos * (language.status_frame_bytes + data), servos),
     };
     let return_delay = u64::from(bus.return_delay_us) * u64::try_from(return_delays).unwrap_or(u64::MAX);
     let time = wire_time(bytes_out + bytes_in, bus.baud)
@@ -65,14 +62,12 @@ fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usiz
 }
 
 pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
-    let items = servos * (1 + usize::from(register.bytes));
-    match protocol {
-        // Two parameters come first: address and width, of one byte each, or of two.
-        Protocol::Feetech => {
-            feetech::sync_write_packets(servos, register.bytes) * (feetech::FRAME_BYTES + 2) + items
-        }
-        Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + items,
-    }
+    let language = protocol.language();
+    let item_bytes = 1 + usize::from(register.bytes);
+    // Address and width come first.
+    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
+    let per_packet = (language.packet_bytes_max - frame_bytes) / item_bytes;
+    servos.div_ceil(per_packet.max(1)) * frame_bytes + servos * item_bytes
 }
 
 /// Latency that the adapter adds to an exchange: once if all servos are asked at once, else for each.
@@ -83,18 +78,17 @@ pub fn adapter_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration
 
 /// Time from sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
 pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: usize) -> Duration {
-    let bytes = request_bytes + feetech::FRAME_BYTES + usize::from(registers.feedback_bytes);
+    let data = usize::from(registers.feedback_bytes);
+    let bytes = request_bytes + bus.protocol.language().status_frame_bytes + data;
     wire_time(bytes, bus.baud)
         + Duration::from_micros(u64::from(bus.return_delay_us) + u64::from(bus.adapter_latency_us))
 }
 
 fn read_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
-    match protocol {
-        // The two extra bytes are address and count.
-        Protocol::Feetech if !registers.has_sync_read => (feetech::FRAME_BYTES + 2) * servos,
-        Protocol::Feetech => feetech::FRAME_BYTES + 2 + servos,
-        Protocol::Dynamixel => dynamixel::REQUEST_FRAME_BYTES + 4 + servos,
-    }
+    let language = protocol.language();
+    // Address and count.
+    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
+    if registers.has_sync_read { frame_bytes + servos } else { frame_bytes * servos }
 }
 
 /// Time that `bytes` take on a line of `baud` bits per second: each byte has 8 bits, a start bit and a stop bit.
@@ -116,7 +110,8 @@ pub(super) fn reply_deadline(expected: Duration) -> Duration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_SCS, FEETECH_STS};
+    use crate::bus::dynamixel::DYNAMIXEL_X;
+    use crate::bus::feetech::{FEETECH_SCS, FEETECH_STS};
 
     fn bus(protocol: Protocol, baud: u32, return_delay_us: u32) -> Bus {
         Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us, supply_ohm: 0.0 }

@@ -14,7 +14,7 @@ use crate::output::OutputError;
 use crate::printable::printable;
 use crate::recording::ReadError;
 use crate::replay::ReplayError;
-use crate::service::{BackupError, registers::BadValue};
+use crate::service::{BackupError, BadValue};
 
 /// Bad input: exit code 2.
 #[derive(Debug, thiserror::Error)]

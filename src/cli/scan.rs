@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use anyhow::Result;
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::{BadInput, COMPLETED, FAILED, interrupt};
 use crate::model::Protocol;
@@ -26,29 +26,23 @@ pub(super) struct ScanArguments {
     #[arg(long = "baud", value_name = "BAUD")]
     bauds: Vec<u32>,
     /// Look for servos with this protocol only.
-    #[arg(long, value_enum)]
-    protocol: Option<Language>,
+    #[arg(long, value_parser = protocol_parser())]
+    protocol: Option<Protocol>,
     /// Look at these ids only, such as 1-20,40.
     #[arg(long, value_name = "IDS", default_value = "0-252")]
     ids: Ids,
 }
 
-/// The protocol of servos, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Language {
-    /// Dynamixel Protocol 2.0.
-    Dynamixel,
-    /// Feetech FT-SCS.
-    Feetech,
+/// Reads a protocol as typed: its name.
+pub(super) fn protocol_parser() -> impl TypedValueParser<Value = Protocol> {
+    let all = Protocol::all().map(|of| PossibleValue::new(of.name()).help(of.title()));
+    PossibleValuesParser::new(all)
+        .try_map(|name| Protocol::all().find(|of| of.name() == name).ok_or("no protocol has this name"))
 }
 
-impl From<Language> for Protocol {
-    fn from(language: Language) -> Protocol {
-        match language {
-            Language::Dynamixel => Protocol::Dynamixel,
-            Language::Feetech => Protocol::Feetech,
-        }
-    }
+/// The protocol that the user means, or all.
+pub(super) fn wanted_protocols(typed: Option<Protocol>) -> Vec<Protocol> {
+    typed.map_or_else(|| Protocol::all().collect(), |protocol| vec![protocol])
 }
 
 /// Ids in the form the user types.
@@ -119,13 +113,10 @@ pub(super) fn scan(options: &ScanArguments) -> Result<u8> {
 
 /// Protocols and rates to try, likely ones first.
 fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
-    let languages = match options.protocol {
-        Some(language) => vec![language.into()],
-        None => vec![Protocol::Dynamixel, Protocol::Feetech],
-    };
+    let languages = wanted_protocols(options.protocol);
     for baud in &options.bauds {
         if !languages.iter().any(|of| scan_bauds(*of).contains(baud)) {
-            let mut known: Vec<u32> = languages.iter().flat_map(|of| of.bauds()).copied().collect();
+            let mut known: Vec<u32> = languages.iter().flat_map(|of| of.bauds()).collect();
             known.sort_unstable();
             known.dedup();
             let known: Vec<String> = known.iter().map(u32::to_string).collect();
@@ -134,7 +125,8 @@ fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
     }
     let is_wanted = |baud: &u32| options.bauds.is_empty() || options.bauds.contains(baud);
     let mut passes: Vec<(Protocol, u32)> = Vec::new();
-    for rank in 0..scan_bauds(Protocol::Dynamixel).len().max(scan_bauds(Protocol::Feetech).len()) {
+    let longest = Protocol::all().map(|of| scan_bauds(of).len()).max();
+    for rank in 0..longest.unwrap_or_default() {
         let of_rank =
             |of: &Protocol| scan_bauds(*of).get(rank).filter(|baud| is_wanted(baud)).map(|baud| (*of, *baud));
         passes.extend(languages.iter().filter_map(of_rank));

@@ -4,8 +4,6 @@ use super::reader::Section;
 use super::unique::Unique;
 use crate::model::{Bus, Protocol};
 
-const PROTOCOLS: [(&str, Protocol); 2] = [("dynamixel", Protocol::Dynamixel), ("feetech", Protocol::Feetech)];
-
 /// Longest allowed latency of an adapter, microseconds: a second.
 const LATENCY_LARGEST_US: u32 = 1_000_000;
 /// Longest return delay a servo can be set to, microseconds: 254 steps of 2 (ROBOTIS e-manual, register 9).
@@ -41,7 +39,8 @@ pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
 
 fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
     let name = names.name(section, "the bus's name");
-    let protocol = section.choice("protocol", "the protocol of the bus's servos", &PROTOCOLS);
+    let protocols: Vec<_> = Protocol::all().map(|protocol| (protocol.name(), protocol)).collect();
+    let protocol = section.choice("protocol", "the protocol of the bus's servos", &protocols);
     let baud = read_baud(section, protocol);
     let adapter_latency_us = section.integer_or(
         "adapter_latency_us",
@@ -80,12 +79,13 @@ fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
 fn read_baud(section: &Section<'_>, protocol: Option<Protocol>) -> Option<u32> {
     let baud = section.integer("baud", "the bus's bits per second", 1..=u32::MAX)?;
     let protocol = protocol?;
-    if protocol.bauds().contains(&baud) {
+    let bauds = protocol.bauds();
+    if bauds.contains(&baud) {
         return Some(baud);
     }
-    let bauds: Vec<String> = protocol.bauds().iter().map(u32::to_string).collect();
-    let highest = protocol.bauds().iter().max().filter(|highest| baud > **highest);
+    let highest = bauds.iter().max().filter(|highest| baud > **highest);
     let advice = highest.map(|highest| format!("; {highest} is the most they can")).unwrap_or_default();
+    let bauds: Vec<String> = bauds.iter().map(u32::to_string).collect();
     let name = protocol.name();
     section.fault("baud", format!("a rate that {name} servos have: {}{advice}", bauds.join(", ")));
     None

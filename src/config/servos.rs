@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 
 use super::buses::BusEntry;
 use super::reader::Section;
-use crate::model::servo_model::SERVO_MODELS;
 use crate::model::{Bus, Protocol, Servo, ServoModel};
 use crate::units::ServoId;
 
@@ -81,7 +80,7 @@ impl<'b> ServoPlaces<'b> {
 
     /// Model and bus of a servo, or of a row of them.
     fn read_kind(&mut self, servo: &Section<'_>) -> (Option<&'static ServoModel>, Option<usize>) {
-        let models: Vec<_> = SERVO_MODELS.iter().map(|model| (model.name, model)).collect();
+        let models: Vec<_> = ServoModel::all().map(|model| (model.name, model)).collect();
         let model = servo.choice("model", "a servo model", &models);
         let names: Vec<_> = self.buses.iter().map(|bus| bus.name).collect();
         let bus = servo.reference("bus", "the name of a [[bus]]", &names);

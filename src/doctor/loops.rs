@@ -6,7 +6,7 @@ use super::lines::Lines;
 use crate::bus::serial::Device;
 use crate::bus::timing::{GroupRead, write_time};
 use crate::bus::{BusStatistics, Buses, Ports, SerialPorts, Slot};
-use crate::model::{Protocol, Robot};
+use crate::model::Robot;
 use crate::platform;
 
 /// Number of exchanges measured. The fast read is tried after 50 complete ones.
@@ -82,13 +82,15 @@ fn one_bus(
         );
     }
     // While replies are lost, the loop does not try the fast read.
-    if bus.protocol == Protocol::Dynamixel && lost == 0 {
+    if let Some(fast) = &bus.protocol.language().fast_read
+        && lost == 0
+    {
         match found.group_read {
             GroupRead::Fast => lines.ok(&about, "fast sync read works"),
             GroupRead::Plain => lines.warning(
                 &about,
                 "not all servos know the fast sync read: the loop falls back to plain reads by itself",
-                "update the servos' firmware with the maker's tool (XL330: version 46 or later), or leave it so",
+                format!("update the servos' firmware with the maker's tool ({}), or leave it so", fast.since),
             ),
         }
     }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::lines::Lines;
 use crate::bus::serial::Device;
 use crate::model::{Joint, Protocol, Robot, Servo as JointServo};
-use crate::service::{Address, Found, Pass, ServiceError, ServicePort, Servo, scan_bauds};
+use crate::service::{Access, Address, Found, Pass, ServiceError, ServicePort, Servo, scan_bauds};
 use crate::units::ServoId;
 
 /// The id of a servo out of the box, for both makers.
@@ -208,12 +208,9 @@ fn settings(
 ) -> Result<(), ServiceError> {
     const SETUP: &str = "'hippocamp setup' sets it";
     let bus = &robot.buses[servo.bus];
-    let position_mode = match bus.protocol {
-        Protocol::Dynamixel => 3,
-        Protocol::Feetech => 0,
-    };
+    let series = of.identity().series;
     // SCS servos have no such register.
-    if of.register("operating_mode").is_ok() {
+    if let Some(position_mode) = series.wanted("operating_mode") {
         let mode = of.read("operating_mode")?.raw;
         if mode != position_mode {
             lines.fault(who, format!("operating mode {mode}: position control is {position_mode}"), SETUP);
@@ -221,8 +218,8 @@ fn settings(
     }
     // Feetech: reserved on STS (wiki), honoured by some.
     let delay_us = 2 * of.read("return_delay_time")?.raw;
-    let is_told = bus.protocol == Protocol::Dynamixel;
-    if is_told && delay_us != i64::from(bus.return_delay_us) {
+    let is_delay_sure = series.registers.return_delay.is_some();
+    if is_delay_sure && delay_us != i64::from(bus.return_delay_us) {
         lines.fault(
             who,
             format!(
@@ -232,14 +229,17 @@ fn settings(
             SETUP,
         );
     }
-    let level = of.read("status_return_level")?.raw;
-    let level_of_all = if is_told { 2 } else { 1 };
+    let level_register = of.register("status_return_level")?;
+    let level = of.read_raw(&level_register)?;
+    let (_, level_of_all) = level_register.range;
     if level < level_of_all {
         lines.warning(
             who,
             format!("status return level {level}: it says nothing of what is written to it"),
-            // Volatile on a Dynamixel.
-            if is_told { "'hippocamp servo reboot' takes it back to 2" } else { SETUP },
+            match level_register.access {
+                Access::Volatile => format!("'hippocamp servo reboot' takes it back to {level_of_all}"),
+                Access::Setting | Access::Fixed => SETUP.to_owned(),
+            },
         );
     }
     let (low, high) = (of.read("min_position_limit")?.raw, of.read("max_position_limit")?.raw);
@@ -258,11 +258,7 @@ fn settings(
     if of.register("lock").is_ok() && of.read("lock")?.raw == 0 {
         lines.warning(who, "its settings are unlocked: a disturbed line could change them", SETUP);
     }
-    let full = match bus.protocol {
-        Protocol::Dynamixel => "pwm_limit",
-        Protocol::Feetech => "max_torque",
-    };
-    let full = of.register(full)?;
+    let full = of.register(series.torque_ceiling)?;
     let limit = of.read_raw(&full)?;
     let permitted = robot.safety.torque_share * f64::from(servo.model.torque_limit_full);
     #[allow(clippy::cast_precision_loss, reason = "at most 1000")]

@@ -1,7 +1,7 @@
 //! Describes a finding for people: which servo, what is wrong, what to do.
 
 use super::{Fault, Finding};
-use crate::model::{OVERLOAD_ALARM, Protocol, Robot};
+use crate::model::{OVERLOAD_ALARM, Robot};
 use crate::signals::{Outage, OutageCause};
 
 impl Outage {
@@ -37,12 +37,12 @@ impl Outage {
 }
 
 impl Finding {
-    /// The meaning of the bits, in brackets. Empty for a Dynamixel, whose reply says only that there is an alarm.
+    /// The meaning of the bits, in brackets. Empty for a servo whose reply says only that there is an alarm.
     fn alarm_words(&self, robot: &Robot, bits: u8) -> String {
         let joint = self.joint.and_then(|joint| robot.joints.get(joint));
         let servo = joint.and_then(|joint| joint.servo.as_ref());
-        let feetech = servo.filter(|servo| servo.model.protocol == Protocol::Feetech);
-        feetech.map(|servo| format!(" ({})", servo.model.registers.alarm_words(bits))).unwrap_or_default()
+        let registers = servo.map(|servo| servo.model.registers).filter(|registers| registers.tells_alarms);
+        registers.map(|registers| format!(" ({})", registers.alarm_words(bits))).unwrap_or_default()
     }
 
     /// One sentence on the finding and one on what to do about it.

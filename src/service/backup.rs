@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::error::{Address, ServiceError};
-use super::registers::{Access, Family, RegisterInfo, baud_of_code, decode_bytes};
 use super::servo::Servo;
+use crate::bus::table::{Access, RegisterInfo, Series, decode_bytes};
 use crate::input::read_text;
 use crate::model::Protocol;
 use crate::output;
@@ -24,7 +24,7 @@ pub struct Backup {
     /// Address at which it answered.
     pub address: Address,
     /// Its control table.
-    pub family: Family,
+    pub series: &'static Series,
     /// Content of its model number register.
     pub model_number: u16,
     /// Its registers by address, each with its bytes in the servo's order.
@@ -96,7 +96,7 @@ impl Backup {
         let model = identity.model_names().unwrap_or_else(|| "unknown model".to_owned());
         Ok(Backup {
             address: servo.address(),
-            family: identity.family,
+            series: identity.series,
             model_number: identity.model_number,
             registers,
             words,
@@ -113,7 +113,7 @@ impl Backup {
     pub fn home(&self) -> Address {
         let byte =
             |name: &str| self.settings().find(|(register, _)| register.name == name)?.1.first().copied();
-        let baud = byte("baud_rate").and_then(|code| baud_of_code(self.address.protocol, i64::from(code)));
+        let baud = byte("baud_rate").and_then(|code| self.address.protocol.baud_of_code(i64::from(code)));
         Address {
             id: byte("id").map_or(self.address.id, ServoId),
             baud: baud.unwrap_or(self.address.baud),
@@ -123,7 +123,7 @@ impl Backup {
 
     /// The count that `bytes` of `register` encode.
     pub(super) fn count(&self, register: &RegisterInfo, bytes: &[u8]) -> i64 {
-        decode_bytes(self.family, register.register, bytes)
+        decode_bytes(self.series, register.register, bytes)
     }
 
     fn to_toml(&self) -> String {
@@ -175,10 +175,9 @@ impl Backup {
         if text.version != VERSION {
             return Err(wrong("version", format!("{VERSION}, the only one this program knows")));
         }
-        let protocols = [Protocol::Dynamixel, Protocol::Feetech];
-        let protocol = protocols.into_iter().find(|of| of.name() == text.protocol);
-        let protocol =
-            protocol.ok_or_else(|| wrong("protocol", "\"dynamixel\" or \"feetech\"".to_owned()))?;
+        let known = || Protocol::all().map(|of| format!("\"{}\"", of.name())).collect::<Vec<_>>();
+        let protocol = Protocol::all().find(|of| of.name() == text.protocol);
+        let protocol = protocol.ok_or_else(|| wrong("protocol", known().join(" or ")))?;
         if text.id > Protocol::ID_MAX {
             return Err(wrong("id", format!("0 to {}", Protocol::ID_MAX)));
         }
@@ -202,7 +201,7 @@ impl Backup {
         let words = vec![String::new(); registers.len()];
         Ok(Backup {
             address: Address { protocol, baud: text.baud, id: ServoId(text.id) },
-            family: identity.family,
+            series: identity.series,
             model_number: text.model_number,
             registers,
             words,
@@ -320,7 +319,7 @@ mod tests {
         let address = Address { protocol: Protocol::Feetech, baud: 1_000_000, id: ServoId(1) };
         Backup {
             address,
-            family: Family::FeetechSts,
+            series: identity.series,
             model_number: 777,
             registers,
             words,

@@ -3,13 +3,8 @@
 use std::time::Duration;
 
 use super::error::{Address, ServiceError};
-use super::registers::{Family, RegisterInfo, Value};
 use super::servo::Servo;
-
-/// Largest offset that a Dynamixel applies in position mode, counts (e-manual, Homing Offset).
-const DYNAMIXEL_MAX: i64 = 1024;
-/// Largest offset of a Feetech STS, counts (wiki, memory-sts, register 31).
-const FEETECH_MAX: i64 = 2047;
+use crate::bus::table::{Offset, RegisterInfo, Value};
 
 /// Time within which a servo measures again.
 const SETTLE: Duration = Duration::from_millis(50);
@@ -58,16 +53,14 @@ pub enum CentreError {
 /// If its offset cannot achieve that.
 pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
     let address = servo.address();
-    let family = servo.identity().family;
-    let Ok(register) = servo.register("homing_offset") else { return Err(CentreError::NoOffset(address)) };
-    let (present, held) = (servo.read("present_position")?, servo.read("homing_offset")?);
-    // Dynamixel adds the offset to the encoder's value, Feetech subtracts it.
-    let (sign, largest) = match family {
-        Family::DynamixelX => (1, DYNAMIXEL_MAX),
-        Family::FeetechSts | Family::FeetechScs => (-1, FEETECH_MAX),
+    let series = servo.identity().series;
+    let (Ok(register), Some(Offset { sign, largest })) = (servo.register("homing_offset"), series.offset)
+    else {
+        return Err(CentreError::NoOffset(address));
     };
+    let (present, held) = (servo.read("present_position")?, servo.read("homing_offset")?);
     #[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
-    let turn = family.counts_per_turn().round() as i64;
+    let turn = series.counts_per_turn.round() as i64;
     let encoder = present.raw - sign * held.raw;
     // The nearest solution: whole turns do not matter.
     let needed = (sign * (turn / 2 - encoder) + turn / 2).rem_euclid(turn) - turn / 2;

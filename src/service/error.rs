@@ -3,9 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use super::registers::BadValue;
-use crate::bus::refusal;
 use crate::bus::serial::OpenCause;
+use crate::bus::table::BadValue;
 use crate::model::Protocol;
 use crate::units::ServoId;
 
@@ -75,13 +74,13 @@ pub enum ServiceError {
         request: String,
     },
     /// The servo understood and refused.
-    #[error("{address} refused {request} with error {error}: {}", refusal(*error))]
+    #[error("{address} refused {request} with error {error}: {}", (address.protocol.language().refusal)(*error))]
     Refused {
         /// Address of the servo.
         address: Address,
         /// The request, in words.
         request: String,
-        /// Error number of Dynamixel Protocol 2.0.
+        /// The protocol's number of the error.
         error: u8,
     },
     /// The servo accepted the write and holds something else.

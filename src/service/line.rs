@@ -1,20 +1,21 @@
 //! A serial line for requests to single servos: rates, bytes, and one request with its answer.
 //!
-//! Requests to Dynamixel servos go through the crate `dynamixel2`. Two things use our own packets: finding the
-//! servos, and finding out whether the adapter echoes. If it does, all requests use them, since the crate does not
+//! Requests go through a library by others where the protocol has one. Two things use our own packets: finding the
+//! servos, and finding out whether the adapter echoes. If it does, all requests use them, since a library does not
 //! expect an echo.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rustix::io::Errno;
+use serial2::SerialPort;
 use serialport::TTYPort;
 
-use super::ask::{Answer, Ask};
-use super::dynamixel;
 use super::error::{Address, ServiceError};
+use crate::bus::ask::{Answer, Ask, Library};
 use crate::bus::frame::{Heard, Listener, exchange_bytes, request};
-use crate::bus::serial::{Device, device};
+use crate::bus::serial::{Device, OpenCause, device};
 use crate::bus::timing::wire_time;
 use crate::model::Protocol;
 use crate::platform::{PollList, Readiness, descriptor, monotonic, sleep_until};
@@ -37,8 +38,10 @@ pub struct ServicePort {
     poll_list: PollList,
     baud: u32,
     is_echoing: bool,
-    /// Works on a copy of the line's descriptor.
-    dynamixel: dynamixel::Bus,
+    /// Sets the line's rate, on a copy of its descriptor: any rate, even one the system has no name for.
+    rate: SerialPort,
+    /// The libraries of the protocols that have one; each works on a copy of the line's descriptor.
+    libraries: Vec<(Protocol, Box<dyn Library>)>,
 }
 
 impl ServicePort {
@@ -51,8 +54,14 @@ impl ServicePort {
             Device { bus: String::new(), path: path.to_owned(), baud: OPENING_BAUD, adapter_latency_us: 0 };
         let open_error = |cause| ServiceError::Open { path: path.to_owned(), cause };
         let line = device::open(&as_device).map_err(open_error)?;
-        let dynamixel = dynamixel::open(&line)
-            .map_err(|reason| open_error(crate::bus::serial::OpenCause::Unusable { reason }))?;
+        let unusable = |reason| open_error(OpenCause::Unusable { reason });
+        let copy = descriptor(&line).try_clone_to_owned().map_err(|error| unusable(error.to_string()))?;
+        let mut libraries = Vec::new();
+        for protocol in Protocol::all() {
+            if let Some(open) = protocol.language().library {
+                libraries.push((protocol, open(&line).map_err(unusable)?));
+            }
+        }
         let mut poll_list = PollList::new(1);
         poll_list.set(0, Some(&line));
         Ok(ServicePort {
@@ -61,7 +70,8 @@ impl ServicePort {
             poll_list,
             baud: OPENING_BAUD,
             is_echoing: false,
-            dynamixel,
+            rate: SerialPort::from(copy),
+            libraries,
         })
     }
 
@@ -80,12 +90,19 @@ impl ServicePort {
         if baud == self.baud {
             return Ok(());
         }
-        self.dynamixel.set_baud_rate(baud).map_err(|error| match is_gone(&self.path) {
+        self.set_rate(baud).map_err(|error| match is_gone(&self.path) {
             true => self.gone(),
             false => ServiceError::Baud { path: self.path.clone(), baud, reason: error.to_string() },
         })?;
         self.baud = baud;
         Ok(())
+    }
+
+    fn set_rate(&mut self, baud: u32) -> io::Result<()> {
+        let mut settings = self.rate.get_configuration()?;
+        settings.set_baud_rate(baud)?;
+        self.rate.set_configuration(&settings)?;
+        self.libraries.iter_mut().try_for_each(|(_, library)| library.set_baud(baud))
     }
 
     /// Sends a request to the servo at `address` up to three times, or once if repeating it would do harm.
@@ -123,17 +140,22 @@ impl ServicePort {
     }
 
     fn ask_once(&mut self, address: Address, ask: &Ask<'_>) -> Result<Answer, ServiceError> {
-        if address.protocol == Protocol::Dynamixel && !self.is_echoing {
-            self.set_baud(address.baud)?;
-            return dynamixel::ask(&mut self.dynamixel, address.id, ask).map_err(|_| self.gone());
+        if self.is_echoing {
+            return self.ask_raw(address, ask);
         }
-        self.ask_raw(address, ask)
+        self.set_baud(address.baud)?;
+        let gone = ServiceError::Gone { path: self.path.clone() };
+        match self.libraries.iter_mut().find(|(of, _)| *of == address.protocol) {
+            Some((_, library)) => library.ask(address.id, ask).map_err(|_| gone),
+            None => self.ask_raw(address, ask),
+        }
     }
 
     /// Sends the request once with our own packets, and notices an echo.
     pub(super) fn ask_raw(&mut self, address: Address, ask: &Ask<'_>) -> Result<Answer, ServiceError> {
         self.set_baud(address.baud)?;
-        let (instruction, parameters, data_bytes) = ask.packet(address.protocol);
+        let language = address.protocol.language();
+        let (instruction, parameters, data_bytes) = ask.packet(language);
         let mut sent = Vec::new();
         request(address.protocol, &mut sent, address.id, instruction, &parameters);
         let bytes = exchange_bytes(address.protocol, parameters.len(), data_bytes);
@@ -153,12 +175,12 @@ impl ServicePort {
             is_noisy |= !heard.is_empty();
             listener.hear(&heard, |packet| {
                 is_understood |= matches!(packet, Heard::Status { .. });
-                answer.take(address, data_bytes, packet);
+                answer.take(language, address.id, data_bytes, packet);
             });
         }
         if answer == Answer::Missing {
-            listener.hear(&echo.rest(), |packet| answer.take(address, data_bytes, packet));
-            listener.end(|packet| answer.take(address, data_bytes, packet));
+            listener.hear(&echo.rest(), |packet| answer.take(language, address.id, data_bytes, packet));
+            listener.end(|packet| answer.take(language, address.id, data_bytes, packet));
         }
         // Two servos that talk at once spoil each other's headers, too.
         if answer == Answer::Missing && is_noisy && !is_understood {

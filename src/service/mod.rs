@@ -16,20 +16,17 @@
 //!
 //! Only the program's own commands can write: a goal written here would skip the safety checks.
 
-mod ask;
 pub mod backup;
 pub mod centre;
-mod dynamixel;
 mod error;
 mod line;
-pub mod registers;
 mod scan;
 mod servo;
 pub mod setup;
 
+pub use crate::bus::table::{Access, BadValue, Identity, RegisterInfo, Series, Value};
 pub use backup::{Backup, BackupError};
 pub use error::{Address, ServiceError};
 pub use line::ServicePort;
-pub use registers::{Access, Family, Identity, RegisterInfo, Value};
 pub use scan::{Found, Pass, pass_time, scan_bauds};
 pub use servo::Servo;

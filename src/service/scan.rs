@@ -7,12 +7,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::ask::Ask;
 use super::error::{Address, ServiceError};
 use super::line::ServicePort;
-use super::registers::Identity;
-use super::servo::identity;
+use crate::bus::ask::Ask;
 use crate::bus::frame::{Heard, Listener, exchange_bytes, request, status_bytes};
+use crate::bus::language::Introduction;
+use crate::bus::table::Identity;
 use crate::bus::timing::wire_time;
 use crate::model::Protocol;
 use crate::platform::monotonic;
@@ -25,18 +25,11 @@ const SLACK: Duration = Duration::from_micros(508 + 1500);
 const LONG_SLACK: Duration = Duration::from_millis(12);
 /// Time to wait for answers after the last request: FTDI adapters hold them back for up to 16 ms.
 const LINGER: Duration = Duration::from_millis(40);
-/// Data bytes of an answer: a Dynamixel's to a ping, the first registers of a Feetech servo.
-const FEETECH_HEAD: u8 = 6;
 const PIECE_BYTES: usize = 512;
 
 /// Rates to try, likely ones first.
 pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
-    match protocol {
-        Protocol::Dynamixel => {
-            &[57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 115_200, 9_600]
-        }
-        Protocol::Feetech => &[1_000_000, 500_000, 115_200, 57_600, 38_400, 76_800, 128_000, 250_000],
-    }
+    protocol.language().likely_rates
 }
 
 /// Approximate duration of one pass over `ids` ids at `baud`.
@@ -103,7 +96,7 @@ impl ServicePort {
         stop: &AtomicBool,
     ) -> Result<Heed, ServiceError> {
         let ask = question(protocol);
-        let (instruction, parameters, data_bytes) = ask.packet(protocol);
+        let (instruction, parameters, data_bytes) = ask.packet(protocol.language());
         let pace = pace(protocol, baud, slack);
         let mut ear = Ear {
             protocol,
@@ -164,15 +157,14 @@ impl ServicePort {
 }
 
 fn question(protocol: Protocol) -> Ask<'static> {
-    match protocol {
-        Protocol::Dynamixel => Ask::Ping,
-        // Not a ping: a servo with a voltage alarm answers a ping with the bytes of the request, as an echo would.
-        Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
+    match protocol.language().introduction {
+        Introduction::Ping => Ask::Ping,
+        Introduction::Read { brief, .. } => Ask::Read { start: 0, bytes: brief },
     }
 }
 
 fn pace(protocol: Protocol, baud: u32, slack: Duration) -> Duration {
-    let (_, parameters, data_bytes) = question(protocol).packet(protocol);
+    let (_, parameters, data_bytes) = question(protocol).packet(protocol.language());
     wire_time(exchange_bytes(protocol, parameters.len(), data_bytes), baud) + slack
 }
 
@@ -229,7 +221,7 @@ impl Ear {
     fn take(&mut self, packet: Heard) {
         match packet {
             Heard::Status { id, data, .. } if data.len() == self.data_bytes => {
-                let Some(identity) = identity(self.protocol, &data) else { return };
+                let Some(identity) = (self.protocol.language().identity)(&data) else { return };
                 self.heed.good += status_bytes(self.protocol, data.len());
                 let address = Address { protocol: self.protocol, baud: self.baud, id };
                 match self.heed.pass.found.iter_mut().find(|found| found.address.id == id) {

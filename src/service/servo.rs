@@ -2,12 +2,11 @@
 
 use std::time::Duration;
 
-use super::ask::{Answer, Ask};
 use super::error::{Address, ServiceError};
 use super::line::ServicePort;
-use super::registers::{
-    Access, Family, Identity, RegisterInfo, Value, baud_of_code, decode_bytes, encode_bytes,
-};
+use crate::bus::ask::{Answer, Ask};
+use crate::bus::language::Introduction;
+use crate::bus::table::{Access, Identity, RegisterInfo, Value, decode_bytes, encode_bytes};
 use crate::config::nearest;
 use crate::model::servo_model::Register;
 use crate::model::{Firmware, Protocol};
@@ -18,10 +17,6 @@ use crate::units::ServoId;
 const TRIES: u32 = 3;
 /// Most bytes in one read.
 const BLOCK_BYTES: u8 = 32;
-/// Bytes that identify a Feetech servo: firmware, byte order, model and id, and all up to its phase.
-const FEETECH_HEAD: u8 = 19;
-const FEETECH_PHASE: usize = 18;
-const FINE_SPEED: u8 = 4;
 /// Time within which a restarted servo answers again: Feetech says about 1.8 s.
 const RESTART: Duration = Duration::from_secs(5);
 /// Time between checks whether it answers again.
@@ -64,14 +59,15 @@ impl ServicePort {
 
     /// The identity of the servo at `address`; asks up to `tries` times.
     pub(super) fn identify(&mut self, address: Address, tries: u32) -> Result<Identity, ServiceError> {
-        let ask = match address.protocol {
-            Protocol::Dynamixel => Ask::Ping,
-            Protocol::Feetech => Ask::Read { start: 0, bytes: FEETECH_HEAD },
+        let language = address.protocol.language();
+        let ask = match language.introduction {
+            Introduction::Ping => Ask::Ping,
+            Introduction::Read { whole, .. } => Ask::Read { start: 0, bytes: whole },
         };
         let mut is_damaged = false;
         for number in 0..tries {
             match self.ask_raw(address, &ask)? {
-                Answer::Data(data) => match identity(address.protocol, &data) {
+                Answer::Data(data) => match (language.identity)(&data) {
                     Some(identity) => {
                         self.let_late_answers_pass(number)?;
                         return Ok(identity);
@@ -102,40 +98,11 @@ impl ServicePort {
     }
 }
 
-/// The identity in an answer: a Dynamixel's to a ping, or the first registers of a Feetech servo.
-pub(super) fn identity(protocol: Protocol, data: &[u8]) -> Option<Identity> {
-    match (protocol, data) {
-        (Protocol::Dynamixel, &[low, high, firmware]) => Some(Identity {
-            family: Family::DynamixelX,
-            model_number: u16::from_le_bytes([low, high]),
-            firmware: Firmware { major: firmware, minor: None },
-            is_speed_fine: true,
-        }),
-        (Protocol::Feetech, &[major, minor, byte_order, a, b, _, ..]) => {
-            let is_big_endian = byte_order == 1;
-            let phase = data.get(FEETECH_PHASE);
-            Some(Identity {
-                family: if is_big_endian { Family::FeetechScs } else { Family::FeetechSts },
-                model_number: match is_big_endian {
-                    true => u16::from_be_bytes([a, b]),
-                    false => u16::from_le_bytes([a, b]),
-                },
-                firmware: Firmware { major, minor: Some(minor) },
-                is_speed_fine: phase.is_none_or(|phase| phase & FINE_SPEED != 0),
-            })
-        }
-        _ => None,
-    }
-}
-
 /// The identity of a backup's servo.
 pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_endian: bool) -> Identity {
-    let family = match protocol {
-        Protocol::Dynamixel => Family::DynamixelX,
-        Protocol::Feetech if is_big_endian => Family::FeetechScs,
-        Protocol::Feetech => Family::FeetechSts,
-    };
-    Identity { family, model_number, firmware: Firmware { major: 0, minor: None }, is_speed_fine: true }
+    let all = protocol.language().series;
+    let series = all.iter().find(|of| of.registers.is_big_endian == is_big_endian).unwrap_or(&all[0]);
+    Identity { series, model_number, firmware: Firmware { major: 0, minor: None }, is_speed_fine: true }
 }
 
 impl Servo<'_> {
@@ -187,9 +154,7 @@ impl Servo<'_> {
     /// If no good answer came.
     pub fn read_raw(&mut self, register: &RegisterInfo) -> Result<i64, ServiceError> {
         let Register { address, bytes, .. } = register.register;
-        // A Feetech servo's answer to a read of two bytes can equal its request, which an adapter may echo.
-        let asked = if self.address.protocol == Protocol::Feetech && bytes == 2 { 3 } else { bytes };
-        let data = self.read_bytes(address, asked)?;
+        let data = self.read_at_least(address, u16::from(bytes))?;
         Ok(self.decode(register.register, data.get(..usize::from(bytes)).unwrap_or_default()))
     }
 
@@ -199,6 +164,12 @@ impl Servo<'_> {
     /// If no good answer came.
     pub fn read_bytes(&mut self, start: u16, bytes: u8) -> Result<Vec<u8>, ServiceError> {
         self.port.ask(self.address, &Ask::Read { start, bytes })
+    }
+
+    /// The same, perhaps with more bytes behind them: see [`crate::bus::language::Language::asked_bytes`].
+    fn read_at_least(&mut self, start: u16, bytes: u16) -> Result<Vec<u8>, ServiceError> {
+        let asked = (self.address.protocol.language().asked_bytes)(bytes);
+        self.read_bytes(start, u8::try_from(asked).unwrap_or(BLOCK_BYTES))
     }
 
     /// All its registers with their values, by address. Leaves out registers that its firmware lacks.
@@ -235,8 +206,7 @@ impl Servo<'_> {
         let (Some(first), Some(last)) = (block.first(), block.last()) else { return Ok(Vec::new()) };
         let start = first.register.address;
         let bytes = end(last) - start;
-        let asked = if self.address.protocol == Protocol::Feetech && bytes == 2 { 3 } else { bytes };
-        let data = self.read_bytes(start, u8::try_from(asked).unwrap_or(BLOCK_BYTES))?;
+        let data = self.read_at_least(start, bytes)?;
         let value = |register: &RegisterInfo| {
             let from = usize::from(register.register.address - start);
             let bytes = data.get(from..from + usize::from(register.register.bytes)).unwrap_or_default();
@@ -259,8 +229,8 @@ impl Servo<'_> {
         self.write_raw(&register, raw)
     }
 
-    /// Writes a count to a register and reads it back. For a setting it takes the torque off and, on Feetech,
-    /// unlocks and locks the settings; it follows the servo to a new id or line rate.
+    /// Writes a count to a register and reads it back. For a setting it takes the torque off and, where a
+    /// servo has a lock, unlocks and locks the settings; it follows the servo to a new id or line rate.
     ///
     /// # Errors
     /// If the servo does not accept it.
@@ -275,7 +245,7 @@ impl Servo<'_> {
         }
     }
 
-    /// Calls `work` with settings writable: torque off, and on Feetech unlocked. Locks them again afterwards,
+    /// Calls `work` with settings writable: torque off, and unlocked where the servo has a lock. Locks them again afterwards,
     /// whatever the result.
     pub(crate) fn change_settings<R>(
         &mut self,
@@ -354,7 +324,7 @@ impl Servo<'_> {
     /// Waits until the servo answers, at its old rate or another.
     fn await_return(&mut self) -> Result<(), ServiceError> {
         let own = self.address;
-        let others = own.protocol.bauds().iter().map(|baud| Address { baud: *baud, ..own });
+        let others = own.protocol.bauds().into_iter().map(|baud| Address { baud, ..own });
         let places: Vec<Address> = std::iter::once(own).chain(others.filter(|at| *at != own)).collect();
         let deadline = monotonic() + RESTART;
         while monotonic() < deadline {
@@ -392,7 +362,7 @@ impl Servo<'_> {
     }
 
     fn move_to_baud(&mut self, register: &RegisterInfo, raw: i64) -> Result<(), ServiceError> {
-        let baud = baud_of_code(self.address.protocol, raw).unwrap_or(self.address.baud);
+        let baud = self.address.protocol.baud_of_code(raw).unwrap_or(self.address.baud);
         let moved = Address { baud, ..self.address };
         if moved == self.address {
             return Ok(());
@@ -466,11 +436,11 @@ impl Servo<'_> {
     }
 
     fn encode(&self, register: Register, raw: i64) -> Vec<u8> {
-        encode_bytes(self.identity.family, register, raw)
+        encode_bytes(self.identity.series, register, raw)
     }
 
     fn decode(&self, register: Register, bytes: &[u8]) -> i64 {
-        decode_bytes(self.identity.family, register, bytes)
+        decode_bytes(self.identity.series, register, bytes)
     }
 }
 

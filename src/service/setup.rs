@@ -5,90 +5,21 @@
 
 use super::backup::Backup;
 use super::error::{Address, ServiceError};
-use super::registers::{Family, RegisterInfo, Value};
 use super::servo::Servo;
+pub use crate::bus::table::Target;
+use crate::bus::table::{RegisterInfo, Series, Value, Want, count};
 use crate::model::Protocol;
 use crate::units::ServoId;
 
-/// The content that a register should have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Want {
-    /// This count.
-    Count(i64),
-    /// Some of its bits.
-    Bits { of: i64, set: i64 },
-}
-
-/// A register to set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Target {
-    /// Its name.
-    pub name: &'static str,
-    want: Want,
-    /// True if it is set only while the servo is new: later the calibration may change it.
-    pub is_for_new: bool,
-}
-
-const fn count(name: &'static str, count: i64) -> Target {
-    Target { name, want: Want::Count(count), is_for_new: false }
-}
-
-/// Full drive of the motor: the controller limits torque by the register that this one limits.
-const PWM_ALL: i64 = 885;
-const TORQUE_ALL: i64 = 1000;
-/// No secondary id.
-const NO_ID: i64 = 255;
-/// Phase bits of a Feetech STS: speed unit, position beyond one turn. The controller needs speeds in single steps,
-/// and a position within one turn that is the same after every power-on. The bits of drive and feedback direction
-/// stay as the maker set them: changing only one would drive the servo away from its goal.
-const PHASE: Want = Want::Bits { of: 4 | 16, set: 4 };
-
 /// All settings of a servo beside id and line rate, in the order of writing. `return_delay_us` is the bus's.
-pub fn targets(family: Family, return_delay_us: u32) -> Vec<Target> {
+pub fn targets(series: &Series, return_delay_us: u32) -> Vec<Target> {
     let delay = count("return_delay_time", i64::from(return_delay_us / 2));
-    let offset = Target { is_for_new: true, ..count("homing_offset", 0) };
-    let mut targets = vec![delay];
-    targets.extend(match family {
-        Family::DynamixelX => vec![
-            count("drive_mode", 0),
-            // Position control.
-            count("operating_mode", 3),
-            count("secondary_id", NO_ID),
-            offset,
-            count("pwm_limit", PWM_ALL),
-            count("max_position_limit", 4095),
-            count("min_position_limit", 0),
-            // Without torque after power-on.
-            count("startup_configuration", 0),
-        ],
-        Family::FeetechSts => vec![
-            count("status_return_level", 1),
-            count("min_position_limit", 0),
-            count("max_position_limit", 4095),
-            count("max_torque", TORQUE_ALL),
-            Target { name: "phase", want: PHASE, is_for_new: false },
-            count("angle_resolution", 1),
-            offset,
-            // Position control.
-            count("operating_mode", 0),
-        ],
-        Family::FeetechScs => vec![
-            count("status_return_level", 1),
-            count("min_position_limit", 0),
-            count("max_position_limit", 1023),
-            count("max_torque", TORQUE_ALL),
-        ],
-    });
-    targets
+    std::iter::once(delay).chain(series.setup.iter().copied()).collect()
 }
 
-/// The address of a servo out of the box: id 1, at 57600 baud (Dynamixel) or 1 Mbaud (Feetech).
+/// The address of a servo out of the box.
 pub fn factory_address(protocol: Protocol) -> Address {
-    let baud = match protocol {
-        Protocol::Dynamixel => 57_600,
-        Protocol::Feetech => 1_000_000,
-    };
-    Address { protocol, baud, id: ServoId(1) }
+    Address { protocol, baud: protocol.language().factory_rate, id: ServoId(1) }
 }
 
 /// A register to change.
@@ -179,18 +110,20 @@ pub(crate) fn carry_out(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::language::LANGUAGES;
+    use crate::bus::table::{Access, Identity};
     use crate::model::Firmware;
-    use crate::service::registers::{Access, Identity};
 
     #[test]
     fn every_target_is_a_setting_that_takes_its_value() {
-        for family in [Family::DynamixelX, Family::FeetechSts, Family::FeetechScs] {
+        for series in LANGUAGES.iter().flat_map(|language| language.series.iter().copied()) {
             let firmware = Firmware { major: 46, minor: None };
-            let identity = Identity { family, model_number: 0, firmware, is_speed_fine: true };
-            for target in targets(family, 508) {
+            let identity = Identity { series, model_number: 0, firmware, is_speed_fine: true };
+            let name = series.name;
+            for target in targets(series, 508) {
                 let register = identity.register(target.name);
-                let register = register.unwrap_or_else(|| panic!("{family:?}: {}", target.name));
-                assert_eq!(register.access, Access::Setting, "{family:?}: {}", target.name);
+                let register = register.unwrap_or_else(|| panic!("{name}: {}", target.name));
+                assert_eq!(register.access, Access::Setting, "{name}: {}", target.name);
                 let (low, high) = register.range;
                 let count = match target.want {
                     Want::Count(count) => count,
@@ -199,8 +132,10 @@ mod tests {
                         set
                     }
                 };
-                assert!((low..=high).contains(&count), "{family:?}: {}", target.name);
+                assert!((low..=high).contains(&count), "{name}: {}", target.name);
             }
+            assert!(identity.register(series.torque_ceiling).is_some(), "{name}");
+            assert_eq!(identity.register("homing_offset").is_some(), series.offset.is_some(), "{name}");
         }
     }
 }

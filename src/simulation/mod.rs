@@ -3,11 +3,11 @@
 
 mod body;
 
-use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, ServoConfig, World};
+use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, Model, ServoConfig, World};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{ImuSettings, Protocol, Robot, SharedRange};
+use crate::model::{Bus, ImuSettings, Robot, Servo, SharedRange};
 
 /// How far outside its range a limp joint may lie, as a share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
@@ -53,7 +53,7 @@ pub fn world_from_pose(
     seed: u64,
     faults: &FaultScript,
 ) -> Result<World, BuildError> {
-    let buses = buses(robot, pose);
+    let buses = buses(robot, pose)?;
     let mut world = match &robot.physics {
         None => World::new(&buses, faults.clone(), seed)?,
         Some(physics) => {
@@ -94,39 +94,49 @@ fn imu(settings: &ImuSettings) -> ImuConfig {
 /// Every mistake in the script; buses and servos that the robot does not have count as mistakes.
 pub fn fault_script(robot: &Robot, text: &str, file_name: &str) -> Result<FaultScript, FaultError> {
     let pose = vec![0.0; robot.joints.len()];
-    let script = FaultScript::for_buses(text, file_name, Some(&buses(robot, &pose)))?;
+    // A robot that cannot be simulated says so when its world is built.
+    let buses = buses(robot, &pose).ok();
+    let script = FaultScript::for_buses(text, file_name, buses.as_deref())?;
     if robot.physics.is_some() { Ok(script) } else { script.without_body() }
 }
 
 /// The buses of `robot` with their servos where the joints are at `pose` (rad).
-fn buses(robot: &Robot, pose: &[f64]) -> Vec<BusConfig> {
-    let mut buses: Vec<BusConfig> = robot
-        .buses
-        .iter()
-        .map(|bus| BusConfig {
-            name: bus.name.clone(),
-            protocol: match bus.protocol {
-                Protocol::Dynamixel => hw_sim::Protocol::Dynamixel,
-                Protocol::Feetech => hw_sim::Protocol::Feetech,
-            },
-            baud: bus.baud,
-            adapter_latency_us: bus.adapter_latency_us,
-            supply_v: 0.0,
-            supply_ohm: bus.supply_ohm,
-            servos: Vec::new(),
-        })
-        .collect();
+fn buses(robot: &Robot, pose: &[f64]) -> Result<Vec<BusConfig>, BuildError> {
+    let mut buses = robot.buses.iter().map(bus_of).collect::<Result<Vec<BusConfig>, BuildError>>()?;
     for (joint, angle) in robot.joints.iter().zip(pose) {
         if let Some(servo) = &joint.servo {
             let bus = &mut buses[servo.bus];
             bus.supply_v = servo.model.nominal_voltage_v;
-            bus.servos.push(ServoConfig {
-                model: servo.model.name.to_owned(),
-                id: servo.id.0,
-                return_delay_us: robot.buses[servo.bus].return_delay_us,
-                position_counts: servo.count_of(*angle),
-            });
+            bus.servos.push(servo_of(&robot.buses[servo.bus], servo, *angle)?);
         }
     }
-    buses
+    Ok(buses)
+}
+
+/// A simulated bus without servos. The simulator has protocols and models of its own, by the same names.
+fn bus_of(bus: &Bus) -> Result<BusConfig, BuildError> {
+    let name = bus.protocol.name();
+    let protocol = hw_sim::Protocol::named(name)
+        .ok_or_else(|| BuildError::UnknownProtocol { bus: bus.name.clone(), protocol: name.to_owned() })?;
+    Ok(BusConfig {
+        name: bus.name.clone(),
+        protocol,
+        baud: bus.baud,
+        adapter_latency_us: bus.adapter_latency_us,
+        supply_v: 0.0,
+        supply_ohm: bus.supply_ohm,
+        servos: Vec::new(),
+    })
+}
+
+/// A simulated servo with its joint at this angle, rad.
+fn servo_of(bus: &Bus, servo: &Servo, angle_rad: f64) -> Result<ServoConfig, BuildError> {
+    let (id, name) = (servo.id.0, servo.model.name);
+    let model = Model::named(name).ok_or_else(|| BuildError::unknown_model(&bus.name, id, name))?;
+    Ok(ServoConfig {
+        model: model.clone(),
+        id,
+        return_delay_us: bus.return_delay_us,
+        position_counts: servo.count_of(angle_rad),
+    })
 }

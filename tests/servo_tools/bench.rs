@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use hippocamp::platform::request_real_time;
 use hw_sim::pty::PtyServer;
-use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
+use hw_sim::{BusConfig, FaultScript, Model, Protocol, ServoConfig, World};
 use tempfile::TempDir;
 
 pub(crate) struct Bench {
@@ -16,7 +16,7 @@ pub(crate) struct Bench {
 /// A line called `line` at `baud`, with servos of one model and these ids.
 pub(crate) fn line(model: &str, baud: u32, ids: &[u8]) -> BusConfig {
     let servo = |id: &u8| ServoConfig {
-        model: model.into(),
+        model: Model::named(model).unwrap().clone(),
         id: *id,
         return_delay_us: 0,
         position_counts: 1000.0 + 100.0 * f64::from(*id),

@@ -3,8 +3,9 @@
 use super::group::Line;
 use super::packet::{BROADCAST, Heard, Request, STATUS, status};
 use super::power;
+use super::state::own_mut;
 use super::table::{self, Addressee, Refusal};
-use crate::registers::dynamixel_x::{
+use super::x_series::{
     FIRMWARE, HARDWARE_ERROR, MODEL_NUMBER, REGISTERED_INSTRUCTION, SECONDARY_ID, STATUS_RETURN_LEVEL,
 };
 use crate::reply::Slot;
@@ -158,12 +159,13 @@ fn single(request: &Request, servo: &mut Servo, by: Addressee, now_ns: u64) -> R
             // an older one.
             let (address, data) = address_and_data(parameters)?;
             table::check(servo, address, data, by)?;
-            servo.dynamixel.registered = Some((address, data.to_vec(), by));
+            own_mut(&mut servo.state).registered = Some((address, data.to_vec(), by));
             servo.registers.set(REGISTERED_INSTRUCTION, 1);
             Ok(())
         }
         ACTION => {
-            let (address, data, by) = servo.dynamixel.registered.take().ok_or(Refusal::Instruction)?;
+            let (address, data, by) =
+                own_mut(&mut servo.state).registered.take().ok_or(Refusal::Instruction)?;
             servo.registers.set(REGISTERED_INSTRUCTION, 0);
             table::write(servo, address, &data, by, now_ns)
         }

@@ -10,10 +10,11 @@
 
 use super::profile::{self, Point, Profile, Settings};
 use super::protection;
+use super::state::{own, own_mut};
+use super::x_series::*;
 use crate::convert::round_to_i64;
 use crate::model::{COUNTS_PER_RAD, COUNTS_PER_TURN};
 use crate::motor::Drive;
-use crate::registers::dynamixel_x::*;
 use crate::servo::{Servo, Surroundings};
 
 pub(super) const MODE_CURRENT: i64 = 0;
@@ -97,11 +98,7 @@ fn direction(servo: &Servo) -> i64 {
 
 /// Current unit, A: 1 mA on the XL330, 2.69 mA on the XM430; `None` where the model measures load instead.
 fn current_unit(servo: &Servo) -> Option<f64> {
-    match servo.registers.at(CURRENT_LIMIT) {
-        None => None,
-        _ if servo.model.name.starts_with("XL330") => Some(0.001),
-        _ => Some(0.002_69),
-    }
+    servo.model.current_unit_a
 }
 
 pub(super) fn present_counts(servo: &Servo) -> i64 {
@@ -123,7 +120,7 @@ pub(super) fn leave_turns_out(servo: &mut Servo) {
 pub(super) fn hold(servo: &mut Servo) {
     let present = present_counts(servo);
     servo.registers.set(GOAL_POSITION, present);
-    servo.dynamixel.motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
+    own_mut(&mut servo.state).motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
 }
 
 /// Starts towards the goal, if the goal or its profile has changed.
@@ -138,7 +135,7 @@ pub(super) fn head_for_goal(servo: &mut Servo, now_ns: u64) {
     };
     let goal_register = goal_register(servo);
     let goal = servo.get(goal_register);
-    let motion = &mut servo.dynamixel.motion;
+    let motion = &mut own_mut(&mut servo.state).motion;
     if motion.profile.is_some_and(|profile| profile.is_for(goal, settings)) {
         return;
     }
@@ -179,7 +176,7 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64, supply_v: f64) -> Drive
     }
     let is_cut = wanted.abs() >= limit || (given - wanted).abs() > 0.0;
     let duty = sloped(servo, given / PWM_FULL, supply_v);
-    let motion = &mut servo.dynamixel.motion;
+    let motion = &mut own_mut(&mut servo.state).motion;
     (motion.duty, motion.is_at_limit) = (duty, is_cut && given.abs() > 0.0);
     Drive::Duty(forward * duty)
 }
@@ -188,7 +185,7 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64, supply_v: f64) -> Drive
 /// differences of whole counts would only add noise.
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 fn position_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
-    let point = servo.dynamixel.motion.point;
+    let point = own(&servo.state).motion.point;
     let error = point.position - present_counts(servo) as f64;
     let error_rate = (point.velocity - speed_rad_s * COUNTS_PER_RAD) / STEPS_PER_S;
     let forward = servo.value(FEEDFORWARD_1ST) * point.velocity / STEPS_PER_S
@@ -201,7 +198,7 @@ fn position_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
 
 /// Velocity mode: PI about the trajectory.
 fn velocity_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
-    let wanted = servo.dynamixel.motion.point.velocity / profile::VELOCITY_UNIT;
+    let wanted = own(&servo.state).motion.point.velocity / profile::VELOCITY_UNIT;
     let error = wanted - speed_rad_s / VELOCITY_UNIT_RAD_S;
     let pwm = servo.value(VELOCITY_P) / P_GAIN_ONE * error;
     pwm + integral(servo, servo.value(VELOCITY_I), error, pwm, limit)
@@ -210,7 +207,7 @@ fn velocity_pwm(servo: &mut Servo, speed_rad_s: f64, limit: f64) -> f64 {
 /// The integral of `error`, which does not grow while the output is at its limit.
 fn integral(servo: &mut Servo, gain: f64, error: f64, others: f64, limit: f64) -> f64 {
     let step = gain / I_GAIN_ONE * error;
-    let sum = &mut servo.dynamixel.motion.integral;
+    let sum = &mut own_mut(&mut servo.state).motion.integral;
     let output = others + *sum + step;
     if output.abs() < limit || output * step < 0.0 {
         *sum += step;
@@ -220,7 +217,7 @@ fn integral(servo: &mut Servo, gain: f64, error: f64, others: f64, limit: f64) -
 
 /// PWM that makes this current flow, PWM units, at a speed in the direction in which the registers count.
 fn current_pwm(servo: &Servo, amperes: f64, speed_rad_s: f64, supply_v: f64) -> f64 {
-    let model = servo.model;
+    let model = &servo.model;
     let share = amperes / model.stall_current_a + speed_rad_s / model.no_load_speed_rad_s;
     // A dead supply would make this infinite.
     share * model.nominal_voltage_v / supply_v.max(0.1) * PWM_FULL
@@ -232,20 +229,20 @@ fn sloped(servo: &Servo, duty: f64, supply_v: f64) -> f64 {
         return duty;
     }
     let most = servo.value(PWM_SLOPE) * SLOPE_UNIT_V / supply_v.max(0.1);
-    duty.clamp(servo.dynamixel.motion.duty - most, servo.dynamixel.motion.duty + most)
+    duty.clamp(own(&servo.state).motion.duty - most, own(&servo.state).motion.duty + most)
 }
 
 pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
     let forward = if direction(servo) == 1 { 1.0 } else { -1.0 };
     let velocity = round_to_i64(forward * speed_rad_s / VELOCITY_UNIT_RAD_S);
     let load = match current_unit(servo) {
-        Some(unit) => round_to_i64(forward * servo.motor.current_a(servo.model) / unit),
+        Some(unit) => round_to_i64(forward * servo.motor.current_a(&servo.model) / unit),
         None => round_to_i64(forward * servo.motor.torque_nm / servo.model.stall_torque_nm * 1000.0),
     };
     let deci_volts = round_to_i64(around.supply_v * 10.0);
     let celsius = round_to_i64(servo.motor.temperature_c);
     let pwm = round_to_i64(forward * servo.motor.duty * PWM_FULL);
-    let started_ns = *servo.dynamixel.started_ns.get_or_insert(around.now_ns);
+    let started_ns = *own_mut(&mut servo.state).started_ns.get_or_insert(around.now_ns);
     let milliseconds = i64::try_from((around.now_ns - started_ns) / 1_000_000 % 32_768).unwrap_or(0);
     let is_fast = velocity.abs() > servo.get(MOVING_THRESHOLD);
     let registers = &mut servo.registers;
@@ -267,9 +264,9 @@ pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings
 fn follow(servo: &mut Servo, present: i64, is_fast: bool, now_ns: u64) {
     let mode = servo.get(OPERATING_MODE);
     if !is_torque_on(servo) {
-        servo.dynamixel.motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
+        own_mut(&mut servo.state).motion = Motion { point: Point::rest(present as f64), ..Motion::default() };
     }
-    let motion = &mut servo.dynamixel.motion;
+    let motion = &mut own_mut(&mut servo.state).motion;
     let mut status = 0;
     let mut is_under_way = false;
     if let Some(profile) = &motion.profile {

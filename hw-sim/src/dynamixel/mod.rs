@@ -3,17 +3,22 @@
 //! A request goes from `packet` through `answer` (instructions; `group` has those for many servos at once) to
 //! `table` (reading and writing, and reasons to refuse), `rules` (allowed values, and the effects of a write)
 //! and `power` (reboot, factory reset, backup). Every motor step `control` drives the motor along the
-//! trajectory from `profile`, and `protection` checks for conditions that must stop it.
+//! trajectory from `profile`, and `protection` checks for conditions that must stop it. `x_series` is the control table,
+//! `models` has the models, and `kind` hands all of it to the rest of the simulator.
 
-pub(crate) mod answer;
-pub(crate) mod control;
+mod answer;
+mod control;
 mod group;
-pub(crate) mod packet;
-pub(crate) mod power;
+mod kind;
+mod models;
+mod packet;
+mod power;
 mod profile;
 mod protection;
 mod rules;
 mod state;
 mod table;
+mod x_series;
 
-pub(crate) use state::State;
+pub(crate) use kind::KIND;
+use state::State;

@@ -3,9 +3,9 @@
 
 use super::control::{hold, is_torque_on, leave_turns_out};
 use super::rules;
-use super::state::State;
+use super::state::{State, own_mut};
 use super::table::{Addressee, Refusal};
-use crate::registers::dynamixel_x::*;
+use super::x_series::*;
 use crate::registers::{Register, RegisterFile};
 use crate::servo::Servo;
 
@@ -33,16 +33,17 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
 /// Reboot: RAM as shipped, or as Startup Configuration sets it, no error, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
     servo.registers.reset(EEPROM_END..u16::MAX);
-    servo.dynamixel = State { backup: servo.dynamixel.backup.take(), ..State::default() };
+    let state = own_mut(&mut servo.state);
+    *state = State { backup: state.backup.take(), ..State::default() };
     leave_turns_out(servo);
     rules::reset_goals(servo);
     let startup = servo.get(STARTUP_CONFIGURATION);
-    if let Some(backup) = servo.dynamixel.backup.take() {
+    if let Some(backup) = own_mut(&mut servo.state).backup.take() {
         servo.registers.set(BACKUP_READY, 1);
         if startup & STARTUP_RAM_RESTORE != 0 {
             copy(servo, &backup, is_stored_ram);
         }
-        servo.dynamixel.backup = Some(backup);
+        own_mut(&mut servo.state).backup = Some(backup);
     }
     servo.registers.set(TORQUE_ENABLE, i64::from(startup & STARTUP_TORQUE_ON != 0));
     hold(servo);
@@ -57,7 +58,7 @@ fn is_stored_ram(register: &Register) -> bool {
 }
 
 fn copy(servo: &mut Servo, from: &RegisterFile, which: impl Fn(&Register) -> bool) {
-    for register in servo.model.registers().iter().filter(|register| which(register)) {
+    for register in servo.model.registers.iter().filter(|register| which(register)) {
         servo.registers.set(register.address, from.get(register.address));
     }
 }
@@ -110,13 +111,13 @@ pub(super) fn backup(servo: &mut Servo, parameters: &[u8], now_ns: u64) -> Resul
         return Err(Refusal::ResultFail);
     }
     if what == 1 {
-        servo.dynamixel.backup = Some(servo.registers.clone());
+        own_mut(&mut servo.state).backup = Some(servo.registers.clone());
         servo.registers.set(BACKUP_READY, 1);
         return Ok(());
     }
-    let stored = servo.dynamixel.backup.take().ok_or(Refusal::ResultFail)?;
+    let stored = own_mut(&mut servo.state).backup.take().ok_or(Refusal::ResultFail)?;
     copy(servo, &stored, |register| (ID..EEPROM_END).contains(&register.address));
-    servo.dynamixel.backup = Some(stored);
+    own_mut(&mut servo.state).backup = Some(stored);
     servo.restart(now_ns);
     Ok(())
 }

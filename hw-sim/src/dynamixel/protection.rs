@@ -2,7 +2,8 @@
 //! e-manual, X-series, Shutdown (63), Hardware Error Status (70), Bus Watchdog (98).
 
 use super::control::{self, is_torque_on};
-use crate::registers::dynamixel_x::*;
+use super::state::own_mut;
+use super::x_series::*;
 use crate::servo::{Servo, Surroundings};
 
 const ERROR_VOLTAGE: i64 = 1;
@@ -34,7 +35,7 @@ pub(super) fn watch_hardware(
     if celsius > servo.get(TEMPERATURE_LIMIT) {
         errors |= ERROR_TEMPERATURE;
     }
-    let motion = &mut servo.dynamixel.motion;
+    let motion = &mut own_mut(&mut servo.state).motion;
     let is_stalled = motion.is_at_limit && speed_rad_s.abs() < STANDING_RAD_S;
     motion.stalled_s = if is_stalled { motion.stalled_s + around.dt_s } else { 0.0 };
     if motion.stalled_s > OVERLOAD_S || around.is_overloaded {

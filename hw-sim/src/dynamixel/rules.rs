@@ -3,8 +3,8 @@
 use super::control::{self, leave_turns_out, present_counts};
 use super::protection;
 use super::table::Refusal;
+use super::x_series::*;
 use crate::registers::Register;
-use crate::registers::dynamixel_x::*;
 use crate::servo::Servo;
 
 /// Drive Mode: a goal switches the torque on.

@@ -2,7 +2,7 @@
 //! error field; X-series, Indirect Address.
 
 use super::rules;
-use crate::registers::dynamixel_x::{EEPROM_END, INDIRECT_START, TORQUE_ENABLE, indirect_address_of};
+use super::x_series::{EEPROM_END, INDIRECT_START, TORQUE_ENABLE, indirect_address_of};
 use crate::registers::{Access, RegisterFile};
 use crate::servo::Servo;
 
@@ -49,7 +49,7 @@ fn meant(servo: &Servo, address: u16) -> u16 {
     if address < INDIRECT_START {
         return address;
     }
-    let pointer = indirect_address_of(servo.model.name, address);
+    let pointer = indirect_address_of(servo.model.indirect, address);
     pointer.and_then(|pointer| u16::try_from(servo.get(pointer)).ok()).unwrap_or(address)
 }
 

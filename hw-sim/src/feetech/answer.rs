@@ -6,7 +6,7 @@
 use super::instruction::{answers_sync_read, obey, read};
 use super::memory;
 use super::packet::{BROADCAST, Request, status};
-use crate::registers::feetech_sts::STATUS;
+use super::sts::STATUS;
 use crate::reply::Slot;
 use crate::servo::{Servo, listener};
 

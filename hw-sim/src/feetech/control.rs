@@ -5,15 +5,15 @@
 //! STS_3215_12V_20250317). The integral gain and its limit, 0 as shipped, and the factory block are stored but have
 //! no effect. The scale of the speed loop's gains is not published: ours hold the speed.
 
+use super::scs::RUNNING_TIME;
+use super::sts::*;
 use crate::convert::round_to_i64;
 use crate::model::COUNTS_PER_TURN;
 use crate::motor::Drive;
-use crate::registers::feetech_scs::RUNNING_TIME;
-use crate::registers::feetech_sts::*;
 use crate::servo::{Servo, Surroundings};
 
 use super::profile::Profile;
-use super::{Run, State, memory, protection};
+use super::{Run, State, memory, own, own_mut, protection};
 
 const MODE_POSITION: i64 = 0;
 const MODE_SPEED: i64 = 1;
@@ -37,8 +37,6 @@ const PHASE_FEEDBACK_REVERSED: i64 = 128;
 const ACCELERATION_UNIT: f64 = 100.0;
 /// Coarse unit of speed, and of the moving threshold, counts/s.
 const COARSE_SPEED: f64 = 50.0;
-/// Unit of current, A.
-const CURRENT_UNIT_A: f64 = 0.0065;
 /// Period of the loops, s; the position is updated each millisecond (STS3250 data sheet).
 const STEP_S: f64 = 1e-3;
 /// Time that a shaft must stand before it counts as arrived, s: the factory block's DTs.
@@ -49,19 +47,19 @@ pub(crate) fn power_on(servo: &mut Servo, id: u8, baud_code: i64, delay_units: i
     servo.registers.set(BAUD, baud_code);
     servo.registers.set(RETURN_DELAY, delay_units);
     // Only the backup keeps the values as shipped.
-    let backup = std::mem::replace(&mut servo.feetech, State::new(&servo.registers)).backup;
-    servo.feetech.backup = backup;
+    let backup = std::mem::replace(own_mut(&mut servo.state), State::new(&servo.registers)).backup;
+    own_mut(&mut servo.state).backup = backup;
     forget(servo);
 }
 
 /// Starts from EPROM: RAM as shipped, and no turns counted.
 pub(crate) fn forget(servo: &mut Servo) {
-    servo.registers.copy(&servo.feetech.stored, 0..EPROM_END);
+    servo.registers.copy(&own(&servo.state).stored, 0..EPROM_END);
     servo.registers.reset(EPROM_END..u16::MAX);
     if !servo.model.is_scs {
         servo.registers.set(TORQUE_LIMIT, servo.get(MAX_TORQUE));
     }
-    servo.feetech.run = Run::default();
+    own_mut(&mut servo.state).run = Run::default();
     forget_turns(servo);
 }
 
@@ -77,7 +75,7 @@ pub(super) fn forget_turns(servo: &mut Servo) {
 #[expect(clippy::cast_precision_loss, reason = "counts have 32 bits at most")]
 fn rest(servo: &mut Servo) {
     let present = present_counts(servo);
-    let run = &mut servo.feetech.run;
+    let run = &mut own_mut(&mut servo.state).run;
     run.profile = Profile::rest_at(present as f64);
     run.step_goal = present;
     (run.last_error, run.speed_drive, run.is_under_way) = (0.0, 0.0, false);
@@ -131,7 +129,7 @@ fn resolution(servo: &Servo) -> i64 {
 /// Goal position of the servo, counts.
 fn goal_counts(servo: &Servo) -> i64 {
     match mode(servo) {
-        MODE_STEP => servo.feetech.run.step_goal,
+        MODE_STEP => own(&servo.state).run.step_goal,
         _ => servo.get(GOAL_POSITION) * resolution(servo),
     }
 }
@@ -154,11 +152,11 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
                 servo.registers.set(TORQUE_SWITCH, 0);
                 memory::calibrate(servo, memory::MIDDLE);
             }
-            0 => servo.feetech.run.protection.let_go(),
+            0 => own_mut(&mut servo.state).run.protection.let_go(),
             1 | DAMPING if before == 0 => {
-                let is_under_way = servo.feetech.run.is_under_way;
+                let is_under_way = own(&servo.state).run.is_under_way;
                 rest(servo);
-                servo.feetech.run.is_under_way = is_under_way;
+                own_mut(&mut servo.state).run.is_under_way = is_under_way;
             }
             1 | DAMPING => {}
             // Only 0, 1, 2 and 128 have a meaning.
@@ -167,12 +165,12 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
         GOAL_POSITION => {
             servo.note_goal(servo.get(GOAL_POSITION));
             if mode(servo) == MODE_STEP {
-                servo.feetech.run.step_goal += servo.get(GOAL_POSITION) * resolution(servo);
+                own_mut(&mut servo.state).run.step_goal += servo.get(GOAL_POSITION) * resolution(servo);
             }
             servo.registers.set(GOAL_READ_BACK, servo.get(GOAL_POSITION));
             let goal = goal_counts(servo);
             let is_elsewhere = goal != present_counts(servo);
-            let run = &mut servo.feetech.run;
+            let run = &mut own_mut(&mut servo.state).run;
             run.way = (to_f64(goal) - run.profile.position).abs();
             run.is_under_way |= is_elsewhere;
             run.still_s = 0.0;
@@ -188,7 +186,7 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
 pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
     let demand = match (servo.get(TORQUE_SWITCH), mode(servo)) {
         (0, _) => {
-            servo.feetech.run.demand = 0.0;
+            own_mut(&mut servo.state).run.demand = 0.0;
             return Drive::Off;
         }
         (1, MODE_POSITION | MODE_STEP) => position_drive(servo),
@@ -196,7 +194,7 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
         (1, _) => pwm(servo),
         _ => 0.0,
     };
-    servo.feetech.run.demand = demand;
+    own_mut(&mut servo.state).run.demand = demand;
     let limit = if servo.model.is_scs { MAX_TORQUE } else { TORQUE_LIMIT };
     let limit = (servo.value(limit) / 1000.0).min(protection::drive_limit(servo));
     let drive = demand.clamp(-limit, limit);
@@ -237,7 +235,7 @@ fn speed_max(servo: &Servo) -> f64 {
     if speed > 0.0 {
         speed
     } else if time_s > 0.0 {
-        servo.feetech.run.way / time_s
+        own(&servo.state).run.way / time_s
     } else if has_phase(servo, PHASE_ZERO_IS_HIGHEST) {
         f64::INFINITY
     } else {
@@ -249,10 +247,10 @@ fn position_drive(servo: &mut Servo) -> f64 {
     let goal = to_f64(goal_counts(servo));
     let acceleration = acceleration(servo);
     let speed_max = speed_max(servo);
-    servo.feetech.run.profile.step_to(goal, speed_max, acceleration, STEP_S);
-    let error = servo.feetech.run.profile.position - to_f64(present_counts(servo));
-    let change = error - servo.feetech.run.last_error;
-    servo.feetech.run.last_error = error;
+    own_mut(&mut servo.state).run.profile.step_to(goal, speed_max, acceleration, STEP_S);
+    let error = own(&servo.state).run.profile.position - to_f64(present_counts(servo));
+    let change = error - own(&servo.state).run.last_error;
+    own_mut(&mut servo.state).run.last_error = error;
     if (-servo.value(DEAD_BAND_NEGATIVE)..=servo.value(DEAD_BAND_POSITIVE)).contains(&error) {
         return 0.0;
     }
@@ -271,7 +269,7 @@ fn speed_drive(servo: &mut Servo, speed_rad_s: f64) -> f64 {
     let (p, i) = (servo.value(SPEED_P), servo.value(SPEED_I));
     let no_load = servo.model.no_load_speed_rad_s;
     let counts_per_rad = servo.model.counts_per_rad();
-    let run = &mut servo.feetech.run;
+    let run = &mut own_mut(&mut servo.state).run;
     run.profile.step_speed(wanted, acceleration, STEP_S);
     // As shares of the no-load speed: at P = 10 the drive is five times the error, at I = 10 it grows as much in
     // 0.05 s.
@@ -284,7 +282,8 @@ fn speed_drive(servo: &mut Servo, speed_rad_s: f64) -> f64 {
 pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
     let sign = if has_phase(servo, PHASE_FEEDBACK_REVERSED) { -1.0 } else { 1.0 };
     let speed_counts = sign * speed_rad_s * servo.model.counts_per_rad();
-    let current = round_to_i64(servo.motor.current_a(servo.model) / CURRENT_UNIT_A);
+    let amperes = servo.motor.current_a(&servo.model);
+    let current = servo.model.current_unit_a.map_or(0, |unit| round_to_i64(amperes / unit));
     let deci_volts = round_to_i64(around.supply_v * 10.0);
     let unit = speed_unit(servo);
     let (duty, celsius) = (servo.motor.duty, servo.motor.temperature_c);
@@ -309,8 +308,8 @@ fn is_moving(servo: &mut Servo, turns: bool, dt_s: f64) -> bool {
     if !matches!(mode(servo), MODE_POSITION | MODE_STEP) {
         return turns;
     }
-    let is_at_goal = (servo.feetech.run.profile.position - to_f64(goal_counts(servo))).abs() < 1.0;
-    let run = &mut servo.feetech.run;
+    let is_at_goal = (own(&servo.state).run.profile.position - to_f64(goal_counts(servo))).abs() < 1.0;
+    let run = &mut own_mut(&mut servo.state).run;
     run.still_s = if turns || !is_at_goal { 0.0 } else { run.still_s + dt_s };
     run.is_under_way &= run.still_s < STANDING_S;
     run.is_under_way

@@ -3,8 +3,8 @@
 //! FT-SCS has no code for a refusal: the alarm bits of a status packet describe the servo's health, not the
 //! request. A servo does not answer an instruction that it does not know.
 
-use super::{memory, series};
-use crate::registers::feetech_sts::{ASYNC_FLAG, RESPONSE_LEVEL};
+use super::sts::{ASYNC_FLAG, RESPONSE_LEVEL};
+use super::{memory, own_mut, series};
 use crate::servo::Servo;
 
 const PING: u8 = 0x01;
@@ -35,12 +35,12 @@ pub(super) fn obey(
             true
         }
         (REG_WRITE, [address, data @ ..]) => {
-            servo.feetech.run.pending = Some((*address, data.to_vec()));
+            own_mut(&mut servo.state).run.pending = Some((*address, data.to_vec()));
             servo.registers.set(ASYNC_FLAG, 1);
             true
         }
         (ACTION, []) => {
-            if let Some((address, data)) = servo.feetech.run.pending.take() {
+            if let Some((address, data)) = own_mut(&mut servo.state).run.pending.take() {
                 servo.registers.set(ASYNC_FLAG, 0);
                 memory::write(servo, address, &data);
             }

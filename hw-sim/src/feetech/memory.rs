@@ -5,8 +5,9 @@
 
 use super::control::{self, is_position_mode, present_counts};
 use super::instruction::is_unlocked;
+use super::sts::*;
+use super::{State, own_mut};
 use crate::model::COUNTS_PER_TURN;
-use crate::registers::feetech_sts::*;
 use crate::registers::{Access, Register};
 use crate::servo::Servo;
 
@@ -49,14 +50,14 @@ fn range(servo: &Servo, register: &Register) -> (i64, i64) {
 fn set(servo: &mut Servo, address: u16, value: i64) {
     servo.registers.set(address, value);
     if address < EPROM_END && is_unlocked(servo) {
-        servo.feetech.stored.set(address, value);
+        own_mut(&mut servo.state).stored.set(address, value);
     }
 }
 
 /// Parameter backup: works only if the servo is unlocked.
 pub(super) fn back_up(servo: &mut Servo) {
     if is_unlocked(servo) {
-        servo.feetech.backup = servo.registers.clone();
+        own_mut(&mut servo.state).backup = servo.registers.clone();
     }
 }
 
@@ -64,8 +65,9 @@ pub(super) fn back_up(servo: &mut Servo) {
 pub(super) fn recover(servo: &mut Servo) {
     if is_unlocked(servo) {
         let id = servo.get(ID);
-        for file in [&mut servo.registers, &mut servo.feetech.stored] {
-            file.copy(&servo.feetech.backup, 0..EPROM_END);
+        let State { stored, backup, .. } = own_mut(&mut servo.state);
+        for file in [&mut servo.registers, stored] {
+            file.copy(backup, 0..EPROM_END);
             file.set(ID, id);
         }
         control::observe_position(servo);
@@ -78,6 +80,6 @@ pub(super) fn calibrate(servo: &mut Servo, counts: i64) {
     let offset = (actual - counts).rem_euclid(COUNTS_PER_TURN);
     let nearest = if offset > OFFSET_MAX { offset - COUNTS_PER_TURN } else { offset };
     servo.registers.set(OFFSET, nearest);
-    servo.feetech.stored.set(OFFSET, nearest);
+    own_mut(&mut servo.state).stored.set(OFFSET, nearest);
     control::forget_turns(servo);
 }

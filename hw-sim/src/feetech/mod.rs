@@ -2,18 +2,24 @@
 //!
 //! `packet` has the bytes, `answer` decides which servos answer a request, `instruction` carries it out on one
 //! servo, `memory` holds what may be written and what is kept, `control` has the motor and the feedback, `profile`
-//! the trajectory to a goal, `protection` the alarms.
+//! the trajectory to a goal, `protection` the alarms. `sts` and `scs` are the control tables, `models` has the models, and
+//! `kind` hands all of it to the rest of the simulator.
 
-pub(crate) mod answer;
-pub(crate) mod control;
+mod answer;
+mod control;
 mod instruction;
+mod kind;
 mod memory;
-pub(crate) mod packet;
+mod models;
+mod packet;
 mod profile;
 mod protection;
+mod scs;
+mod sts;
 
-use crate::registers::{RegisterFile, feetech_scs, feetech_sts};
-use crate::servo::Servo;
+use crate::registers::RegisterFile;
+use crate::servo::{self, Servo};
+pub(crate) use kind::KIND;
 use profile::Profile;
 use protection::Protection;
 
@@ -57,6 +63,16 @@ impl State {
     }
 }
 
+/// The state of a servo of this protocol.
+fn own(state: &servo::State) -> &State {
+    state.downcast_ref().expect("a servo has the state of its kind")
+}
+
+/// The same, to change it.
+fn own_mut(state: &mut servo::State) -> &mut State {
+    state.downcast_mut().expect("a servo has the state of its kind")
+}
+
 /// Addresses that differ between the series, for registers that both have.
 struct Series {
     lock: u16,
@@ -66,17 +82,17 @@ struct Series {
 }
 
 static STS: Series = Series {
-    lock: feetech_sts::LOCK,
-    holding_torque: feetech_sts::HOLDING_TORQUE,
-    protection_time: feetech_sts::PROTECTION_TIME,
-    overload_torque: feetech_sts::OVERLOAD_TORQUE,
+    lock: sts::LOCK,
+    holding_torque: sts::HOLDING_TORQUE,
+    protection_time: sts::PROTECTION_TIME,
+    overload_torque: sts::OVERLOAD_TORQUE,
 };
 
 static SCS: Series = Series {
-    lock: feetech_scs::LOCK,
-    holding_torque: feetech_scs::HOLDING_TORQUE,
-    protection_time: feetech_scs::PROTECTION_TIME,
-    overload_torque: feetech_scs::OVERLOAD_TORQUE,
+    lock: scs::LOCK,
+    holding_torque: scs::HOLDING_TORQUE,
+    protection_time: scs::PROTECTION_TIME,
+    overload_torque: scs::OVERLOAD_TORQUE,
 };
 
 fn series(servo: &Servo) -> &'static Series {

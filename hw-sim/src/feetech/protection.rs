@@ -2,9 +2,9 @@
 //! to 20, 28, 34 to 38 and 65. Measured on an STS3215 (kscalelabs/sysid, STS_3215_12V_20250317): the 80 % are of
 //! the drive that the position loop asks for, and the drive then falls to the holding torque.
 
-use super::series;
+use super::sts::*;
+use super::{own, own_mut, series};
 use crate::convert::round_to_i64;
-use crate::registers::feetech_sts::*;
 use crate::servo::{Servo, Surroundings};
 
 const VOLTAGE: i64 = 1;
@@ -38,7 +38,7 @@ impl Protection {
 
 /// The largest drive that the protection allows, share of the supply.
 pub(super) fn drive_limit(servo: &Servo) -> f64 {
-    match servo.feetech.run.protection.overload {
+    match own(&servo.state).run.protection.overload {
         Some(_) => servo.value(series(servo).holding_torque) / 100.0 * max_torque(servo),
         None => 1.0,
     }
@@ -81,7 +81,7 @@ fn is_overcurrent(servo: &mut Servo, current: i64, dt_s: f64) -> bool {
     }
     let most = servo.get(PROTECTION_CURRENT).min(PROTECTION_CURRENT_MAX);
     let longest_s = servo.value(OVERCURRENT_TIME) * TIME_UNIT_S;
-    let protection = &mut servo.feetech.run.protection;
+    let protection = &mut own_mut(&mut servo.state).run.protection;
     protection.current_s = if current.abs() > most { protection.current_s + dt_s } else { 0.0 };
     protection.is_overcurrent |= protection.current_s > longest_s;
     protection.is_overcurrent
@@ -95,8 +95,8 @@ fn is_overloaded(servo: &mut Servo, is_enabled: bool, turns: bool, around: &Surr
     let (threshold, holding) = (servo.value(series.overload_torque), servo.value(series.holding_torque));
     let longest_s = servo.value(series.protection_time) * TIME_UNIT_S;
     let (drive, most) = (servo.motor.duty, max_torque(servo));
-    let demand = servo.feetech.run.demand;
-    let protection = &mut servo.feetech.run.protection;
+    let demand = own(&servo.state).run.demand;
+    let protection = &mut own_mut(&mut servo.state).run.protection;
     let is_loaded = drive.abs() > threshold / 100.0 * most && !turns;
     protection.loaded_s = if is_loaded { protection.loaded_s + around.dt_s } else { 0.0 };
     if around.is_overloaded {

@@ -17,7 +17,6 @@ use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{Assigned, FaultScript, HostStalls, ImuFaults, Pushes};
 use crate::imu::Imu;
-use crate::model::{MODELS, Model};
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
 pub use truth::ServoTruth;
@@ -87,8 +86,8 @@ impl World {
             let baud_code = check_bus(config)?;
             let mut servos = Vec::new();
             for servo_config in &config.servos {
-                let model = check_servo(config, servo_config, baud_code)?;
-                let servo = Servo::new(model, servo_config, baud_code);
+                check_servo(config, servo_config, baud_code)?;
+                let servo = Servo::new(config.protocol.kind(), servo_config, baud_code);
                 shafts.push(servo.shaft(servo_config));
                 servos.push(servo);
             }
@@ -332,7 +331,7 @@ impl World {
                 self.torques[index] = bus.servos[place].torque(shaft, supply_v);
                 index += 1;
             }
-            let current_a = bus.servos.iter().map(|servo| servo.motor.supply_current_a(servo.model)).sum();
+            let current_a = bus.servos.iter().map(|servo| servo.motor.supply_current_a(&servo.model)).sum();
             bus.supply.draw(current_a);
         }
         self.grip();
@@ -427,8 +426,8 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     }
     let mut ids = BTreeSet::new();
     for servo in &config.servos {
-        if servo.id > config.protocol.id_max() {
-            let (protocol, max) = (config.protocol, config.protocol.id_max());
+        if servo.id > config.protocol.kind().id_max {
+            let (protocol, max) = (config.protocol, config.protocol.kind().id_max);
             return Err(BuildError::BadId { bus: bus(), id: servo.id, protocol, max });
         }
         if !ids.insert(servo.id) {
@@ -440,27 +439,20 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
 
 /// The error for a rate that is not among those up to `highest_code`.
 fn bad_baud(config: &BusConfig, highest_code: i64) -> BuildError {
-    let bauds = config.protocol.bauds().iter().filter(|(code, _)| *code <= highest_code);
+    let bauds = config.protocol.kind().bauds.iter().filter(|(code, _)| *code <= highest_code);
     let known = bauds.map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
     BuildError::BadBaud { bus: config.name.clone(), baud: config.baud, known }
 }
 
-fn check_servo(
-    config: &BusConfig,
-    servo: &ServoConfig,
-    baud_code: i64,
-) -> Result<&'static Model, BuildError> {
-    let (bus, id) = (config.name.clone(), servo.id);
-    let Some(model) = Model::named(&servo.model) else {
-        let known = MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ");
-        return Err(BuildError::UnknownModel { bus, id, model: servo.model.clone(), known });
-    };
+fn check_servo(config: &BusConfig, servo: &ServoConfig, baud_code: i64) -> Result<(), BuildError> {
+    let (bus, id, model) = (config.name.clone(), servo.id, &servo.model);
     if model.protocol != config.protocol {
         let (speaks, expected) = (model.protocol, config.protocol);
-        return Err(BuildError::WrongProtocol { bus, id, model: servo.model.clone(), speaks, expected });
+        return Err(BuildError::WrongProtocol { bus, id, model: model.name.clone(), speaks, expected });
     }
-    if baud_code > model.highest_baud_code() {
-        return Err(bad_baud(config, model.highest_baud_code()));
+    let highest_code = model.largest(config.protocol.kind().baud);
+    if baud_code > highest_code {
+        return Err(bad_baud(config, highest_code));
     }
     let bad = |key: &str, value: String, expected| {
         Err(BuildError::BadNumber {
@@ -477,5 +469,5 @@ fn check_servo(
     if servo.position_counts.is_nan() || servo.position_counts.abs() > 1e9 {
         return bad("position_counts", servo.position_counts.to_string(), "a number within 1e9 of 0");
     }
-    Ok(model)
+    Ok(())
 }

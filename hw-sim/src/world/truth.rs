@@ -2,8 +2,6 @@
 
 use super::World;
 use crate::bus::Bus;
-use crate::config::Protocol;
-use crate::registers::{dynamixel_x, feetech_sts};
 
 /// One servo: its own registers and its shaft, whatever it reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -36,17 +34,12 @@ impl World {
     pub fn truth(&self, bus: usize, place: usize) -> Option<ServoTruth> {
         let (line, index) = (self.buses.get(bus)?, self.index_of(bus, place)?);
         let (shaft, servo) = (self.shafts.get(index)?, line.servos.get(place)?);
-        let (goal, limit) = match servo.model.protocol {
-            Protocol::Dynamixel => (dynamixel_x::GOAL_POSITION, dynamixel_x::GOAL_PWM),
-            Protocol::Feetech if servo.model.is_scs => (feetech_sts::GOAL_POSITION, feetech_sts::MAX_TORQUE),
-            Protocol::Feetech => (feetech_sts::GOAL_POSITION, feetech_sts::TORQUE_LIMIT),
-        };
         Some(ServoTruth {
-            goal: servo.get(goal),
+            goal: servo.goal(),
             goal_taken: servo.goal_taken,
             goals_taken: servo.goals_taken,
             is_misled: servo.is_misled,
-            torque_limit: servo.get(limit),
+            torque_limit: servo.torque_limit(),
             torque_on: servo.is_torque_on(),
             position_counts: shaft.position_rad * servo.model.counts_per_rad(),
             torque_nm: servo.motor.torque_nm,

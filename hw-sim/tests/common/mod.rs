@@ -4,13 +4,18 @@
 
 pub(crate) mod x_series;
 
-use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World};
+use hw_sim::{BusConfig, FaultScript, Model, Protocol, ServoConfig, World};
 
 pub(crate) const MS: u64 = 1_000_000;
 pub(crate) const S: u64 = 1_000_000_000;
 
 pub(crate) fn servo(model: &str, id: u8) -> ServoConfig {
-    ServoConfig { model: model.into(), id, return_delay_us: 0, position_counts: 2048.0 }
+    ServoConfig {
+        model: Model::named(model).unwrap().clone(),
+        id,
+        return_delay_us: 0,
+        position_counts: 2048.0,
+    }
 }
 
 /// A Feetech bus at 1 Mbit/s, no adapter latency, 12 V.

@@ -1,7 +1,7 @@
 //! Dynamixel X servos, one on a bus with the id 1: what their tests share.
 
 use super::*;
-use hw_sim::{FaultScript, MODELS, Model, Shaft};
+use hw_sim::{FaultScript, Model, Shaft};
 
 pub(crate) const RESULT_FAIL: u8 = 1;
 pub(crate) const DATA_RANGE: u8 = 4;
@@ -25,11 +25,11 @@ pub(crate) const VELOCITY_UNIT_RAD_S: f64 = 0.229 * std::f64::consts::TAU / 60.0
 pub(crate) const STUCK: &str = "[[fault]]\nat_s = 0\nkind = 'stuck'";
 
 pub(crate) fn dynamixels() -> impl Iterator<Item = &'static Model> {
-    MODELS.iter().filter(|model| model.protocol == Protocol::Dynamixel)
+    Model::all().iter().filter(|model| model.protocol == Protocol::Dynamixel)
 }
 
 pub(crate) fn named(name: &str) -> &'static Model {
-    MODELS.iter().find(|model| model.name == name).unwrap()
+    Model::named(name).unwrap()
 }
 
 /// A servo at its nominal voltage, with its shaft there.

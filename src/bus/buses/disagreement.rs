@@ -4,7 +4,6 @@ use std::fmt;
 
 use crate::bus::{ServoPlace, TransactionError};
 use crate::model::Protocol;
-use crate::model::servo_model::SERVO_MODELS;
 
 /// Why a run cannot start. No servo has torque then.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,8 +139,8 @@ impl fmt::Display for BusDevice {
 
 /// The names of the models with this number, for a message; empty if none is known.
 fn models_with(protocol: Protocol, number: i64) -> String {
-    let is_it = |number_of: u16, of: Protocol| of == protocol && i64::from(number_of) == number;
-    let models = SERVO_MODELS.iter().filter(|model| is_it(model.model_number, model.protocol));
+    let models = protocol.language().models.iter();
+    let models = models.filter(|model| i64::from(model.model_number) == number);
     let names: Vec<_> = models.map(|model| model.name).collect();
     if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }
 }

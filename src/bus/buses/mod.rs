@@ -20,8 +20,7 @@ use super::port::Ports;
 use super::timing::GroupRead;
 use super::{ServoGoal, Slot, TransactionError};
 use crate::counts::Goals;
-use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
-use crate::model::{Protocol, Robot};
+use crate::model::Robot;
 use crate::units::ServoId;
 pub(in crate::bus) use company::Company;
 pub use disagreement::{BusDevice, Disagreement, StartError};
@@ -88,13 +87,9 @@ impl<P: Ports> Buses<P> {
                     of.servo.filter(|servo| servo.bus == index).map(|servo| (joint, servo))
                 })
             };
-            let registers = servos().next().map_or(
-                match bus.protocol {
-                    Protocol::Feetech => &FEETECH_STS,
-                    Protocol::Dynamixel => &DYNAMIXEL_X,
-                },
-                |(_, servo)| servo.model.registers,
-            );
+            let registers = servos()
+                .next()
+                .map_or(bus.protocol.language().series[0].registers, |(_, servo)| servo.model.registers);
             let ids: Vec<ServoId> = servos().map(|(_, servo)| servo.id).collect();
             let joints = servos().map(|(joint, _)| joint).collect();
             Line::new(index, BusClient::new(bus, registers, &ids), joints, period)

@@ -3,10 +3,13 @@ use std::collections::VecDeque;
 use glam::{DQuat, DVec3};
 
 use super::*;
+use crate::bus::feetech::FEETECH_STS;
 use crate::bus::port::PortError;
 use crate::bus::testing::feetech_status;
 use crate::bus::{Feedback, Request};
-use crate::model::{Bus, Gait, HorseMotion, Joint, Motion, SafetySettings, Servo, ServoModel, StopAction};
+use crate::model::{
+    Bus, Gait, HorseMotion, Joint, Motion, Protocol, SafetySettings, Servo, ServoModel, StopAction,
+};
 use crate::units::Time;
 
 /// Replies to a request: the time after sending, and the bytes.

@@ -98,7 +98,10 @@ impl<P: Ports> Buses<P> {
             let Some(line) = self.lines.get_mut(index) else { break };
             match line.client.finish_transaction() {
                 Answer::Done { value, .. } => return Ok(value),
-                Answer::Refused { error } => return Err(TransactionError::Refused { place, request, error }),
+                Answer::Refused { error } => {
+                    let meaning = line.client.refusal(error);
+                    return Err(TransactionError::Refused { place, request, error, meaning });
+                }
                 Answer::Corrupt => is_corrupt = true,
                 Answer::Missing => {}
             }

@@ -1,6 +1,7 @@
 //! Collects replies: one slot per servo in an exchange, one answer in a transaction.
 
-use crate::bus::codec::{Codec, alarms_and_refusal, may_be_echoed_ping, ping_bytes, read_bytes};
+use crate::bus::codec::Codec;
+use crate::bus::language::Language;
 use crate::bus::packet::{Event, Status};
 use crate::bus::register::decode_ordered;
 use crate::bus::{Feedback, Slot};
@@ -19,7 +20,7 @@ pub(crate) enum Answer {
         /// Alarm bits, as in [`Feedback::alarms`].
         alarms: u8,
     },
-    /// The servo refused, with the error number of the Dynamixel manual (1 to 127).
+    /// The servo refused, with its protocol's number of the error.
     Refused {
         /// The error number.
         error: u8,
@@ -55,7 +56,7 @@ pub(super) enum Awaited {
 /// Replies of the request under way.
 #[derive(Debug)]
 pub(super) struct Inbox {
-    protocol: Protocol,
+    language: &'static Language,
     pub(super) ids: Vec<ServoId>,
     pub(super) registers: &'static Registers,
     pub(super) slots: Vec<Slot>,
@@ -67,7 +68,7 @@ pub(super) struct Inbox {
 impl Inbox {
     pub(super) fn new(protocol: Protocol, registers: &'static Registers, ids: &[ServoId]) -> Inbox {
         Inbox {
-            protocol,
+            language: protocol.language(),
             ids: ids.to_vec(),
             registers,
             slots: vec![Slot::Missing; ids.len()],
@@ -121,10 +122,10 @@ impl Inbox {
     }
 
     fn take_feedback(&mut self, status: Status<'_>, asked: Option<Question>) {
-        let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
+        let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
         let reply = match asked {
             None => feedback(self.registers, status.parameters, alarms).map(Slot::Fresh),
-            Some(question) => answer_to(self.registers, question, status.parameters).map(Slot::Told),
+            Some(question) => self.answer_to(question, status.parameters).map(Slot::Told),
         };
         match (slot_of(&self.ids, &mut self.slots, status.id), reply.filter(|_| refusal == 0)) {
             (Some(slot), Some(reply)) => *slot = reply,
@@ -138,11 +139,11 @@ impl Inbox {
             self.unknown = self.unknown.saturating_add(1);
             return;
         }
-        let (alarms, refusal) = alarms_and_refusal(self.protocol, status.error);
+        let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
         let (bytes, register) = match question {
-            Wish::Ping if may_be_echoed_ping(self.protocol, status.error, status.parameters) => return,
-            Wish::Ping => (ping_bytes(self.protocol), None),
-            Wish::Read(register) => (read_bytes(self.protocol, register), Some(register)),
+            Wish::Ping if (self.language.may_be_echoed_ping)(status.error, status.parameters) => return,
+            Wish::Ping => (self.language.ping_bytes, None),
+            Wish::Read(register) => ((self.language.asked_bytes)(u16::from(register.bytes)), Some(register)),
             Wish::Write => (0, None),
         };
         let value = match register {
@@ -155,6 +156,37 @@ impl Inbox {
             _ => return self.mark_corrupt(asked),
         };
         self.awaited = Awaited::Answer { id: asked, question, answer };
+    }
+
+    /// Reads the answer to a question; `None` when it has the wrong length.
+    fn answer_to(&self, question: Question, data: &[u8]) -> Option<Told> {
+        let registers = self.registers;
+        if data.len() != usize::from(self.asked_register(question).1) {
+            return None;
+        }
+        let value = decode_ordered(register_of(registers, question), data, registers.is_big_endian)?;
+        Some(match question {
+            Question::Torque => Told::Torque(value != 0),
+            Question::Alarms => Told::Alarms(u8::try_from(value).unwrap_or(u8::MAX)),
+            Question::Goal => Told::Goal(saturate(value)),
+        })
+    }
+
+    /// First address and number of bytes that every servo is asked to send.
+    pub(super) fn asked_of(&self, question: Option<Question>) -> (u16, u16) {
+        match question {
+            None => (self.registers.feedback_address, self.registers.feedback_bytes),
+            Some(question) => self.asked_register(question),
+        }
+    }
+
+    /// First address and number of bytes to read in order to answer `question`.
+    fn asked_register(&self, question: Question) -> (u16, u16) {
+        let register = register_of(self.registers, question);
+        let bytes = u16::from(register.bytes);
+        // Only where servos are asked one by one could a reply be taken for the echo of its request.
+        let asked = if self.registers.has_sync_read { bytes } else { (self.language.asked_bytes)(bytes) };
+        (register.address, asked)
     }
 
     /// Marks the slot or answer of `id` as corrupt, unless a good reply was already there.
@@ -204,27 +236,6 @@ fn register_of(registers: &Registers, question: Question) -> Register {
         Question::Alarms => registers.alarm_status,
         Question::Goal => registers.goal_position,
     }
-}
-
-/// First address and number of bytes to read in order to answer `question`.
-pub(super) fn asked_register(registers: &Registers, question: Question) -> (u16, u16) {
-    let register = register_of(registers, question);
-    // Where servos are asked one by one, a reply of two data bytes could be taken for the echo of its request.
-    let protocol = if registers.has_sync_read { Protocol::Dynamixel } else { Protocol::Feetech };
-    (register.address, read_bytes(protocol, register))
-}
-
-/// Reads the answer to a question; `None` when it has the wrong length.
-fn answer_to(registers: &Registers, question: Question, data: &[u8]) -> Option<Told> {
-    if data.len() != usize::from(asked_register(registers, question).1) {
-        return None;
-    }
-    let value = decode_ordered(register_of(registers, question), data, registers.is_big_endian)?;
-    Some(match question {
-        Question::Torque => Told::Torque(value != 0),
-        Question::Alarms => Told::Alarms(u8::try_from(value).unwrap_or(u8::MAX)),
-        Question::Goal => Told::Goal(saturate(value)),
-    })
 }
 
 /// The nearest `i32`.

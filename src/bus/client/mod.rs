@@ -9,15 +9,15 @@ mod read_mode;
 
 use std::time::Duration;
 
-use super::codec::{Codec, ping_bytes, read_bytes};
+use super::codec::Codec;
+use super::frame::status_bytes;
 use super::register::{encode, ordered};
 use super::timing::{
     CycleCost, GroupRead, cycle_cost, reply_deadline, single_read_time, sync_write_bytes, wire_time,
 };
 use super::{ServoGoal, Slot};
-use super::{dynamixel, feetech};
 use crate::model::servo_model::Register;
-use crate::model::{Bus, Protocol, Registers};
+use crate::model::{Bus, Registers};
 use crate::signals::Question;
 use crate::units::ServoId;
 use echo::EchoFilter;
@@ -88,9 +88,9 @@ impl BusClient {
             inbox: Inbox::new(bus.protocol, registers, ids),
             request: Vec::with_capacity(request_bytes),
             echo: EchoFilter::default(),
-            read_mode: match bus.protocol {
-                Protocol::Feetech => ReadMode::PlainOnly,
-                Protocol::Dynamixel => ReadMode::new(),
+            read_mode: match bus.protocol.language().fast_read {
+                None => ReadMode::PlainOnly,
+                Some(_) => ReadMode::new(),
             },
             plain_cost,
             fast_cost,
@@ -112,6 +112,11 @@ impl BusClient {
     /// The registers of the servos on this bus.
     pub(super) fn registers(&self) -> &'static Registers {
         self.inbox.registers
+    }
+
+    /// Meaning and cure of the number of a refusal.
+    pub(super) fn refusal(&self, error: u8) -> &'static str {
+        (self.bus.protocol.language().refusal)(error)
     }
 
     /// Begins an exchange and returns what to send, in one piece. `goals` are in the order of the ids; a
@@ -175,9 +180,9 @@ impl BusClient {
 
     /// Ends the request of an exchange; `extra_bytes` of it are not sent in every cycle.
     fn ask_for_feedback(&mut self, extra_bytes: usize, question: Option<Question>) -> &[u8] {
+        let (address, bytes) = self.inbox.asked_of(question);
         let Inbox { ids, registers, .. } = &self.inbox;
         let (codec, request) = (&mut self.codec, &mut self.request);
-        let (address, bytes) = asked_of(registers, question);
         self.turn = 0;
         match self.read_mode.group_read() {
             _ if !registers.has_sync_read => {
@@ -220,7 +225,7 @@ impl BusClient {
         self.codec.clear();
         self.echo.restart();
         self.request.clear();
-        let (address, bytes) = asked_of(self.inbox.registers, question);
+        let (address, bytes) = self.inbox.asked_of(question);
         self.codec.read_block(&mut self.request, id, address, bytes);
         self.counters.bytes_out += length(&self.request);
         Some(&self.request)
@@ -280,14 +285,14 @@ impl BusClient {
     pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Wish::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
-        self.end_transaction_request(ping_bytes(self.bus.protocol))
+        self.end_transaction_request(self.bus.protocol.language().ping_bytes)
     }
 
     /// Begins a read of one register of `id`.
     pub(super) fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
         self.restart(Awaited::Answer { id, question: Wish::Read(register), answer: Answer::Missing });
         self.codec.read(&mut self.request, id, register);
-        self.end_transaction_request(read_bytes(self.bus.protocol, register))
+        self.end_transaction_request((self.bus.protocol.language().asked_bytes)(u16::from(register.bytes)))
     }
 
     /// Begins a write of one register of `id`. A value that the register cannot hold becomes the nearest it can.
@@ -306,11 +311,7 @@ impl BusClient {
     }
 
     fn end_transaction_request(&mut self, reply_bytes: u16) -> &[u8] {
-        let frame = match self.bus.protocol {
-            Protocol::Feetech => feetech::FRAME_BYTES,
-            Protocol::Dynamixel => dynamixel::STATUS_FRAME_BYTES,
-        };
-        let bytes = self.request.len() + frame + usize::from(reply_bytes);
+        let bytes = self.request.len() + status_bytes(self.bus.protocol, usize::from(reply_bytes));
         let waits = u64::from(self.bus.return_delay_us) + u64::from(self.bus.adapter_latency_us);
         self.reply_deadline =
             wire_time(bytes, self.bus.baud) + Duration::from_micros(waits) + TRANSACTION_PATIENCE;
@@ -403,14 +404,6 @@ impl BusClient {
     /// Good packets from ids that were not asked, since the start: perhaps a second servo with a wrong id.
     pub(super) fn unknown_replies(&self) -> u64 {
         self.inbox.unknown
-    }
-}
-
-/// Address and length that every servo is asked to send.
-fn asked_of(registers: &Registers, question: Option<Question>) -> (u16, u16) {
-    match question {
-        None => (registers.feedback_address, registers.feedback_bytes),
-        Some(question) => inbox::asked_register(registers, question),
     }
 }
 

@@ -2,8 +2,10 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::bus::Feedback;
+use crate::bus::dynamixel::DYNAMIXEL_X;
+use crate::bus::feetech::FEETECH_STS;
 use crate::bus::testing::{dynamixel_fast, dynamixel_status, feetech_status, slow_crc};
-use crate::model::servo_model::{DYNAMIXEL_X, FEETECH_STS};
+use crate::model::Protocol;
 
 const IDS: [ServoId; 2] = [ServoId(1), ServoId(2)];
 const MOVING: [ServoGoal; 2] = [

@@ -13,7 +13,7 @@ use super::crc::crc16;
 use super::{HEAD_BYTES, LENGTH_END};
 
 /// Bytes of a block around its data: error, id, CRC.
-pub(crate) const BLOCK_FRAME_BYTES: usize = 4;
+pub(super) const BLOCK_FRAME_BYTES: usize = 4;
 
 /// The blocks of the fast reply whose header is at the front of the window.
 #[derive(Debug, Default)]

@@ -11,27 +11,30 @@
 
 mod crc;
 mod fast_read;
+mod language;
+mod library;
+mod models;
+mod table;
 
 use std::ops::Range;
 
-use super::packet::{Event, Status, Window};
+use super::packet::{Decode, Event, Status, Window};
 use crate::model::Protocol;
 use crate::units::ServoId;
 use crc::crc16;
-pub(super) use fast_read::BLOCK_FRAME_BYTES;
 use fast_read::{FastReply, FastStep};
+pub(super) use language::LANGUAGE;
+#[cfg(test)]
+pub(super) use {language::X, models::DYNAMIXEL_X};
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// The sequence that is stuffed, and the byte added to it.
 const STUFFED: [u8; 3] = [0xFF, 0xFF, 0xFD];
 const STUFFING: u8 = 0xFD;
 const BROADCAST: u8 = 0xFE;
-const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
 const STATUS: u8 = 0x55;
-/// Reboot (e-manual, Protocol 2.0).
-pub(super) const REBOOT: u8 = 0x08;
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 const FAST_SYNC_READ: u8 = 0x8A;
@@ -42,29 +45,21 @@ const LENGTH_END: usize = 7;
 const HEAD_BYTES: usize = 8;
 
 /// Bytes of a request around its parameters: header 4, id, length 2, instruction, CRC 2.
-pub(super) const REQUEST_FRAME_BYTES: usize = 10;
+const REQUEST_FRAME_BYTES: usize = 10;
 /// Bytes of a status packet around its parameters: those of a request and the error byte.
-pub(super) const STATUS_FRAME_BYTES: usize = 11;
+const STATUS_FRAME_BYTES: usize = 11;
 /// Bytes of a fast reply before its first block: header 4, id, length 2, instruction.
-pub(super) const FAST_HEAD_BYTES: usize = HEAD_BYTES;
-/// Alert bit of the error byte: the hardware error register is not zero; the data are still valid.
-pub(super) const ALERT: u8 = 0x80;
+const FAST_HEAD_BYTES: usize = HEAD_BYTES;
 
 /// Appends any instruction to one servo.
-pub(super) fn request(out: &mut Vec<u8>, id: u8, instruction: u8, parameters: &[u8]) {
-    let packet = Packet::open(out, id, instruction);
+fn request(out: &mut Vec<u8>, id: ServoId, instruction: u8, parameters: &[u8]) {
+    let packet = Packet::open(out, id.0, instruction);
     parameters.iter().for_each(|byte| packet.push(out, *byte));
     packet.close(out);
 }
 
-/// Appends a ping: the servo answers with model number (2 bytes) and firmware version (1).
-pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
-    let packet = Packet::open(out, id.0, PING);
-    packet.close(out);
-}
-
 /// Appends a read of `bytes` bytes from `address` on.
-pub(super) fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
+fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
     let packet = Packet::open(out, id.0, READ);
     packet.push_word(out, address);
     packet.push_word(out, bytes);
@@ -72,7 +67,7 @@ pub(super) fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
 }
 
 /// Appends a write of the lowest `bytes` bytes (at most 8) of `raw` to `address`, lowest first.
-pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
+fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
     let packet = Packet::open(out, id.0, WRITE);
     packet.push_word(out, address);
     packet.push_raw(out, bytes, raw);
@@ -81,12 +76,7 @@ pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw
 
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 /// With no servos it appends no packet.
-pub(super) fn sync_write(
-    out: &mut Vec<u8>,
-    address: u16,
-    bytes: u8,
-    values: impl Iterator<Item = (ServoId, u64)>,
-) {
+fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: &mut dyn Iterator<Item = (ServoId, u64)>) {
     let mut values = values.peekable();
     if values.peek().is_none() {
         return;
@@ -103,13 +93,13 @@ pub(super) fn sync_write(
 
 /// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
 /// the order of `ids`.
-pub(super) fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
+fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     group_read(out, SYNC_READ, address, bytes, ids);
 }
 
 /// Appends a fast sync read: the servos answer with one packet that they write in turn, in the order of
 /// `ids`. If a servo does not answer, the servos after it are not heard.
-pub(super) fn fast_sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
+fn fast_sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     group_read(out, FAST_SYNC_READ, address, bytes, ids);
 }
 
@@ -169,7 +159,7 @@ impl Packet {
 
 /// Finds status packets in received bytes.
 #[derive(Debug)]
-pub(super) struct Decoder {
+struct Decoder {
     window: Window,
     capacity: usize,
     length_max: usize,
@@ -180,57 +170,13 @@ impl Decoder {
     /// A decoder for status packets of up to `parameters_max` parameter bytes, and for fast replies of up
     /// to `servos_max` servos with as many bytes each. Tighter limits reject noise that looks like a
     /// header sooner.
-    pub(super) fn new(parameters_max: usize, servos_max: usize) -> Decoder {
+    fn new(parameters_max: usize, servos_max: usize) -> Decoder {
         // Instruction, error and parameters, stuffed after every third byte in the worst case, and the CRC.
         let length_max = (parameters_max + 2) * 4 / 3 + 2;
         let length_max = length_max.min(usize::from(u16::MAX));
         let fast_bytes = FastReply::new(servos_max, parameters_max).packet_bytes();
         let capacity = fast_bytes.max(LENGTH_END + length_max);
         Decoder { window: Window::new(capacity), capacity, length_max, fast: None }
-    }
-
-    /// Forgets everything received.
-    pub(super) fn clear(&mut self) {
-        self.window.clear();
-        self.fast = None;
-    }
-
-    /// Prepares for the reply to a fast sync read of `bytes` bytes of `servos` servos: it gives a
-    /// [`Status`] for each servo's block as soon as the block is there.
-    pub(super) fn expect_fast_reply(&mut self, servos: usize, bytes: usize) {
-        let reply = FastReply::new(servos, bytes);
-        self.fast = (reply.packet_bytes() <= self.capacity).then_some(reply);
-    }
-
-    /// Takes as many bytes as fit and returns how many: at least one, if [`Decoder::next_event`] has
-    /// been called until it gave `None`.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
-        self.window.push(bytes)
-    }
-
-    /// Tells the decoder that no more bytes will come: it no longer waits for the rest of an incomplete packet and
-    /// searches the bytes after its header.
-    pub(super) fn end_of_input(&mut self) {
-        self.window.end();
-    }
-
-    /// The next packet, or `None` when more bytes are needed.
-    ///
-    /// After anything but a good packet the search resumes at the very next byte, so a header found in
-    /// noise never swallows the packet after it.
-    pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
-        match self.find()? {
-            Found::Corrupt(id) => Some(Event::Corrupt(ServoId(id))),
-            Found::Block { id, error, data } => {
-                let parameters = self.window.unread().get(data).unwrap_or_default();
-                Some(Event::Status(Status { id: ServoId(id), error, parameters }))
-            }
-            Found::Packet { id, body, packet_bytes } => {
-                let body = unstuff(self.window.skipped(packet_bytes, body));
-                let [error, parameters @ ..] = body else { return None };
-                Some(Event::Status(Status { id: ServoId(id), error: *error, parameters }))
-            }
-        }
     }
 
     fn find(&mut self) -> Option<Found> {
@@ -272,6 +218,42 @@ impl Decoder {
         self.window.skip(bytes);
         if let Some(reply) = &mut self.fast {
             reply.restart();
+        }
+    }
+}
+
+impl Decode for Decoder {
+    fn clear(&mut self) {
+        self.window.clear();
+        self.fast = None;
+    }
+
+    /// The reply gives a [`Status`] for each servo's block as soon as the block is there.
+    fn expect_fast_reply(&mut self, servos: usize, bytes: usize) {
+        let reply = FastReply::new(servos, bytes);
+        self.fast = (reply.packet_bytes() <= self.capacity).then_some(reply);
+    }
+
+    fn push(&mut self, bytes: &[u8]) -> usize {
+        self.window.push(bytes)
+    }
+
+    fn end_of_input(&mut self) {
+        self.window.end();
+    }
+
+    fn next_event(&mut self) -> Option<Event<'_>> {
+        match self.find()? {
+            Found::Corrupt(id) => Some(Event::Corrupt(ServoId(id))),
+            Found::Block { id, error, data } => {
+                let parameters = self.window.unread().get(data).unwrap_or_default();
+                Some(Event::Status(Status { id: ServoId(id), error, parameters }))
+            }
+            Found::Packet { id, body, packet_bytes } => {
+                let body = unstuff(self.window.skipped(packet_bytes, body));
+                let [error, parameters @ ..] = body else { return None };
+                Some(Event::Status(Status { id: ServoId(id), error: *error, parameters }))
+            }
         }
     }
 }

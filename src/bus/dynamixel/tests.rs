@@ -76,7 +76,10 @@ fn only_good(found: Vec<Found>) -> Vec<Found> {
 
 #[test]
 fn requests_are_those_of_the_manual() {
-    assert_eq!(sent(|out| ping(out, ONE)), [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]);
+    assert_eq!(
+        sent(|out| request(out, ONE, 1, &[])),
+        [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]
+    );
     assert_eq!(
         sent(|out| read(out, ONE, 132, 4)),
         [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x02, 0x84, 0x00, 0x04, 0x00, 0x1D, 0x15]
@@ -91,7 +94,7 @@ fn requests_are_those_of_the_manual() {
         [0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x09, 0x00, 0x8A, 0x84, 0x00, 0x04, 0x00, 0x01, 0x02, 0x4D, 0x72]
     );
     assert_eq!(
-        sent(|out| sync_write(out, 116, 4, [(ServoId(1), 150), (ServoId(2), 170)].into_iter())),
+        sent(|out| sync_write(out, 116, 4, &mut [(ServoId(1), 150), (ServoId(2), 170)].into_iter())),
         [
             0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x11, 0x00, 0x83, 0x74, 0x00, 0x04, 0x00, //
             0x01, 0x96, 0x00, 0x00, 0x00, 0x02, 0xAA, 0x00, 0x00, 0x00, 0x82, 0x87,
@@ -112,7 +115,7 @@ fn requests_are_stuffed() {
     // A second packet in the same buffer is separate from the first.
     let two = sent(|out| {
         write(out, ONE, 116, 2, 0xFFFF);
-        ping(out, ONE);
+        request(out, ONE, 1, &[]);
     });
     assert!(two.ends_with(&[0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]));
 }
@@ -125,9 +128,9 @@ fn lengths_are_those_of_the_protocol() {
         assert_eq!(sent(|out| sync_read(out, 126, 21, &ids)).len(), 14 + count);
         assert_eq!(sent(|out| fast_sync_read(out, 126, 21, &ids)).len(), 14 + count);
         let values = ids.iter().map(|id| (*id, 2048));
-        assert_eq!(sent(|out| sync_write(out, 116, 4, values)).len(), 14 + 5 * count);
+        assert_eq!(sent(|out| sync_write(out, 116, 4, &mut { values })).len(), 14 + 5 * count);
     }
-    assert!(sent(|out| sync_write(out, 116, 4, std::iter::empty())).is_empty());
+    assert!(sent(|out| sync_write(out, 116, 4, &mut std::iter::empty())).is_empty());
 }
 
 #[test]
@@ -244,9 +247,9 @@ fn noise_before_between_and_after_hides_nothing() {
 #[test]
 fn the_echo_of_requests_is_noise() {
     let mut bytes = sent(|out| {
-        ping(out, ONE);
+        request(out, ONE, 1, &[]);
         write(out, ONE, 116, 4, 0x55);
-        sync_write(out, 116, 4, [(ServoId(1), 0x55)].into_iter());
+        sync_write(out, 116, 4, &mut [(ServoId(1), 0x55)].into_iter());
         sync_read(out, 132, 4, &BOTH);
     });
     bytes.extend(SYNC_READ_REPLIES);
@@ -339,7 +342,7 @@ proptest! {
     fn requests_hold_no_second_header(values in proptest::collection::vec(prop_oneof![
         Just(0xFD_FFFFu64), Just(0xFFFD_FFFF), Just(0xFFFF_FFFF), Just(0xFFFF_FFFD), any::<u64>(),
     ], 1..20)) {
-        let out = sent(|out| sync_write(out, 116, 4, (0..).map(ServoId).zip(values)));
+        let out = sent(|out| sync_write(out, 116, 4, &mut (0..).map(ServoId).zip(values)));
         prop_assert!(!out[7..].windows(4).any(|bytes| bytes == HEADER));
         prop_assert_eq!(usize::from(u16::from_le_bytes([out[5], out[6]])), out.len() - 7);
         prop_assert!(out.ends_with(&slow_crc(&out[..out.len() - 2])));

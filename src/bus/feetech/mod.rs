@@ -9,52 +9,58 @@
 //! `length` counts the bytes after it. The checksum is the complement of the sum of all bytes from `id` on. There
 //! is no byte stuffing: data may hold `FF FF`, so a header alone proves nothing.
 
+mod language;
+mod models;
+mod table;
+
 use std::ops::Range;
 
-use super::packet::{Event, Status, Window};
+use super::packet::{Decode, Event, Status, Window};
 use crate::model::Protocol;
 use crate::units::ServoId;
+pub(super) use language::LANGUAGE;
+#[cfg(test)]
+pub(super) use {
+    language::{SCS, STS},
+    models::{FEETECH_SCS, FEETECH_STS},
+};
 
 const HEADER: u8 = 0xFF;
 const BROADCAST: u8 = 0xFE;
-/// Instruction of a ping.
-pub(super) const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
-/// Restart (STS manual).
-pub(super) const RESTART: u8 = 0x08;
 const SYNC_READ: u8 = 0x82;
 const SYNC_WRITE: u8 = 0x83;
 
 /// Bytes of a packet around its parameters: header 2, id, length, instruction or alarms, checksum.
-pub(super) const FRAME_BYTES: usize = 6;
+const FRAME_BYTES: usize = 6;
 /// Longest packet sent to a servo; the vendor's own libraries refuse longer ones.
-pub(super) const PACKET_BYTES_MAX: usize = 250;
+const PACKET_BYTES_MAX: usize = 250;
 
 /// Appends any instruction to one servo, with at most 244 bytes of parameters.
-pub(super) fn request(out: &mut Vec<u8>, id: u8, instruction: u8, parameters: &[u8]) {
-    let start = open(out, id, instruction);
+fn request(out: &mut Vec<u8>, id: ServoId, instruction: u8, parameters: &[u8]) {
+    let start = open(out, id.0, instruction);
     out.extend(parameters);
     close(out, start);
 }
 
-/// Appends a ping: the servo answers with its alarms and no data.
-pub(super) fn ping(out: &mut Vec<u8>, id: ServoId) {
-    let start = open(out, id.0, PING);
-    close(out, start);
+/// Addresses and counts have one byte; the tables hold no larger values.
+fn low_byte(word: u16) -> u8 {
+    let [low, _] = word.to_le_bytes();
+    low
 }
 
 /// Appends a read of `bytes` bytes from `address` on.
-pub(super) fn read(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8) {
+fn read(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
     let start = open(out, id.0, READ);
-    out.extend([address, bytes]);
+    out.extend([low_byte(address), low_byte(bytes)]);
     close(out, start);
 }
 
 /// Appends a write of the lowest `bytes` bytes (at most 8) of `raw` to `address`, lowest first.
-pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw: u64) {
+fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
     let start = open(out, id.0, WRITE);
-    out.push(address);
+    out.push(low_byte(address));
     out.extend(raw.to_le_bytes().iter().take(usize::from(bytes)));
     close(out, start);
 }
@@ -62,12 +68,7 @@ pub(super) fn write(out: &mut Vec<u8>, id: ServoId, address: u8, bytes: u8, raw:
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 ///
 /// If the servos exceed [`PACKET_BYTES_MAX`], they are spread over several packets; no servos give no packet.
-pub(super) fn sync_write(
-    out: &mut Vec<u8>,
-    address: u8,
-    bytes: u8,
-    values: impl Iterator<Item = (ServoId, u64)>,
-) {
+fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: &mut dyn Iterator<Item = (ServoId, u64)>) {
     let item_bytes = 1 + usize::from(bytes);
     let mut packet: Option<usize> = None;
     for (id, raw) in values {
@@ -79,7 +80,7 @@ pub(super) fn sync_write(
         }
         packet.get_or_insert_with(|| {
             let start = open(out, BROADCAST, SYNC_WRITE);
-            out.extend([address, bytes]);
+            out.extend([low_byte(address), bytes]);
             start
         });
         out.push(id.0);
@@ -90,17 +91,11 @@ pub(super) fn sync_write(
     }
 }
 
-/// How many packets [`sync_write`] makes for `servos` values of `bytes` bytes each.
-pub(super) fn sync_write_packets(servos: usize, bytes: u8) -> usize {
-    let per_packet = (PACKET_BYTES_MAX - FRAME_BYTES - 2) / (1 + usize::from(bytes));
-    servos.div_ceil(per_packet.max(1))
-}
-
 /// Appends a sync read of `bytes` bytes from `address` on: each servo answers with a status packet, in
 /// the order of `ids`. At most 242 ids fit ([`PACKET_BYTES_MAX`]); any after those are not asked.
-pub(super) fn sync_read(out: &mut Vec<u8>, address: u8, bytes: u8, ids: &[ServoId]) {
+fn sync_read(out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
     let start = open(out, BROADCAST, SYNC_READ);
-    out.extend([address, bytes]);
+    out.extend([low_byte(address), low_byte(bytes)]);
     out.extend(ids.iter().map(|id| id.0).take(PACKET_BYTES_MAX - FRAME_BYTES - 2));
     close(out, start);
 }
@@ -134,7 +129,7 @@ fn checksum(bytes: &[u8]) -> u8 {
 /// a position beyond 32,000 counts), and a caller that knows the length it asked for rejects nearly all the
 /// others.
 #[derive(Debug)]
-pub(super) struct Decoder {
+struct Decoder {
     window: Window,
     parameters_max: usize,
 }
@@ -142,33 +137,26 @@ pub(super) struct Decoder {
 impl Decoder {
     /// A decoder for status packets of up to `parameters_max` parameter bytes. A tighter limit rejects noise that
     /// looks like a header sooner.
-    pub(super) fn new(parameters_max: usize) -> Decoder {
+    fn new(parameters_max: usize) -> Decoder {
         let parameters_max = parameters_max.min(PACKET_BYTES_MAX - FRAME_BYTES);
         Decoder { window: Window::new(parameters_max + FRAME_BYTES), parameters_max }
     }
+}
 
-    /// Forgets everything received.
-    pub(super) fn clear(&mut self) {
+impl Decode for Decoder {
+    fn clear(&mut self) {
         self.window.clear();
     }
 
-    /// Takes as many bytes as fit and returns how many: at least one, if [`Decoder::next_event`] has
-    /// been called until it gave `None`.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
+    fn push(&mut self, bytes: &[u8]) -> usize {
         self.window.push(bytes)
     }
 
-    /// Tells the decoder that no more bytes will come: it no longer waits for the rest of an incomplete packet and
-    /// searches the bytes after its header.
-    pub(super) fn end_of_input(&mut self) {
+    fn end_of_input(&mut self) {
         self.window.end();
     }
 
-    /// The next packet, or `None` when more bytes are needed.
-    ///
-    /// After anything but a good packet the search resumes at the very next byte, so a header found in
-    /// noise never swallows the packet after it.
-    pub(super) fn next_event(&mut self) -> Option<Event<'_>> {
+    fn next_event(&mut self) -> Option<Event<'_>> {
         while !self.window.unread().is_empty() {
             match scan(self.window.unread(), self.parameters_max) {
                 Step::Wait if !self.window.is_ended() => return None,

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::bus::testing::feetech_status;
+use crate::bus::timing::sync_write_bytes;
 
 const ONE: ServoId = ServoId(1);
 /// Replies to the wiki's example 8, sync read of 56..63 of servos 1 and 2.
@@ -58,7 +59,7 @@ fn both_replies() -> Vec<Found> {
 
 #[test]
 fn requests_are_those_of_the_wiki() {
-    assert_eq!(sent(|out| ping(out, ONE)), [0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
+    assert_eq!(sent(|out| request(out, ONE, 1, &[])), [0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
     assert_eq!(sent(|out| read(out, ONE, 0x38, 2)), [0xFF, 0xFF, 0x01, 0x04, 0x02, 0x38, 0x02, 0xBE]);
     assert_eq!(
         sent(|out| write(out, ONE, 0x2A, 6, 0x03E8_0000_0800)),
@@ -74,27 +75,28 @@ fn requests_are_those_of_the_wiki() {
         expected.extend([id, 0x00, 0x08, 0x00, 0x00, 0xE8, 0x03]);
     }
     expected.push(0x58);
-    assert_eq!(sent(|out| sync_write(out, 0x2A, 6, four)), expected);
+    assert_eq!(sent(|out| sync_write(out, 0x2A, 6, &mut { four })), expected);
 }
 
 #[test]
 fn requests_append_and_leave_what_was_there() {
     let mut out = vec![7];
-    ping(&mut out, ONE);
+    request(&mut out, ONE, 1, &[]);
     assert_eq!(out, [7, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
 }
 
 #[test]
 fn a_sync_write_of_none_is_no_packet() {
-    assert!(sent(|out| sync_write(out, 42, 2, std::iter::empty())).is_empty());
+    assert!(sent(|out| sync_write(out, 42, 2, &mut std::iter::empty())).is_empty());
 }
 
 #[test]
 fn a_long_sync_write_is_spread_over_packets_of_legal_length() {
     for servos in 0..=253u8 {
-        let out = sent(|out| sync_write(out, 42, 2, (0..servos).map(|id| (ServoId(id), 0x0800))));
-        let packets = sync_write_packets(usize::from(servos), 2);
-        assert_eq!(out.len(), 8 * packets + 3 * usize::from(servos));
+        let out = sent(|out| sync_write(out, 42, 2, &mut (0..servos).map(|id| (ServoId(id), 0x0800))));
+        let expected = sync_write_bytes(Protocol::Feetech, usize::from(servos), FEETECH_STS.goal_position);
+        assert_eq!(out.len(), expected);
+        let packets = (expected - 3 * usize::from(servos)) / 8;
         let mut rest = out.as_slice();
         let mut ids = Vec::new();
         for _ in 0..packets {
@@ -143,7 +145,7 @@ fn noise_before_between_and_after_hides_nothing() {
 
 #[test]
 fn the_echo_of_a_group_request_is_noise() {
-    let mut bytes = sent(|out| sync_write(out, 42, 2, (1..=2).map(|id| (ServoId(id), 2048))));
+    let mut bytes = sent(|out| sync_write(out, 42, 2, &mut (1..=2).map(|id| (ServoId(id), 2048))));
     sync_read(&mut bytes, 56, 8, &[ServoId(1), ServoId(2)]);
     bytes.extend(SYNC_READ_REPLIES);
     assert_eq!(decode(&bytes), both_replies());

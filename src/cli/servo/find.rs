@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::Which;
 use crate::cli::BadInput;
-use crate::model::Protocol;
+use crate::cli::scan::wanted_protocols;
 use crate::service::{Address, ServiceError, ServicePort, Servo, scan_bauds};
 use crate::units::ServoId;
 
@@ -69,10 +69,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
 }
 
 fn candidates(which: &Which) -> Result<Vec<Address>, BadInput> {
-    let languages = match which.protocol {
-        Some(language) => vec![Protocol::from(language)],
-        None => vec![Protocol::Dynamixel, Protocol::Feetech],
-    };
+    let languages = wanted_protocols(which.protocol);
     let bauds = languages.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
     let is_wanted = |baud: u32| which.baud.is_none_or(|wanted| wanted == baud);
     let wanted = bauds.filter(|(_, baud)| is_wanted(*baud));

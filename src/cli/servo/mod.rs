@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use super::interrupt;
-use super::scan::Language;
+use super::scan::protocol_parser;
 use crate::model::Protocol;
 
 /// A command for one servo.
@@ -118,8 +118,8 @@ pub(super) struct Which {
     #[arg(long)]
     baud: Option<u32>,
     /// Its protocol [default: found].
-    #[arg(long, value_enum)]
-    protocol: Option<Language>,
+    #[arg(long, value_parser = protocol_parser())]
+    protocol: Option<Protocol>,
 }
 
 /// The option to write without asking.

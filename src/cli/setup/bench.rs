@@ -91,7 +91,7 @@ impl Bench {
                     return Err(ServiceError::OtherModel { address, found, expected: number }.into());
                 }
                 Ok(mut servo) => {
-                    let targets = targets(servo.identity().family, self.return_delay_us);
+                    let targets = targets(servo.identity().series, self.return_delay_us);
                     let is_done = changes(&mut servo, &targets, false)?.is_empty() && servo.is_locked()?;
                     return Ok(if is_done { Standing::Done } else { Standing::Unfinished(home) });
                 }

@@ -187,7 +187,7 @@ impl Walk<'_> {
         let Job { joint, home, .. } = self.job();
         let (joint, home) = (joint.clone(), *home);
         let mut servo = self.bench.port.servo(at)?;
-        let targets = targets(servo.identity().family, self.bench.return_delay_us);
+        let targets = targets(servo.identity().series, self.bench.return_delay_us);
         let changes = changes(&mut servo, &targets, is_new)?;
         say!("{joint}: {at} is to change:");
         for change in &changes {

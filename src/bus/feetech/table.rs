@@ -1,6 +1,8 @@
 //! Feetech STS and SCS. Source: Feetech wiki, `parameter/memory-sts.md` and `parameter/memory-scscl.md`.
 
-use super::{CELSIUS, DEGREES, DELAY, RegisterInfo, Scale, UNSIGNED, VOLTS, fixed, setting, volatile};
+use crate::bus::table::{
+    CELSIUS, DEGREES, DELAY, RPM, RegisterInfo, Scale, UNSIGNED, VOLTS, fixed, setting, volatile,
+};
 use crate::model::servo_model::Encoding::SignMagnitude;
 
 const PLAIN: Scale = Scale::Plain;
@@ -12,7 +14,7 @@ const STS_POSITION: Scale = Scale::Linear(360.0 / 4096.0, DEGREES);
 /// SCS0009: 300 degrees are 1024 counts.
 const SCS_POSITION: Scale = Scale::Linear(300.0 / 1024.0, DEGREES);
 /// Counts a second.
-const SCS_SPEED: Scale = Scale::Linear(300.0 / 1024.0 / 6.0, super::RPM);
+const SCS_SPEED: Scale = Scale::Linear(300.0 / 1024.0 / 6.0, RPM);
 /// 100 counts/s^2.
 const ACCELERATION: Scale = Scale::Linear(100.0 * 360.0 / 4096.0, "deg/s2");
 

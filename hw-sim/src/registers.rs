@@ -1,10 +1,7 @@
-//! Control tables: the descriptions (data, one file a family) and one servo's copy of the values.
+//! Control tables: their descriptions, and one servo's copy of the values. The tables themselves are in the folders of
+//! the protocols.
 //!
 //! In: addresses and bytes or numbers. Out: bytes or numbers. Does not know the meaning of the numbers.
-
-pub mod dynamixel_x;
-pub mod feetech_scs;
-pub mod feetech_sts;
 
 /// Which side may change a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,12 +70,12 @@ const fn entry(
 }
 
 /// Unsigned, writable by the host; `(default, min, max)`.
-const fn rw(address: u16, size: u8, name: &'static str, range: (i64, i64, i64)) -> Register {
+pub(crate) const fn rw(address: u16, size: u8, name: &'static str, range: (i64, i64, i64)) -> Register {
     entry(Access::ReadWrite, address, size, name, Encoding::Unsigned, range)
 }
 
 /// Writable by the host, other encoding.
-const fn rw_as(
+pub(crate) const fn rw_as(
     address: u16,
     size: u8,
     name: &'static str,
@@ -89,12 +86,12 @@ const fn rw_as(
 }
 
 /// Unsigned, read only.
-const fn ro(address: u16, size: u8, name: &'static str, default: i64) -> Register {
+pub(crate) const fn ro(address: u16, size: u8, name: &'static str, default: i64) -> Register {
     entry(Access::Read, address, size, name, Encoding::Unsigned, (default, 0, 0))
 }
 
 /// Read only, other encoding.
-const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -> Register {
+pub(crate) const fn ro_as(address: u16, size: u8, name: &'static str, encoding: Encoding) -> Register {
     entry(Access::Read, address, size, name, encoding, (0, 0, 0))
 }
 
@@ -227,19 +224,48 @@ impl RegisterFile {
     }
 }
 
+/// The table of a series with a model's own changes.
+pub(crate) fn changed(table: &[Register], changes: &[Change]) -> Vec<Register> {
+    let mut table = table.to_vec();
+    for change in changes {
+        match *change {
+            Change::Absent(address) => table.retain(|register| register.address != address),
+            Change::Add(register) => table.push(register),
+            Change::Range(address, default, min, max) => {
+                for register in table.iter_mut().filter(|register| register.address == address) {
+                    (register.default, register.min, register.max) = (default, min, max);
+                }
+            }
+        }
+    }
+    table.sort_by_key(|register| register.address);
+    table
+}
+
+/// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for the byte it points
+/// at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct IndirectBlock {
+    /// The first address register.
+    pub(crate) address: u16,
+    /// The first byte of data.
+    pub(crate) data: u16,
+    pub(crate) pairs: u16,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::MODELS;
+    use crate::model::Model;
 
     #[test]
     fn tables_do_not_overlap_and_defaults_fit() {
-        for model in &MODELS {
-            let table = model.registers();
+        for model in Model::all() {
+            let table = &model.registers;
             for pair in table.windows(2) {
                 assert!(pair[0].end() <= usize::from(pair[1].address), "{}: {:?}", model.name, pair);
             }
-            for register in &table {
+            for register in table {
                 assert_eq!(
                     register.decode(&register.encode(register.default)[..register.size.into()]),
                     register.default,

@@ -2,7 +2,7 @@
 //! masks, factory block) are the initial values in Waveshare's memory table for its ST3215, the same servo; or else
 //! values seen in shipped STS3215, and are marked so.
 
-use super::{Change, Encoding::SignMagnitude, Register, ro, ro_as, rw, rw_as};
+use crate::registers::{Change, Encoding::SignMagnitude, Register, ro, ro_as, rw, rw_as};
 
 pub(crate) const MODEL_NUMBER: u16 = 3;
 pub(crate) const ID: u16 = 5;
@@ -56,7 +56,7 @@ pub(crate) const MOVING_THRESHOLD: u16 = 80;
 pub(crate) const EPROM_END: u16 = 40;
 
 /// The whole table.
-pub static TABLE: &[Register] = &[
+pub(super) static TABLE: &[Register] = &[
     ro(0, 1, "Firmware Major", 3),
     ro(1, 1, "Firmware Minor", 10),
     ro(2, 1, "END", 0),

@@ -2,47 +2,24 @@
 
 use std::fmt;
 
-use super::{Family, Identity, RegisterInfo, Scale};
+use super::{Identity, RegisterInfo, Scale, Series};
 use crate::bus::{decode, encode};
-use crate::model::Protocol;
 use crate::model::servo_model::Register;
 
-/// Codes of line rates, bit/s: the index in the list is the code. Sources: ROBOTIS e-manual, Baud Rate (8); Feetech
-/// wiki, memory-sts, address 6.
-fn baud_codes(protocol: Protocol) -> &'static [u32] {
-    match protocol {
-        Protocol::Dynamixel => {
-            &[9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000]
-        }
-        Protocol::Feetech => &[1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400],
-    }
-}
-
-/// The code of a line rate, bit/s, if servos of `protocol` have it.
-pub fn baud_code(protocol: Protocol, baud: u32) -> Option<i64> {
-    let code = baud_codes(protocol).iter().position(|of| *of == baud)?;
-    i64::try_from(code).ok()
-}
-
-/// The line rate of a code, bit/s.
-pub fn baud_of_code(protocol: Protocol, code: i64) -> Option<u32> {
-    baud_codes(protocol).get(usize::try_from(code).ok()?).copied()
-}
-
-/// The bytes of `raw` in a register, in the byte order of `family`.
-pub(crate) fn encode_bytes(family: Family, register: Register, raw: i64) -> Vec<u8> {
+/// The bytes of `raw` in a register, in the byte order of `series`.
+pub(crate) fn encode_bytes(series: &Series, register: Register, raw: i64) -> Vec<u8> {
     let mut bytes = encode(register, raw).to_le_bytes().to_vec();
     bytes.truncate(usize::from(register.bytes));
-    if family.is_big_endian() {
+    if series.registers.is_big_endian {
         bytes.reverse();
     }
     bytes
 }
 
 /// The count that these bytes encode; 0 if there are too few.
-pub(crate) fn decode_bytes(family: Family, register: Register, bytes: &[u8]) -> i64 {
+pub(crate) fn decode_bytes(series: &Series, register: Register, bytes: &[u8]) -> i64 {
     let mut bytes = bytes.to_vec();
-    if family.is_big_endian() {
+    if series.registers.is_big_endian {
         bytes.reverse();
     }
     decode(register, &bytes).unwrap_or(0)
@@ -87,7 +64,7 @@ impl Identity {
     /// The meaning of `raw` in `register`.
     pub fn value(&self, register: &RegisterInfo, raw: i64) -> Value {
         if register.scale == Scale::Baud {
-            return match baud_of_code(self.family.protocol(), raw) {
+            return match self.series.protocol.baud_of_code(raw) {
                 Some(baud) => Value { raw, physical: f64::from(baud), unit: BAUD },
                 None => Value { raw, physical: to_f64(raw), unit: "" },
             };
@@ -107,7 +84,7 @@ impl Identity {
             expected,
         };
         if register.scale == Scale::Baud {
-            let codes = baud_codes(self.family.protocol());
+            let codes = self.series.protocol.language().rates;
             let code = codes.iter().position(|baud| (f64::from(*baud) - physical).abs() < 0.5);
             let known = || codes.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
             let code = code.ok_or_else(|| bad(format!("one of {}", known())))?;
@@ -149,7 +126,9 @@ impl Identity {
         match register.scale {
             Scale::Plain | Scale::Baud => (1.0, ""),
             Scale::Linear(per_count, unit) => (per_count, unit),
-            Scale::Current => (self.current_unit_a().map_or(1.0, |unit| unit * 1e3), "mA"),
+            Scale::Current => {
+                ((self.series.current_unit_a)(self.model_number).map_or(1.0, |unit| unit * 1e3), "mA")
+            }
             // 1 count/s is 360 / 4096 / 6 rpm.
             Scale::PhasedSpeed if self.is_speed_fine => (60.0 / 4096.0, super::RPM),
             Scale::PhasedSpeed => (50.0 * 60.0 / 4096.0, super::RPM),
@@ -166,11 +145,12 @@ fn to_f64(raw: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::dynamixel::X;
+    use crate::bus::feetech::{SCS, STS};
     use crate::model::Firmware;
-    use crate::service::registers::Family;
 
-    fn identity(family: Family, model_number: u16, is_speed_fine: bool) -> Identity {
-        Identity { family, model_number, firmware: Firmware { major: 3, minor: Some(10) }, is_speed_fine }
+    fn identity(series: &'static Series, model_number: u16, is_speed_fine: bool) -> Identity {
+        Identity { series, model_number, firmware: Firmware { major: 3, minor: Some(10) }, is_speed_fine }
     }
 
     fn said(identity: Identity, name: &str, raw: i64) -> String {
@@ -180,7 +160,7 @@ mod tests {
     /// Values from the makers' pages.
     #[test]
     fn counts_mean_what_the_manuals_say() {
-        let xm = identity(Family::DynamixelX, 1030, true);
+        let xm = identity(&X, 1030, true);
         assert_eq!(said(xm, "present_position", 2048), "180 deg");
         assert_eq!(said(xm, "present_velocity", -100), "-22.90 rpm");
         assert_eq!(said(xm, "present_current", 1193), "3209.17 mA");
@@ -188,22 +168,20 @@ mod tests {
         assert_eq!(said(xm, "pwm_limit", 885), "100 %");
         assert_eq!(said(xm, "baud_rate", 6), "4000000 baud");
         assert_eq!(said(xm, "return_delay_time", 250), "500 us");
-        assert_eq!(said(identity(Family::DynamixelX, 1200, true), "current_limit", 1750), "1750 mA");
-        assert_eq!(said(identity(Family::DynamixelX, 1060, true), "present_load", 500), "50 %");
-        let sts = identity(Family::FeetechSts, 777, true);
+        assert_eq!(said(identity(&X, 1200, true), "current_limit", 1750), "1750 mA");
+        assert_eq!(said(identity(&X, 1060, true), "present_load", 500), "50 %");
+        let sts = identity(&STS, 777, true);
         assert_eq!(said(sts, "baud_rate", 5), "76800 baud");
         // 0.0146 rpm and 0.732 rpm a count.
         assert_eq!(said(sts, "present_velocity", 1000), "14.65 rpm");
-        assert_eq!(said(identity(Family::FeetechSts, 777, false), "present_velocity", 100), "73.24 rpm");
-        assert_eq!(said(identity(Family::FeetechScs, 1284, true), "present_position", 1023), "299.71 deg");
+        assert_eq!(said(identity(&STS, 777, false), "present_velocity", 100), "73.24 rpm");
+        assert_eq!(said(identity(&SCS, 1284, true), "present_position", 1023), "299.71 deg");
     }
 
     #[test]
     fn every_count_in_range_comes_back_and_no_other_is_taken() {
-        for (family, number) in
-            [(Family::DynamixelX, 1200), (Family::FeetechSts, 777), (Family::FeetechScs, 1284)]
-        {
-            let identity = identity(family, number, true);
+        for (series, number) in [(&X, 1200), (&STS, 777), (&SCS, 1284)] {
+            let identity = identity(series, number, true);
             for register in identity.registers().iter().filter(|of| of.range != (0, 0)) {
                 let (low, high) = register.range;
                 for raw in (0..=64).map(|n| low + (high - low) * n / 64) {
@@ -223,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_wrong_value_is_told_with_its_range() {
-        let xm = identity(Family::DynamixelX, 1030, true);
+        let xm = identity(&X, 1030, true);
         let told = |name, value| xm.count(&xm.register(name).unwrap(), value).unwrap_err().to_string();
         assert_eq!(told("max_position_limit", 400.0), "max_position_limit 400: expected 0.00 to 359.91 deg");
         assert_eq!(

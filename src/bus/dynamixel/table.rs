@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use super::{
-    CELSIUS, DEGREES, DELAY, RPM, RegisterInfo, Scale, UNSIGNED, VOLTS, entry, fixed, setting, volatile,
+use crate::bus::table::{
+    Access, CELSIUS, DEGREES, DELAY, RPM, RegisterInfo, Scale, UNSIGNED, VOLTS, entry, fixed, setting,
+    volatile,
 };
 use crate::model::servo_model::Encoding::TwosComplement;
-use crate::service::registers::Access;
 
 const POSITION: Scale = Scale::Linear(360.0 / 4096.0, DEGREES);
 const VELOCITY: Scale = Scale::Linear(0.229, RPM);
@@ -27,7 +27,8 @@ const WITHOUT_CURRENT: [u16; 2] = [1060, 1090];
 /// XL330-M288 and -M077.
 const XL330: [u16; 2] = [1200, 1190];
 
-static TABLE: &[RegisterInfo] = &[
+/// The registers of every model, with small differences ([`table`]).
+pub(super) static TABLE: &[RegisterInfo] = &[
     fixed((0, 2, UNSIGNED), "model_number", PLAIN, ""),
     fixed((2, 4, UNSIGNED), "model_information", PLAIN, ""),
     fixed((6, 1, UNSIGNED), "firmware_version", PLAIN, ""),
@@ -125,6 +126,16 @@ static TABLE: &[RegisterInfo] = &[
     fixed((146, 1, UNSIGNED), "present_temperature", CELSIUS, ""),
     fixed((147, 1, UNSIGNED), "backup_ready", PLAIN, ""),
 ];
+
+/// One count of a current register, A; `None` if the model does not measure current.
+pub(super) fn current_unit_a(model_number: u16) -> Option<f64> {
+    match model_number {
+        of if XL330.contains(&of) => Some(0.001),
+        of if WITHOUT_CURRENT.contains(&of) => None,
+        // XM430s and all unknown models.
+        _ => Some(0.002_69),
+    }
+}
 
 /// The registers of a model, including indirect addressing.
 pub(super) fn table(model_number: u16) -> Vec<RegisterInfo> {

@@ -1,7 +1,7 @@
 //! Feetech SCS memory table: potentiometer servos, 10 bit, high byte first. Source: Feetech wiki, reference,
 //! memory-scscl. Values that this page leaves open come from Feetech's manual of the SCS15 and are marked so.
 
-use super::{Encoding::SignMagnitude, Register, ro, ro_as, rw};
+use crate::registers::{Encoding::SignMagnitude, Register, ro, ro_as, rw};
 
 /// SCS has these registers where STS has others. All other registers that both have are at the same address.
 pub(crate) const HOLDING_TORQUE: u16 = 37;
@@ -16,7 +16,7 @@ const fn big(register: Register) -> Register {
 }
 
 /// The whole table.
-pub static TABLE: &[Register] = &[
+pub(super) static TABLE: &[Register] = &[
     ro(0, 1, "Firmware Major", 3),
     ro(1, 1, "Firmware Minor", 10),
     ro(2, 1, "END", 1),

@@ -1,7 +1,7 @@
 //! Dynamixel X-series control table. Source: ROBOTIS e-manual, control tables of XL330-M288, XL430-W250,
 //! XM430-W210 and XM430-W350. The base is the XM430-W210; the other models are changes to it.
 
-use super::{Change, Encoding::TwosComplement, Register, ro, ro_as, rw, rw_as};
+use crate::registers::{Change, Encoding::TwosComplement, IndirectBlock, Register, ro, ro_as, rw, rw_as};
 
 pub(crate) const MODEL_NUMBER: u16 = 0;
 pub(crate) const FIRMWARE: u16 = 6;
@@ -67,7 +67,7 @@ pub(crate) const EEPROM_END: u16 = 64;
 const TURNS_256: i64 = 1_048_575;
 
 /// The whole table except indirect addressing.
-pub static TABLE: &[Register] = &[
+pub(super) static TABLE: &[Register] = &[
     ro(MODEL_NUMBER, 2, "Model Number", 1030),
     ro(2, 4, "Model Information", 0),
     // 46 or later, so that fast sync read is available.
@@ -181,35 +181,24 @@ pub(crate) const INDIRECT_ADDRESS: &str = "Indirect Address";
 /// Addresses below this one take no part in indirect addressing.
 pub(crate) const INDIRECT_START: u16 = 168;
 
-/// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for the byte it points
-/// at.
-#[derive(Debug, Clone, Copy)]
-struct IndirectBlock {
-    address: u16,
-    data: u16,
-    pairs: u16,
-}
-
-/// Indirect addressing of a model, and the last address that a pointer may hold; the first is the first of RAM.
-fn indirect_blocks(model: &str) -> (&'static [IndirectBlock], u16) {
-    const XL330: &[IndirectBlock] = &[IndirectBlock { address: 168, data: 208, pairs: 20 }];
-    const OTHERS: &[IndirectBlock] = &[
-        IndirectBlock { address: 168, data: 224, pairs: 28 },
-        IndirectBlock { address: 578, data: 634, pairs: 28 },
-    ];
-    if model == "XL330-M288" { (XL330, 227) } else { (OTHERS, 661) }
-}
+/// Indirect addressing of the XL330.
+pub(super) const INDIRECT_XL330: &[IndirectBlock] = &[IndirectBlock { address: 168, data: 208, pairs: 20 }];
+/// Indirect addressing of all others.
+pub(super) const INDIRECT: &[IndirectBlock] = &[
+    IndirectBlock { address: 168, data: 224, pairs: 28 },
+    IndirectBlock { address: 578, data: 634, pairs: 28 },
+];
 
 /// The indirect address register of the data byte at `data`; `None` if that is no indirect data.
-pub(crate) fn indirect_address_of(model: &str, data: u16) -> Option<u16> {
-    let (blocks, _) = indirect_blocks(model);
+pub(super) fn indirect_address_of(blocks: &[IndirectBlock], data: u16) -> Option<u16> {
     let block = blocks.iter().find(|block| (block.data..block.data + block.pairs).contains(&data))?;
     Some(block.address + 2 * (data - block.data))
 }
 
-/// The registers of a model's indirect addressing. As shipped, each data byte stands for itself.
-pub(crate) fn indirect_registers(model: &str) -> Vec<Register> {
-    let (blocks, last) = indirect_blocks(model);
+/// The registers of indirect addressing. A pointer may hold any address of RAM up to the last byte of indirect data.
+/// As shipped, each data byte stands for itself.
+pub(super) fn indirect_registers(blocks: &[IndirectBlock]) -> Vec<Register> {
+    let last = blocks.iter().map(|block| block.data + block.pairs - 1).max().unwrap_or_default();
     let pairs =
         blocks.iter().flat_map(|block| (0..block.pairs).map(|n| (block.address + 2 * n, block.data + n)));
     pairs

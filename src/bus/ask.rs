@@ -1,25 +1,21 @@
-//! Requests to one servo, and their results.
+//! Requests to one servo outside the loop, and their results.
 
-use std::fmt;
+use std::{fmt, io};
 
-use super::error::Address;
-use crate::bus::frame::Heard;
-use crate::model::Protocol;
+use super::frame::Heard;
+use super::language::Language;
+use crate::units::ServoId;
 
 /// Instructions, with the same numbers for both makers.
-const PING: u8 = 0x01;
+pub(super) const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const WRITE: u8 = 0x03;
 const RESET: u8 = 0x06;
-const REBOOT: u8 = 0x08;
-/// Dynamixel's Factory Reset: all except id and line rate (e-manual, Protocol 2.0).
-const RESET_KEEPS_ID_AND_BAUD: u8 = 0x02;
-/// The alert bit of a Dynamixel error byte, beside the error number.
-const ALERT: u8 = 0x80;
+pub(super) const REBOOT: u8 = 0x08;
 
 /// A request to one servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ask<'a> {
+pub(crate) enum Ask<'a> {
     /// Dynamixel: model number and firmware. Feetech: whether it is there.
     Ping,
     /// Reads registers.
@@ -44,27 +40,21 @@ pub(super) enum Ask<'a> {
 
 impl Ask<'_> {
     /// True if the request can be repeated without further effect.
-    pub(super) fn is_repeatable(&self) -> bool {
+    pub(crate) fn is_repeatable(&self) -> bool {
         !matches!(self, Ask::Reboot | Ask::Reset)
     }
 
     /// Instruction, parameters, and bytes of data in the answer.
-    pub(super) fn packet(&self, protocol: Protocol) -> (u8, Vec<u8>, usize) {
-        // Feetech addresses have one byte; its tables hold no others.
-        let place = |start: u16| match protocol {
-            Protocol::Dynamixel => start.to_le_bytes().to_vec(),
-            Protocol::Feetech => start.to_le_bytes()[..1].to_vec(),
-        };
+    pub(crate) fn packet(&self, language: &Language) -> (u8, Vec<u8>, usize) {
+        let word = |value: u16| value.to_le_bytes()[..language.word_bytes].to_vec();
         match self {
-            Ask::Ping => (PING, Vec::new(), if protocol == Protocol::Dynamixel { 3 } else { 0 }),
+            Ask::Ping => (PING, Vec::new(), usize::from(language.ping_bytes)),
             Ask::Read { start, bytes } => {
-                let count: &[u8] = if protocol == Protocol::Dynamixel { &[*bytes, 0] } else { &[*bytes] };
-                (READ, [&place(*start), count].concat(), usize::from(*bytes))
+                (READ, [word(*start), word(u16::from(*bytes))].concat(), usize::from(*bytes))
             }
-            Ask::Write { start, data } => (WRITE, [&place(*start), *data].concat(), 0),
+            Ask::Write { start, data } => (WRITE, [&word(*start), *data].concat(), 0),
             Ask::Reboot => (REBOOT, Vec::new(), 0),
-            Ask::Reset if protocol == Protocol::Dynamixel => (RESET, vec![RESET_KEEPS_ID_AND_BAUD], 0),
-            Ask::Reset => (RESET, Vec::new(), 0),
+            Ask::Reset => (RESET, language.reset_parameters.to_vec(), 0),
         }
     }
 }
@@ -86,7 +76,7 @@ impl fmt::Display for Ask<'_> {
 
 /// The result of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(crate) enum Answer {
     /// The data of the answer.
     Data(Vec<u8>),
     /// The servo refused; Dynamixel's error number.
@@ -98,22 +88,33 @@ pub(super) enum Answer {
 }
 
 impl Answer {
-    /// Takes in a packet heard while an answer with `data_bytes` bytes of data from the servo at `address` is due.
-    pub(super) fn take(&mut self, address: Address, data_bytes: usize, packet: Heard) {
+    /// Takes in a packet heard while an answer with `data_bytes` bytes of data from the servo `asked` is due.
+    pub(crate) fn take(&mut self, language: &Language, asked: ServoId, data_bytes: usize, packet: Heard) {
         if matches!(self, Answer::Data(_) | Answer::Refused(_)) {
             return;
         }
         match packet {
-            Heard::Status { id, error, data } if id == address.id => {
-                let refusal = if address.protocol == Protocol::Dynamixel { error & !ALERT } else { 0 };
-                *self = match refusal {
+            Heard::Status { id, error, data } if id == asked => {
+                *self = match (language.alarms_and_refusal)(error).1 {
                     0 if data.len() == data_bytes => Answer::Data(data),
                     0 => Answer::Damaged,
                     number => Answer::Refused(number),
                 };
             }
-            Heard::Damaged(id) if id == address.id => *self = Answer::Damaged,
+            Heard::Damaged(id) if id == asked => *self = Answer::Damaged,
             Heard::Status { .. } | Heard::Damaged(_) => {}
         }
     }
+}
+
+/// A library by others that carries out requests on a copy of a line.
+pub(crate) trait Library: fmt::Debug + Send {
+    /// Sets the line's rate, bit/s.
+    fn set_baud(&mut self, baud: u32) -> io::Result<()>;
+
+    /// Sends the request once.
+    ///
+    /// # Errors
+    /// If the line cannot be used.
+    fn ask(&mut self, id: ServoId, ask: &Ask<'_>) -> io::Result<Answer>;
 }

@@ -1,0 +1,73 @@
+//! What Dynamixel servos do, for the rest of the simulator.
+
+use super::packet::{Decoder, Heard};
+use super::x_series::{BAUD, GOAL_POSITION, GOAL_PWM, ID, PROTOCOL_TYPE, RETURN_DELAY};
+use super::{State, answer, control, models, power};
+use crate::model::Protocol;
+use crate::reply::Slot;
+use crate::servo::{Ear, Kind, Packet, Servo};
+
+/// Dynamixel Protocol 2.0.
+pub(crate) static KIND: Kind = Kind {
+    protocol: Protocol::Dynamixel,
+    name: "dynamixel",
+    models: models::models,
+    // FF FF FD 00 id length length.
+    first_said: 7,
+    // ROBOTIS e-manual, Baud Rate (8).
+    bauds: &[
+        (0, 9_600),
+        (1, 57_600),
+        (2, 115_200),
+        (3, 1_000_000),
+        (4, 2_000_000),
+        (5, 3_000_000),
+        (6, 4_000_000),
+        (7, 4_500_000),
+    ],
+    id_max: 252,
+    // ROBOTIS states none; 0.4 s were measured on an XC330 (ROBOTIS-GIT/emanual issue 1698).
+    start_ns: 400_000_000,
+    id: ID,
+    baud: BAUD,
+    return_delay: RETURN_DELAY,
+    goal_position: GOAL_POSITION,
+    torque_limit: |_| GOAL_PWM,
+    state: |_| Box::new(State::default()),
+    power_on: power::power_on,
+    forget: power::forget,
+    // A servo set to another protocol understands nothing at any rate.
+    is_understanding: |servo| servo.get(PROTOCOL_TYPE) == 2,
+    drive: control::drive,
+    observe: control::observe,
+    is_torque_on: control::is_torque_on,
+    ear: || Box::new(Line::default()),
+};
+
+#[derive(Debug, Default)]
+struct Line {
+    decoder: Decoder,
+    heard: Option<Heard>,
+}
+
+impl Ear for Line {
+    fn reset(&mut self) {
+        self.decoder.reset();
+    }
+
+    fn push(&mut self, byte: u8) -> bool {
+        self.heard = self.decoder.push(byte);
+        self.heard.is_some()
+    }
+
+    fn request(&self) -> Option<Packet<'_>> {
+        match &self.heard {
+            Some(Heard::Request(of)) => Some((of.id, of.instruction, &of.parameters)),
+            Some(Heard::BadCrc { .. }) | None => None,
+        }
+    }
+
+    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
+        self.heard.as_ref().map_or(Vec::new(), |heard| answer::answer(heard, servos, hears, now_ns))
+    }
+}
