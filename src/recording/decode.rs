@@ -7,10 +7,11 @@ use serde::de::DeserializeOwned;
 
 use super::messages::{self, SlotResult};
 use super::orders;
-use super::sample::{BusSample, Sample};
+use super::sample::Sample;
 use super::topics;
 use crate::bus::{ServoGoal, Slot};
 use crate::model::Robot;
+use crate::observe::BusFacts;
 use crate::signals::{FootTarget, ImuReading, Outage, OutageCause};
 use crate::units::Time;
 
@@ -46,22 +47,22 @@ pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, 
         return Ok(None);
     };
     let mut sample = Sample::new(robot);
-    sample.times.number = times.cycle;
-    sample.times.began = Time(times.began_ns);
-    sample.times.gap = Duration::from_nanos(times.gap_ns);
-    sample.times.work = Duration::from_nanos(times.work_ns);
-    sample.times.exchange = Duration::from_nanos(times.exchange_ns);
-    sample.late = Duration::from_nanos(times.late_ns);
-    sample.order =
+    sample.facts.times.number = times.cycle;
+    sample.facts.times.began = Time(times.began_ns);
+    sample.facts.times.gap = Duration::from_nanos(times.gap_ns);
+    sample.facts.times.work = Duration::from_nanos(times.work_ns);
+    sample.facts.times.exchange = Duration::from_nanos(times.exchange_ns);
+    sample.facts.times.late = Duration::from_nanos(times.late_ns);
+    sample.facts.order =
         motion.order.try_into().map_err(|error| format!("a message of {}: {error}", topics::MOTION.name))?;
-    if !orders::is_of(sample.order, robot) {
+    if !orders::is_of(sample.facts.order, robot) {
         let topic = topics::MOTION.name;
         return Err(format!("a message of {topic}: an order to do what the robot file does not have"));
     }
-    sample.activity = motion.activity;
-    sample.speed_m_s = motion.speed_m_s;
-    sample.interventions = motion.interventions;
-    sample.is_held = motion.is_held;
+    sample.facts.activity = motion.activity;
+    sample.facts.speed_m_s = motion.speed_m_s;
+    sample.facts.interventions = motion.interventions;
+    sample.facts.is_held = motion.is_held;
     sample.state.permission = motion.permission;
     sample.state.outage = match &motion.outage {
         None => None,
@@ -74,7 +75,7 @@ pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, 
     sample.targets.trunk_in_world = trunk.pose.position.into();
     sample.targets.trunk_turn = trunk.pose.orientation.into();
     if let Some(imu) = imu {
-        sample.imu = ImuReading {
+        sample.facts.imu = ImuReading {
             is_known: imu.is_known,
             age_s: imu.age_s,
             rate_rad_s: imu.rate_rad_s.into(),
@@ -86,16 +87,17 @@ pub(super) fn sample(robot: &Robot, cycle: &Messages) -> Result<Option<Sample>, 
         };
         sample.state.body.is_known = imu.is_acted_on;
     }
-    sample.truth = truth.map(Into::into);
+    sample.facts.truth = truth.map(Into::into);
     read_joints(robot, &states, &goals, &mut sample)?;
     read_servos(robot, &servos, &mut sample)?;
     read_feet(robot, &feet, &mut sample)?;
     for (sample, bus) in sample.buses.iter_mut().zip(&buses.buses) {
-        *sample = BusSample {
+        *sample = BusFacts {
             exchange: Duration::from_nanos(bus.exchange_ns),
             missing: bus.missing,
             corrupt: bus.corrupt,
             is_gone: bus.is_gone,
+            ..BusFacts::default()
         };
     }
     Ok(Some(sample))

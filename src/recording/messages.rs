@@ -353,7 +353,7 @@ pub struct Buses<'a> {
     pub buses: Vec<Bus<'a>>,
 }
 
-/// One bus: see [`super::BusSample`].
+/// One bus: see [`crate::observe::BusFacts`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bus<'a> {
     /// Name.

@@ -100,13 +100,13 @@ impl<W: Write> RecordingWriter<W> {
 
     /// Writes one cycle; first ends the present chunk if it spans a second or is large.
     pub(super) fn write(&mut self, sample: &Sample) -> Result<(), McapError> {
-        if sample.times.began.since(self.chunk_began) >= CHUNK || self.chunk_bytes >= CHUNK_BYTES {
+        if sample.facts.times.began.since(self.chunk_began) >= CHUNK || self.chunk_bytes >= CHUNK_BYTES {
             self.mcap.flush()?;
-            (self.chunk_began, self.chunk_bytes) = (sample.times.began, 0);
+            (self.chunk_began, self.chunk_bytes) = (sample.facts.times.began, 0);
         }
-        let at = Time(self.started_unix_ns.saturating_add(sample.times.began.0));
+        let at = Time(self.started_unix_ns.saturating_add(sample.facts.times.began.0));
         let stamp = Stamp::from(at);
-        let cycle = sample.times.number;
+        let cycle = sample.facts.times.number;
         self.put(topics::JOINT_STATES, cycle, at, |robot| joint_states(robot, sample, stamp))?;
         self.put(topics::JOINT_GOALS, cycle, at, |robot| joint_goals(robot, sample, stamp))?;
         self.put(topics::SERVOS, cycle, at, |robot| servos(robot, sample, stamp))?;
@@ -126,7 +126,7 @@ impl<W: Write> RecordingWriter<W> {
             let (place, turn) = sample.trunk_in_world(robot);
             scene::transforms(place, turn, stamp)
         })?;
-        if let Some(truth) = &sample.truth {
+        if let Some(truth) = &sample.facts.truth {
             self.put(topics::TRUE_BODY, cycle, at, |_| messages::TrueBody::new(truth, stamp))?;
         }
         if cycle.is_multiple_of(self.scene_every) {
@@ -277,7 +277,7 @@ fn finite(place: Option<DVec3>) -> Option<messages::Vector3> {
 }
 
 fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
-    let reading = &sample.imu;
+    let reading = &sample.facts.imu;
     messages::Imu {
         timestamp,
         is_known: reading.is_known,
@@ -295,13 +295,13 @@ fn imu(sample: &Sample, timestamp: Stamp) -> messages::Imu {
 fn motion(robot: &Robot, sample: &Sample, timestamp: Stamp) -> messages::Motion {
     messages::Motion {
         timestamp,
-        order: sample.order.into(),
-        activity: sample.activity,
+        order: sample.facts.order.into(),
+        activity: sample.facts.activity,
         aim: sample.targets.aim,
-        speed_m_s: sample.speed_m_s,
+        speed_m_s: sample.facts.speed_m_s,
         permission: sample.state.permission,
-        is_held: sample.is_held,
-        interventions: sample.interventions,
+        is_held: sample.facts.is_held,
+        interventions: sample.facts.interventions,
         outage: sample.state.outage.map(|outage| messages::Outage {
             joint: robot.joints[outage.joint].name.clone(),
             is_jam: outage.cause == OutageCause::Jam,
@@ -327,12 +327,12 @@ fn buses<'r>(robot: &'r Robot, sample: &Sample, timestamp: Stamp) -> messages::B
 fn loop_times(sample: &Sample, timestamp: Stamp) -> messages::Loop {
     messages::Loop {
         timestamp,
-        cycle: sample.times.number,
-        began_ns: sample.times.began.0,
-        gap_ns: nanoseconds(sample.times.gap),
-        late_ns: nanoseconds(sample.late),
-        work_ns: nanoseconds(sample.times.work),
-        exchange_ns: nanoseconds(sample.times.exchange),
+        cycle: sample.facts.times.number,
+        began_ns: sample.facts.times.began.0,
+        gap_ns: nanoseconds(sample.facts.times.gap),
+        late_ns: nanoseconds(sample.facts.times.late),
+        work_ns: nanoseconds(sample.facts.times.work),
+        exchange_ns: nanoseconds(sample.facts.times.exchange),
     }
 }
 

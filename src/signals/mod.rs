@@ -1,6 +1,7 @@
 //! The buffers that the pipeline's stages hand to each other, and the stage that computes each.
 //!
-//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Frames:
+//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Its `clone_from`
+//! copies into memory that is there, which the derived one of the standard library does not. Frames:
 //! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In both,
 //! x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
@@ -8,6 +9,7 @@ mod activity;
 mod order;
 mod status;
 
+use educe::Educe;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +38,8 @@ pub enum Aim {
 }
 
 /// The targets that the generator computes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct Targets {
     /// Selects the fields below that apply.
     pub aim: Aim,
@@ -63,7 +66,8 @@ pub struct Targets {
 }
 
 /// Target positions along one arm.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq, Educe)]
+#[educe(Clone)]
 pub struct ArmTarget {
     /// Selects the fields below that apply.
     pub aim: ArmAim,
@@ -117,7 +121,8 @@ pub struct FootTarget {
 }
 
 /// The joint targets that inverse kinematics computes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct JointTargets {
     /// True if no torque is requested; the angles mean nothing then.
     pub is_limp: bool,
@@ -156,7 +161,8 @@ pub enum Permission {
 
 /// The feedback. The estimator computes it, except for `goal_rad`, `permission`, `is_out` and `outage`, which
 /// safety writes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct State {
     /// State of each joint as last received.
     pub joints: Vec<JointState>,
@@ -195,7 +201,8 @@ pub struct ImuReading {
 }
 
 /// Orientation and motion of the trunk, as far as the robot can tell.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, PartialEq, Default, Educe)]
+#[educe(Clone)]
 pub struct BodyEstimate {
     /// True while the IMU's reading is recent enough to act on. Otherwise the robot counts as level and still.
     pub is_known: bool,
