@@ -11,6 +11,7 @@ use crate::observe::{CycleRecord, End, Observer};
 use crate::printable::printable;
 use crate::signals::Status;
 use crate::signals::{Outage, Permission};
+use crate::stopwatch::Stage;
 
 /// Time of the run between two status lines on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
@@ -109,6 +110,10 @@ impl Observer for StatusLine {
             self.next_s = status.time_s + self.every_s;
             let _ = self.sender.try_send(Line::Status(*status, cycle.facts.order));
         }
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Orders
     }
 
     fn end(&mut self, _end: &mut End) {

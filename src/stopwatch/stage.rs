@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 pub enum Stage {
     /// From the deadline until the loop runs.
     Wake,
-    /// Orders of the driver and the signals, the sign of life to the guard.
+    /// Orders of the driver and the signals, the sign of life to the guard, the status line.
     Orders,
     /// Detects and handles falls.
     Reflex,
@@ -32,7 +32,7 @@ pub enum Stage {
     Imu,
     /// Estimates the state from replies.
     Estimate,
-    /// Runs the observers, but for the recording.
+    /// Runs the observers that have no stage of their own.
     Telemetry,
     /// Hands the cycle to the recording.
     Recording,
