@@ -12,7 +12,6 @@ use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::config;
 use hippocamp::counts::{self, Goals};
-use hippocamp::cycle::Cycle;
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::horse::HorseCapability;
@@ -22,10 +21,13 @@ use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
+use hippocamp::observe::Observer;
+use hippocamp::run::Cycle;
 use hippocamp::safety::Safety;
 use hippocamp::signals::{ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
 use hippocamp::simulation;
 use hippocamp::standing::{Sole, Standing, TrunkMotion};
+use hippocamp::telemetry::Telemetry;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
 
@@ -276,13 +278,15 @@ fn a_second_in_physics(bencher: Bencher, step_ms: u32) {
     buses.prepare(&robot).unwrap();
     let mut deadline = buses.ports_mut().now();
     let mut cycle = Cycle::new(&robot, plan, Method::CcdThenFinish, f64::MAX, buses);
-    let mut second = move || {
+    let mut telemetry = Telemetry::new(&robot);
+    let mut second = || {
         for _ in 0..100 {
             deadline = deadline + Duration::from_millis(10);
-            cycle.buses_mut().ports_mut().wait_until(deadline);
+            cycle.begin(deadline);
             cycle.step(Order::Go);
+            telemetry.observe(&cycle.record());
         }
-        cycle.generator().activity()
+        cycle.record().facts.activity
     };
     while second() != Activity::Walking {}
     bencher.bench_local(second);

@@ -4,18 +4,18 @@ use std::borrow::Cow;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::config;
-use hippocamp::cycle::Cycle;
 use hippocamp::html::Page;
 use hippocamp::ik::Method;
 use hippocamp::kinds;
 use hippocamp::motion::Order;
+use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Ending, ReadError, Recorder, RunHeader, read};
 use hippocamp::replay::{Judge, Replay, ReplayError};
+use hippocamp::run::Cycle;
 use hippocamp::simulation;
 use hw_sim::FaultScript;
 use mcap::records::{Record, op};
@@ -50,8 +50,7 @@ pub fn good(file: &Path, cycles: u32) -> Vec<u8> {
     let mut cycle = Cycle::new(&robot, plan.motion, plan.method, plan.move_for_s, buses);
     for _ in 0..cycles {
         cycle.step(Order::Go);
-        let (times, buses) = (cycle.times(), cycle.buses().statistics());
-        recorder.record(&cycle.record(), times, Duration::ZERO, buses);
+        recorder.observe(&cycle.record());
     }
     let outcome = [("outcome", "completed".to_owned()), ("cycles", cycles.to_string())];
     let written = recorder.finish(outcome.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());

@@ -4,12 +4,12 @@
 //! whatever the reason for the end.
 
 use crate::bus::{Buses, Ports, StartError};
-use crate::cycle::Cycle;
 use crate::ik::Method;
-use crate::model::Robot;
+use crate::model::{Robot, StopAction};
 use crate::motion::Jog;
-use crate::run::{End, Operator, find_servos, perform};
-use crate::telemetry::Outcome;
+use crate::observe::{End, Observer, Outcome};
+use crate::run::{Cycle, Operator, find_servos, perform};
+use crate::telemetry::Telemetry;
 
 /// Time for which a joint is held at its goal, s.
 const HOLD_S: f64 = 1.0;
@@ -60,10 +60,11 @@ pub(crate) fn turn<P: Ports>(
     let jog = Jog::new(robot, joint, goal_rad, hold_s);
     let goal_rad = jog.goal_rad();
     let mut cycle = Cycle::with_generator(robot, jog.into(), Method::CcdThenFinish, buses);
-    let start = cycle.buses_mut().ports_mut().now();
-    let End { outcome, reason, is_heard } =
-        perform(robot, &mut cycle, start, "turned and let go", &mut None, operator);
-    cycle.buses_mut().disarm_watchdogs();
-    let measured_rad = cycle.generator().jog().and_then(Jog::measured_rad);
-    (JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard }, cycle.into_buses())
+    // A single joint always ends limp.
+    let ends = ("turned and let go", StopAction::SitThenLimp);
+    let observers: &mut [&mut dyn Observer] = &mut [&mut Telemetry::new(robot)];
+    let End { outcome, reason, is_heard, .. } = perform(robot, &mut cycle, ends, observers, operator);
+    let (generator, buses) = cycle.into_parts();
+    let measured_rad = generator.jog().and_then(Jog::measured_rad);
+    (JogReport { goal_rad, measured_rad, outcome, reason, is_end_heard: is_heard }, buses)
 }

@@ -14,7 +14,7 @@
 //! bus       goals                 -> one slot per servo: a reply, or the reason why there is none
 //! imu       bytes                 -> the trunk's attitude and turn rates, and their age
 //! estimate  slots, reading        -> state
-//! telemetry all of the above      -> the report
+//! observe   all of the above      -> report, recording, status line
 //! ```
 //!
 //! Units inside: radians, metres, seconds, `f64`; right-handed frames, x forward, y left, z up.
@@ -38,6 +38,7 @@ pub mod kinds;
 pub mod model;
 pub mod monitor;
 pub mod motion;
+pub mod observe;
 pub mod operator;
 mod output;
 pub mod plan;
@@ -53,6 +54,7 @@ pub mod service;
 pub mod signals;
 pub mod simulation;
 pub mod standing;
+pub mod stopwatch;
 pub mod telemetry;
 pub mod trial;
 pub mod units;

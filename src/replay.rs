@@ -13,6 +13,7 @@ use crate::ik::Method;
 use crate::kinds::{self, CapabilityError, TaskError};
 use crate::model::Robot;
 use crate::motion::Plan;
+use crate::observe::Observer;
 use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::{BodyReport, FeetReport, JointsReport, Telemetry};
 
@@ -92,7 +93,7 @@ pub struct Judge<'r> {
     robot: &'r Robot,
     ik: Method,
     controller: Controller<'r>,
-    telemetry: Telemetry,
+    telemetry: Telemetry<'r>,
     gaps: Vec<RangeInclusive<u64>>,
     gap_count: u64,
     dropped: u64,
@@ -126,14 +127,14 @@ impl<'r> Judge<'r> {
 
     /// Judges the next cycle; cycle numbers rise.
     pub fn look(&mut self, sample: &Sample) {
-        let number = sample.times.number;
+        let number = sample.facts.times.number;
         if number > self.next {
             self.note_gap(self.next..=number - 1);
             self.telemetry.note_gap();
         }
         self.next = number.saturating_add(1);
-        self.has_truth |= sample.truth.is_some();
-        self.telemetry.observe(self.robot, &sample.record());
+        self.has_truth |= sample.facts.truth.is_some();
+        self.telemetry.observe(&sample.record());
         if self.gap_count == 0 {
             self.cycles_run_again += 1;
             // After the first difference everything may differ.
@@ -158,7 +159,7 @@ impl<'r> Judge<'r> {
         }
         let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report());
         Replay {
-            cycles: self.telemetry.totals().0,
+            cycles: self.telemetry.cycles(),
             gaps: self.gaps,
             gap_count: self.gap_count,
             dropped: self.dropped,
@@ -189,12 +190,17 @@ fn plan(robot: &Robot, header: &RunHeader) -> Result<Plan, ReplayError> {
 
 /// Runs one cycle of the controller on the recorded replies; returns the first difference from the recorded cycle.
 fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) -> Option<Difference> {
-    let gap_s = sample.times.gap.as_secs_f64();
-    controller.decide(gap_s, sample.order);
-    controller.learn(gap_s, &sample.slots, &sample.imu);
+    let gap_s = sample.facts.times.gap.as_secs_f64();
+    controller.decide(gap_s, sample.facts.order);
+    controller.learn(gap_s, &sample.slots, &sample.facts.imu);
     let now = controller.record(&sample.slots);
     let difference = |joint, what| {
-        Some(Difference { cycle: sample.times.number, time_s: sample.times.began.as_secs_f64(), joint, what })
+        Some(Difference {
+            cycle: sample.facts.times.number,
+            time_s: sample.facts.times.began.as_secs_f64(),
+            joint,
+            what,
+        })
     };
     for (joint, (recorded, again)) in sample.goals.iter().zip(now.goals).enumerate() {
         if recorded != again {
@@ -213,10 +219,10 @@ fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) ->
             return difference(Some(joint), what);
         }
     }
-    if (sample.activity, sample.state.permission) != (now.activity, now.state.permission) {
+    if (sample.facts.activity, sample.state.permission) != (now.facts.activity, now.state.permission) {
         let what = format!(
             "recorded {:?} with permission {:?}, now {:?} with permission {:?}",
-            sample.activity, sample.state.permission, now.activity, now.state.permission
+            sample.facts.activity, sample.state.permission, now.facts.activity, now.state.permission
         );
         return difference(None, what);
     }

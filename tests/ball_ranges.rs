@@ -80,7 +80,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
         let slots = servos.exchange(&goals);
         controller.learn(robot.period_s(), &slots, &ImuReading::default());
         let record = controller.record(&slots);
-        activity = record.activity;
+        activity = record.facts.activity;
         if cycle < 2 {
             // Nothing is believed yet: two replies must agree.
             continue;

@@ -14,12 +14,12 @@ use std::time::Duration;
 
 use common::{ROBOTS, capability, horse_of, in_physics, is_full};
 use glam::{DQuat, DVec3, EulerRot};
-use hippocamp::bus::{Buses, Ports, SimPorts};
-use hippocamp::cycle::Cycle;
+use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::ik::Method;
 use hippocamp::model::{BalanceSettings, Robot};
 use hippocamp::motion::horse::HorsePlan;
 use hippocamp::motion::{Activity, Command, Order};
+use hippocamp::run::Cycle;
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
 use hw_sim::FaultScript;
@@ -80,7 +80,7 @@ fn run(
     let (dt_s, period) = (robot.period_s(), Duration::from_secs_f64(robot.period_s()));
     let sole_m =
         robot.chains.iter().filter_map(|chain| chain.foot).map(|foot| foot.below_tip_m()).fold(0.0, f64::max);
-    let mut deadline = cycle.buses_mut().ports_mut().now();
+    let mut deadline = cycle.now();
     let mut chance = Pcg64Mcg::seed_from_u64(seed);
     let (mut seen, mut on_feet_s, mut pushes) = (Seen::default(), 0.0, 0.0);
     let (mut measured_s, mut last_m) = (0.0, None::<DVec3>);
@@ -88,19 +88,19 @@ fn run(
         cycle.step(Order::Drive(command(on_feet_s)));
         deadline = deadline + period;
         // Whoever meets a fall with the reflex is no more on its feet, and has fallen all the same.
-        if cycle.reflex().report().is_some_and(|report| report.falls > 0) {
+        if cycle.record().facts.falls.is_some_and(|report| report.falls > 0) {
             seen.fell_at_s = Some(on_feet_s);
             break;
         }
-        let truth = cycle.record().truth.unwrap();
-        if matches!(cycle.record().activity, Activity::Standing | Activity::Walking) {
+        let truth = cycle.record().facts.truth.unwrap();
+        if matches!(cycle.record().facts.activity, Activity::Standing | Activity::Walking) {
             on_feet_s += dt_s;
             let (yaw, pitch, roll) = truth.turn.to_euler(EulerRot::ZYX);
             seen.roll_max = seen.roll_max.max(roll.abs());
             seen.pitch_max = seen.pitch_max.max(pitch.abs());
             seen.last_off_m = truth.height_m - cycle.record().targets.trunk_in_world.z - sole_m;
             seen.height_off_m = seen.height_off_m.max(seen.last_off_m.abs());
-            seen.held |= cycle.state().permission != Permission::Move;
+            seen.held |= cycle.record().state.permission != Permission::Move;
             if let Some(last_m) = last_m.filter(|_| on_feet_s > START_S) {
                 let ahead = DQuat::from_rotation_z(yaw) * DVec3::X;
                 seen.speed_m_s += (truth.position_m - last_m).dot(ahead);
@@ -120,9 +120,9 @@ fn run(
                 cycle.buses_mut().ports_mut().world_mut().push(push, PUSH.1);
             }
         }
-        let now_s = cycle.buses_mut().ports_mut().now().as_secs_f64();
-        assert!(now_s < for_s + 30.0, "it never gets on its feet: {:?}", cycle.safety().cause());
-        cycle.buses_mut().ports_mut().wait_until(deadline);
+        let now_s = cycle.now().as_secs_f64();
+        assert!(now_s < for_s + 30.0, "it never gets on its feet: {:?}", cycle.record().facts.cause);
+        cycle.begin(deadline);
     }
     seen.speed_m_s /= f64::max(measured_s, dt_s);
     seen.asked_m_s /= f64::max(measured_s, dt_s);

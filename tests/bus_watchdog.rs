@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use hippocamp::bus::{Buses, Ports, SimPorts, watchdog_time};
 use hippocamp::config;
-use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::{Activity, Command, Order};
+use hippocamp::run::Cycle;
 use hippocamp::signals::Permission;
 use hippocamp::simulation;
 use hw_sim::{FaultScript, Shaft};
@@ -45,9 +45,9 @@ fn trotting<'r>(robot: &'r Robot, faults: &str) -> Cycle<'r, SimPorts> {
 /// Repeats the cycle at its rate for `time_s`.
 fn run(robot: &Robot, cycle: &mut Cycle<'_, SimPorts>, time_s: f64) {
     let period = Duration::from_secs_f64(robot.period_s());
-    let end = cycle.buses_mut().ports_mut().now() + Duration::from_secs_f64(time_s);
+    let end = cycle.now() + Duration::from_secs_f64(time_s);
     loop {
-        let deadline = cycle.buses_mut().ports_mut().now();
+        let deadline = cycle.now();
         if deadline >= end {
             return;
         }
@@ -57,8 +57,8 @@ fn run(robot: &Robot, cycle: &mut Cycle<'_, SimPorts>, time_s: f64) {
 }
 
 fn wait(cycle: &mut Cycle<'_, SimPorts>, time: Duration) {
-    let deadline = cycle.buses_mut().ports_mut().now() + time;
-    cycle.buses_mut().ports_mut().wait_until(deadline);
+    let deadline = cycle.now() + time;
+    cycle.begin(deadline);
 }
 
 fn watchdogs(robot: &Robot, ports: &SimPorts) -> Vec<u8> {
@@ -73,7 +73,7 @@ fn shafts(robot: &Robot, ports: &SimPorts) -> Vec<Shaft> {
 
 /// A joint in its swing lags by some 7 degrees; one that has been left behind, by all of its swing.
 fn off_goal_deg(cycle: &Cycle<'_, SimPorts>) -> f64 {
-    let state = cycle.state();
+    let state = cycle.record().state;
     let errors =
         state.joints.iter().zip(&state.goal_rad).map(|(joint, goal)| (joint.position_rad - goal).abs());
     errors.fold(0.0, f64::max).to_degrees()
@@ -93,7 +93,7 @@ fn when_the_loop_dies_every_servo_stops_within_the_time() {
     let robot = horse();
     let mut cycle = trotting(&robot, "");
     run(&robot, &mut cycle, 8.0);
-    assert_eq!(cycle.generator().activity(), Activity::Walking);
+    assert_eq!(cycle.record().facts.activity, Activity::Walking);
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [10; 16]);
     // No more cycles: the program is gone, the servos are not. 1 ms is the step of the simulated clock.
     wait(&mut cycle, watchdog_time(&robot) + MS);
@@ -116,8 +116,8 @@ fn a_loop_that_stalls_goes_on_walking() {
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [TRIPPED; 16]);
     run(&robot, &mut cycle, 3.0);
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [10; 16]);
-    assert_eq!(cycle.generator().activity(), Activity::Walking);
-    assert_eq!(cycle.state().permission, Permission::Move);
+    assert_eq!(cycle.record().facts.activity, Activity::Walking);
+    assert_eq!(cycle.record().state.permission, Permission::Move);
     assert!(off_goal_deg(&cycle) < 10.0, "{}", off_goal_deg(&cycle));
 }
 
@@ -136,7 +136,7 @@ fn a_servo_or_an_adapter_that_was_out_for_a_while_goes_on_too() {
     assert_eq!(world.register(3, 13, WATCHDOG), Some(TRIPPED));
     run(&robot, &mut cycle, 3.0);
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [10; 16]);
-    assert_eq!(cycle.generator().activity(), Activity::Walking);
+    assert_eq!(cycle.record().facts.activity, Activity::Walking);
     assert!(off_goal_deg(&cycle) < 10.0, "{}", off_goal_deg(&cycle));
 }
 

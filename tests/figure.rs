@@ -199,7 +199,7 @@ fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
         controller.decide(dt_s, order);
         controller.learn_from_goals();
         let record = controller.record(&[]);
-        let activity = record.activity;
+        let activity = record.facts.activity;
         if activity == Activity::Done {
             break;
         }
@@ -213,7 +213,7 @@ fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
         if stood_s.is_none() || order == Order::Stop {
             continue;
         }
-        assert_eq!(record.interventions, 0, "safety held a goal back in cycle {cycle}");
+        assert_eq!(record.facts.interventions, 0, "safety held a goal back in cycle {cycle}");
         let places: Vec<DVec3> = robot
             .motion
             .figure()
@@ -246,7 +246,7 @@ fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
         }
     }
     assert!(pose >= 3 * poses(&robot), "all poses were asked for");
-    assert_eq!(controller.record(&[]).activity, Activity::Done);
+    assert_eq!(controller.record(&[]).facts.activity, Activity::Done);
 }
 
 #[test]

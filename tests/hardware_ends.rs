@@ -194,16 +194,18 @@ fn first_cycle_ns(
     // What lies between the clocks of the run and of the servos: a late exchange is further off, none is nearer.
     let moving = recording.samples.iter().filter(|sample| !goals(sample).is_empty());
     let heard = frames.iter().filter(|frame| !frame.goals.is_empty());
-    let between =
-        moving.zip(heard).take(50).map(|(sample, frame)| frame.at_ns.saturating_sub(sample.times.began.0));
+    let between = moving
+        .zip(heard)
+        .take(50)
+        .map(|(sample, frame)| frame.at_ns.saturating_sub(sample.facts.times.began.0));
     let between_ns = between.min().unwrap() - u64::try_from(built.period().as_nanos()).unwrap() / 10;
     let crossed_ns = recording
         .samples
         .iter()
-        .skip_while(|sample| sample.times.began.0 + between_ns < from_ns)
+        .skip_while(|sample| sample.facts.times.began.0 + between_ns < from_ns)
         .skip_while(|sample| !is(sample))
         .find_map(|sample| {
-            let frame = frames.iter().find(|frame| frame.at_ns >= sample.times.began.0 + between_ns)?;
+            let frame = frames.iter().find(|frame| frame.at_ns >= sample.facts.times.began.0 + between_ns)?;
             (!frame.goals.is_empty() && frame.goals == goals(sample)).then_some(frame.at_ns)
         });
     crossed_ns.unwrap()
@@ -259,15 +261,13 @@ fn told_to_stop(file: &str, moment: Moment, name: &str) {
     let recording = Recording::read(&place).unwrap();
     assert!(matches!(recording.ending, Ending::Outcome(_)) && !part.exists());
     let began_ns =
-        first_cycle_ns(&built, &recording, 0, cause_ns, |sample| sample.activity == Activity::Stopping);
+        first_cycle_ns(&built, &recording, 0, cause_ns, |sample| sample.facts.activity == Activity::Stopping);
     assert_in_time(&format!("{file}, {moment:?}, SIG{name}: stop action"), cause_ns, began_ns);
-    let before = recording
-        .samples
-        .iter()
-        .rev()
-        .find(|sample| sample.activity != Activity::Stopping && sample.activity != Activity::Done);
+    let before = recording.samples.iter().rev().find(|sample| {
+        sample.facts.activity != Activity::Stopping && sample.facts.activity != Activity::Done
+    });
     let expected = if moment == Moment::Walk { Activity::Walking } else { Activity::Rising };
-    assert_eq!(before.unwrap().activity, expected);
+    assert_eq!(before.unwrap().facts.activity, expected);
 }
 
 /// Where this run's recording is to be, and where it is till then.
@@ -429,7 +429,7 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
         assert_eq!(child.wait().unwrap().code(), Some(3), "stopped by safety");
         let recording = Recording::read(&place).unwrap();
         for bus in 0..3 {
-            let held_ns = first_cycle_ns(&built, &recording, bus, cause_ns, |sample| sample.is_held);
+            let held_ns = first_cycle_ns(&built, &recording, bus, cause_ns, |sample| sample.facts.is_held);
             assert_in_time(
                 &format!("{moment:?}, port of another bus gone: hold on bus {bus}"),
                 cause_ns,
@@ -439,8 +439,9 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
         // The hold is borne for hold_s; then the stop action begins, and ends.
         let permitted = |wanted| move |sample: &Sample| sample.state.permission == wanted;
         let held_until_ns = first_cycle_ns(&built, &recording, 0, cause_ns, permitted(Permission::Stop));
-        let stopping_ns =
-            first_cycle_ns(&built, &recording, 0, cause_ns, |sample| sample.activity == Activity::Stopping);
+        let stopping_ns = first_cycle_ns(&built, &recording, 0, cause_ns, |sample| {
+            sample.facts.activity == Activity::Stopping
+        });
         assert_in_time(&format!("{moment:?}, port gone for hold_s: stop action"), held_until_ns, stopping_ns);
         assert_eq!(built.with_torque(), 4, "those behind the port");
         // Their own watchdog has stopped them (ROBOTIS e-manual, X-series: Bus Watchdog, 98, reads -1).

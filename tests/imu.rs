@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use common::{in_physics, plan, shipped};
 use hippocamp::bus::{Buses, Ports, SimPorts};
-use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Order};
+use hippocamp::observe::CycleRecord;
+use hippocamp::run::Cycle;
 use hippocamp::simulation;
-use hippocamp::telemetry::CycleRecord;
 use hw_sim::FaultScript;
 
 /// One cycle, as it is looked at here.
@@ -32,9 +32,9 @@ fn drive(robot: &Robot, seconds: f64, faults: &str) -> Vec<Seen> {
         seen.push(Seen {
             time_s,
             is_known: record.state.body.is_known,
-            age_s: record.imu.age_s,
-            speed_m_s: record.speed_m_s,
-            is_walking: record.activity == Activity::Walking,
+            age_s: record.facts.imu.age_s,
+            speed_m_s: record.facts.speed_m_s,
+            is_walking: record.facts.activity == Activity::Walking,
         });
     });
     seen
@@ -50,7 +50,7 @@ fn drive_and_look(robot: &Robot, seconds: f64, faults: &str, mut look: impl FnMu
     let mut deadline = buses.ports_mut().now();
     let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, 1e9, buses);
     while deadline.as_secs_f64() < seconds {
-        cycle.buses_mut().ports_mut().wait_until(deadline);
+        cycle.begin(deadline);
         cycle.step(Order::Go);
         look(deadline.as_secs_f64(), &cycle.record());
         deadline = deadline + Duration::from_secs_f64(robot.period_s());
@@ -88,7 +88,7 @@ fn feedback_does_not_add_up_while_the_walk_is_held() {
     drive_and_look(&robot, 12.0, faults, |_, record| {
         let tips: Vec<_> = (0..4).map(|leg| record.targets.tip_in_body(leg)).collect();
         let has_feet = !record.targets.feet().is_empty();
-        if let Some(before) = before.take().filter(|_| record.is_held && has_feet) {
+        if let Some(before) = before.take().filter(|_| record.facts.is_held && has_feet) {
             held += 1;
             assert_eq!(tips, before, "cycle {held} of the hold");
         }

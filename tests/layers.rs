@@ -102,6 +102,18 @@ fn no_module_uses_one_above_it() {
     assert!(unknown.is_empty(), "ARCHITECTURE.md lists modules that do not exist: {unknown:?}");
 }
 
+/// Observers are attached to the loop, which knows none of them: another one changes nothing here.
+#[test]
+fn the_loop_names_no_observer() {
+    for file in ["src/cycle.rs", "src/run/mod.rs", "src/run/cycle.rs", "src/run/end.rs"] {
+        let used = named(&code_of(&fs::read_to_string(root().join(file)).unwrap()));
+        let known: Vec<_> =
+            used.iter().filter(|module| ["telemetry", "recording"].contains(&module.as_str())).collect();
+        assert!(known.is_empty(), "{file} names {known:?}");
+        assert!(used.contains("observe"), "{file}: its paths were not found");
+    }
+}
+
 #[test]
 fn paths_are_found_in_code_and_not_in_comments_or_tests() {
     let text = "use crate::b::{X, y::Z};\n/// [`crate::c`]\nuse crate::{d, e::{F, G}, h};\nlet i = crate::j::k();\n\

@@ -12,17 +12,20 @@ use common::{ROBOTS, capability, in_physics, plan, shipped};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts};
 use hippocamp::config;
-use hippocamp::cycle::{Controller, Cycle};
+use hippocamp::cycle::Controller;
 use hippocamp::ik::{Limbs, Method};
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::observe::Observer;
 use hippocamp::platform::{Meter, Usage};
+use hippocamp::run::Cycle;
 use hippocamp::signals::Status;
 use hippocamp::signals::{JointTargets, Permission, Targets};
 use hippocamp::simulation;
+use hippocamp::telemetry::Telemetry;
 use hippocamp::units::Time;
 use hw_sim::FaultScript;
 
@@ -139,24 +142,28 @@ fn run_from(
 
     let mut cycle = Cycle::new(robot, motion, Method::CcdThenFinish, 60.0, buses);
     let period = Duration::from_secs_f64(robot.period_s());
-    let mut deadline = cycle.buses_mut().ports_mut().now();
+    let mut deadline = cycle.now();
     let (mut activities, mut permissions) = (Vec::new(), Vec::new());
+    let mut telemetry = Telemetry::new(robot);
     cycle.step(Order::Go);
-    cycle.end_cycle();
-    while cycle.activity() != Activity::Done {
+    telemetry.observe(&cycle.record());
+    cycle.end();
+    while cycle.record().facts.activity != Activity::Done {
         deadline = deadline + period;
         assert_no_alloc(|| {
-            cycle.buses_mut().ports_mut().wait_until(deadline);
-            cycle.telemetry_mut().begin_cycle(deadline, deadline);
-            let order = order(deadline.as_secs_f64(), cycle.activity());
+            cycle.begin(deadline);
+            let order = order(deadline.as_secs_f64(), cycle.record().facts.activity);
             cycle.step(order);
-            cycle.end_cycle();
+            telemetry.observe(&cycle.record());
+            cycle.end_stage(telemetry.stage());
+            cycle.end();
         });
-        if activities.last() != Some(&cycle.activity()) {
-            activities.push(cycle.activity());
+        let record = cycle.record();
+        if activities.last() != Some(&record.facts.activity) {
+            activities.push(record.facts.activity);
         }
-        if permissions.last() != Some(&cycle.state().permission) {
-            permissions.push(cycle.state().permission);
+        if permissions.last() != Some(&record.state.permission) {
+            permissions.push(record.state.permission);
         }
         assert!(deadline.as_secs_f64() < 60.0, "this run does not end");
     }
@@ -184,7 +191,7 @@ fn arms_allocate_nothing_in_any_stroke() {
                 (0..cycles).for_each(|_| cycle(*order));
             }
         });
-        assert_eq!(controller.record(&[]).activity, Activity::Done, "{name}");
+        assert_eq!(controller.record(&[]).facts.activity, Activity::Done, "{name}");
     }
 }
 
@@ -324,22 +331,7 @@ fn a_show_of_arms_allocates_nothing_from_limp_to_limp() {
 }
 
 /// What an operator sees of a robot that stands.
-const STATUS: Status = Status {
-    time_s: 0.0,
-    activity: Activity::Standing,
-    gait: None,
-    stroke: None,
-    frozen: 0,
-    outage: None,
-    speed_m_s: 0.0,
-    yaw_rate_rad_s: 0.0,
-    permission: Permission::Move,
-    late_cycles: 0,
-    hottest_c: 30.0,
-    lowest_v: 12.0,
-    is_imu_lost: false,
-    is_recording_lost: false,
-};
+const STATUS: Status = Status { activity: Activity::Standing, ..Status::LIMP };
 
 #[test]
 fn the_cycle_of_a_figure_allocates_nothing_from_limp_to_limp() {
@@ -351,7 +343,7 @@ fn the_cycle_of_a_figure_allocates_nothing_from_limp_to_limp() {
     let mut cycle = |order: Order| {
         controller.decide(dt_s, order);
         controller.learn_from_goals();
-        controller.generator().activity()
+        controller.record(&[]).facts.activity
     };
     cycle(Order::Take(0));
     let mut activity = Activity::Limp;

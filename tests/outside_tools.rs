@@ -135,10 +135,11 @@ fn the_page_draws_the_feet_where_the_robot_has_them() {
     run(hippocamp().arg("replay").arg(&file).arg("--html").arg(&page));
     // At 100 cycles a second the page has every other.
     let recording = Recording::read(&file).unwrap();
-    let sample = recording.samples.iter().step_by(2).find(|sample| sample.times.began.as_secs_f64() >= 8.0);
+    let sample =
+        recording.samples.iter().step_by(2).find(|sample| sample.facts.times.began.as_secs_f64() >= 8.0);
     let sample = sample.unwrap();
     // The page rounds times to a millisecond and shows the first frame from the one asked for.
-    let time_s = sample.times.began.as_secs_f64() - 5e-3;
+    let time_s = sample.facts.times.began.as_secs_f64() - 5e-3;
     let shown = open(&chromium, &folder, &format!("file://{}#t={time_s}", page.display()));
     assert_eq!(attribute(&shown, "data-error"), None);
     let tips: Vec<[f64; 3]> = serde_json::from_str(attribute(&shown, "data-tips").unwrap()).unwrap();

@@ -3,16 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
-use std::time::Duration;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hippocamp::bus::{Buses, SimPorts};
-use hippocamp::cycle::Cycle;
 use hippocamp::ik::Method;
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::motion::{Command, Order};
+use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};
+use hippocamp::run::Cycle;
 use hippocamp::{config, simulation};
 
 #[global_allocator]
@@ -34,9 +34,7 @@ fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
     // Long enough to stand up and walk, and faster than a thread can write.
     for _ in 0..1500 {
         cycle.step(Order::Go);
-        assert_no_alloc(|| {
-            recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());
-        });
+        assert_no_alloc(|| recorder.observe(&cycle.record()));
     }
     let report = recorder.finish(Default::default());
     assert_eq!(report.records + report.dropped, 1500);

@@ -208,9 +208,12 @@ fn runs_to_its_end_and_replays(robot: &str, script: &std::path::Path) {
         assert!(!said.contains("held at"), "{robot}: {said}");
     }
     let recording = Recording::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    let driven = recording.samples.iter().filter(|sample| matches!(sample.order, Order::Drive(_))).count();
-    let stood =
-        recording.samples.iter().position(|sample| sample.activity == hippocamp::motion::Activity::Standing);
+    let driven =
+        recording.samples.iter().filter(|sample| matches!(sample.facts.order, Order::Drive(_))).count();
+    let stood = recording
+        .samples
+        .iter()
+        .position(|sample| sample.facts.activity == hippocamp::motion::Activity::Standing);
     let cycle_s = shipped(robot).period_s();
     #[allow(clippy::cast_precision_loss, reason = "thousands")]
     let driven_s = (driven - stood.unwrap()) as f64 * cycle_s;

@@ -70,7 +70,7 @@ fn stop_s(robot: &Robot, plan: impl Into<Plan>) -> f64 {
         let order = if moved_s < MOVES_S { Order::Go } else { Order::Stop };
         controller.decide(robot.period_s(), order);
         controller.learn_from_goals();
-        match controller.activity() {
+        match controller.record(&[]).facts.activity {
             Activity::Done => return stopped_s,
             _ if order == Order::Stop => stopped_s += robot.period_s(),
             Activity::Limp | Activity::Rising => {}

@@ -21,6 +21,7 @@ use hippocamp::ik::Method;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::model::{Motion, OnTrip, Pole, Robot};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
+use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
 use hippocamp::run::run;
 use hippocamp::signals::Status;
@@ -458,18 +459,9 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         let status = Status {
             time_s: cycle as f64 * dt_s,
             activity,
-            gait: None,
-            stroke: None,
-            speed_m_s: 0.0,
-            yaw_rate_rad_s: 0.0,
             permission: controller.record(&servos.slots).state.permission,
-            frozen: 0,
-            outage: None,
-            late_cycles: 0,
             hottest_c: 30.0 + servos.warmth_c,
-            lowest_v: 5.0,
-            is_imu_lost: false,
-            is_recording_lost: false,
+            ..Status::LIMP
         };
         let (instruction, note) = show.instruction(&status);
         cooled += u64::from(note.is_some_and(|note| note.contains("hot")));
@@ -481,8 +473,8 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
         servos.exchange(&goals, orders, activity == Activity::Performing);
         controller.learn(dt_s, &servos.slots, &ImuReading::default());
         let record = controller.record(&servos.slots);
-        telemetry.observe(&robot, &record);
-        activity = record.activity;
+        telemetry.observe(&record);
+        activity = record.facts.activity;
         assert_ne!(record.state.permission, Permission::Stop, "stopped after {} s", status.time_s);
         hottest_c = hottest_c.max(status.hottest_c);
         // The last half hour counts: it still moves.
@@ -550,7 +542,7 @@ fn a_change_of_motion_waits_while_safety_holds() {
     while held < 20 {
         arm.controller.decide(dt_s, Order::Perform(walk));
         let record = arm.controller.record(&silent);
-        if record.is_held {
+        if record.facts.is_held {
             assert!(held == 0 || record.joints.angles_rad == wanted, "cycle {held} of the hold");
             held += 1;
         }

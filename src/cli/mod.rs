@@ -37,11 +37,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 use refusal::{BadInput, Several};
+use run::RunArguments;
 
 use crate::config::UnitFile;
-use crate::ik::Method;
 use crate::model::Robot;
 use crate::output::Place;
 
@@ -446,82 +446,8 @@ struct SimArguments {
     unit: Option<PathBuf>,
 }
 
-/// Options of `run`.
-#[derive(Debug, clap::Args)]
-struct RunArguments {
-    /// The robot file.
-    robot: PathBuf,
-    /// Gait: one of those that 'hippocamp check' lists [default: walk].
-    #[arg(long, value_name = "NAME")]
-    gait: Option<String>,
-    /// Speed in m/s, negative to go backwards; limited to what legs and servos can do [default: nine tenths of the
-    /// top speed].
-    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
-    speed: Option<f64>,
-    /// For arms: one stroke (sway, walk, swim, reach, path, wind, rest, park) instead of a show of all of them.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"])]
-    stroke: Option<String>,
-    /// For arms: the tempo, as a multiple of the robot file's.
-    #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
-    tempo: Option<f64>,
-    /// For a figure: the pose to take, one of those that 'hippocamp check' lists [default: stand].
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed", "stroke"])]
-    pose: Option<String>,
-    /// How long to walk, or to perform a stroke, show or pose, in seconds, before slowing down.
-    /// [default: 20; a show runs until you end it]
-    #[arg(long = "for", value_name = "SECONDS", allow_negative_numbers = true)]
-    walk_for_s: Option<f64>,
-    /// Exit with code 6 where the run completed and its verdict is poor.
-    #[arg(long)]
-    strict: bool,
-    #[command(flatten)]
-    driver: drivers::DriverArguments,
-    #[command(flatten)]
-    unit: UnitArguments,
-    /// Seed for the start angles of the simulated robot's limp joints, and all other chance.
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
-          allow_negative_numbers = true, value_parser = seed)]
-    seed: u64,
-    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
-    #[arg(long, value_name = "FILE", conflicts_with = "ports")]
-    faults: Option<PathBuf>,
-    /// Write the report of the run to this file (JSON). A cycle counts as late when it begins more than a tenth of
-    /// a period after its time; the robot then goes on from where it is.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until
-    /// it is complete; a FILE.part that already exists is not overwritten.
-    #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
-    /// Write a page that plays the run to this file; opens in any browser, without a network.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    /// Inverse kinematics: the thesis' method alone, or with the least-squares finish.
-    #[arg(long, value_enum, default_value_t = Ik::CcdFinish)]
-    ik: Ik,
-}
-
 fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number, 0 or more, at most {}", u64::MAX))
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Ik {
-    /// Cyclic coordinate descent alone, ten sweeps a cycle; leaves millimetres.
-    #[value(name = "ccd")]
-    Ccd,
-    /// One sweep, then least squares.
-    #[value(name = "ccd+finish")]
-    CcdFinish,
-}
-
-impl From<Ik> for Method {
-    fn from(ik: Ik) -> Method {
-        match ik {
-            Ik::Ccd => Method::Ccd { sweeps: 10 },
-            Ik::CcdFinish => Method::CcdThenFinish,
-        }
-    }
 }
 
 /// Writes all of `text` to its place, or nothing.

@@ -8,13 +8,13 @@ use signal_hook::iterator;
 use super::drivers::Driver;
 use super::guard::Heart;
 use super::ports::warn;
-use super::status::StatusLine;
+use super::status::Notes;
 use crate::motion::Order;
+use crate::observe::Outcome;
 use crate::operator::Instruction;
 use crate::platform;
 use crate::run;
 use crate::signals::Status;
-use crate::telemetry::Outcome;
 
 /// Printed, and written into the report, when the guard is gone.
 const GUARD_GONE: &str = "the guard process is gone or hangs, and nobody would take the torque off if this program \
@@ -28,11 +28,11 @@ pub(super) struct OnHardware {
     pub(super) heart: Heart,
 }
 
-/// Takes orders from a driver and from signals, and shows the status line; also holds the parts for real servos.
+/// Takes orders from a driver and from signals; also holds the parts for real servos.
 pub(super) struct Terminal {
     signals: Signals,
     driver: Driver,
-    status_line: Option<StatusLine>,
+    notes: Option<Notes>,
     hardware: Option<OnHardware>,
     is_first: bool,
     /// The last order by signal.
@@ -44,17 +44,17 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// Shows no status if `status_line` is false.
+    /// What it has to say goes to `notes`, if there is a status line.
     pub(super) fn new(
         signals: Signals,
         driver: Driver,
-        status_line: Option<StatusLine>,
+        notes: Option<Notes>,
         hardware: Option<OnHardware>,
     ) -> Terminal {
         Terminal {
             signals,
             driver,
-            status_line,
+            notes,
             hardware,
             is_first: true,
             ordered: None,
@@ -82,11 +82,9 @@ impl run::Operator for Terminal {
         }
         self.is_first = false;
 
-        let line = &mut self.status_line;
+        let notes = self.notes.as_ref();
         let asked = self.driver.instruction(status, |words| {
-            if let Some(line) = line {
-                line.note(words);
-            }
+            notes.map(|notes| notes.say(words));
         });
         self.ordered = self.signals.0.try_recv().ok().or(self.ordered);
         // A signal takes precedence over the driver, unless the driver orders an emergency stop.
@@ -95,9 +93,8 @@ impl run::Operator for Terminal {
             _ => asked,
         };
         self.reason = reason;
-        if let Some(line) = &mut self.status_line {
-            line.show(status, order);
-            self.has_said_so = self.has_said_so || (self.is_guard_gone && line.note(GUARD_GONE));
+        if self.is_guard_gone && !self.has_said_so {
+            self.has_said_so = self.notes.as_ref().is_none_or(|notes| notes.say(GUARD_GONE));
         }
         if self.is_guard_gone && !order.is_stop() { Order::Stop } else { order }
     }

@@ -8,10 +8,10 @@ use std::fs::File;
 use std::io::{self, Write};
 
 use crate::motion::Order;
+use crate::observe::Outcome;
 use crate::platform::monotonic;
 use crate::run::Operator;
 use crate::signals::Status;
-use crate::telemetry::Outcome;
 
 /// The count in `HIPPOCAMP_PANIC` for `place`, if it names `place`.
 fn wanted(place: &str) -> Option<u64> {

@@ -1,14 +1,20 @@
-//! The file of a recording: beside its final place until it is complete, so that an earlier recording stays until
+//! A recording of a run, and its file: beside its final place until it is complete, so that an earlier recording stays until
 //! the new one replaces it.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::os::unix::fs::FileExt;
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
+use anyhow::{Context, Result};
 use tempfile::TempPath;
 
-use super::BadInput;
+use super::{BadInput, RunArguments};
+use crate::config::RobotFile;
 use crate::output::Place;
+use crate::plan::RunPlan;
+use crate::recording::{Recorder, RunHeader};
 
 /// A recording's file, from before the run until after it.
 #[derive(Debug)]
@@ -69,6 +75,37 @@ impl RecordingFile {
     pub(super) fn read_back(&self) -> impl Read {
         io::BufReader::new(ReadBack { file: &self.file, offset: 0 })
     }
+}
+
+/// Records into `sink`, which is the file called `name`.
+pub(super) fn recorder_into(
+    sink: impl Write + Send + 'static,
+    name: &str,
+    file: &RobotFile,
+    plan: &RunPlan,
+    options: &RunArguments,
+) -> Result<Recorder> {
+    // A recording that outgrows a limit of the system breaks off; it must not kill the controller.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("signals could not be caught")?;
+    // A virtual run is the same at any time of day, and so is its recording.
+    let started = if options.unit.is_virtual { UNIX_EPOCH } else { SystemTime::now() };
+    let started_ns = started.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let header = RunHeader::new(
+        &file.robot,
+        plan,
+        &options.robot.display().to_string(),
+        u64::try_from(started_ns).unwrap_or_default(),
+    );
+    Recorder::start(
+        &file.robot,
+        header,
+        file.text().to_owned(),
+        name.to_owned(),
+        sink,
+        options.unit.is_virtual,
+    )
+    .context("the recording could not be started")
 }
 
 /// Reads a file whose end another thread may still be writing.

@@ -10,8 +10,9 @@ use super::{BadInput, COMPLETED, FAILED, NOT_ALL_JUDGED, write_whole};
 use crate::bus::ServoGoal;
 use crate::html::Page;
 use crate::model::Robot;
+use crate::observe::BusFacts;
 use crate::output::{Outputs, Place, Writing, named_part};
-use crate::recording::{self, BusSample, Ending, RecordedRun, Sample};
+use crate::recording::{self, Ending, RecordedRun, Sample};
 use crate::replay::{Judge, Replay};
 
 /// Judges the recording at `path`; returns the exit code.
@@ -69,7 +70,7 @@ pub(super) fn write_page(from: impl Read, name: &str, place: &Place) -> Result<(
 struct Summary {
     cycles: u64,
     end_s: f64,
-    buses: Vec<BusSample>,
+    buses: Vec<BusFacts>,
     /// Largest error between a joint's angle and its goal, rad; the joint, and when, s.
     worst: Option<(f64, usize, f64)>,
 }
@@ -77,7 +78,7 @@ struct Summary {
 impl Summary {
     fn look(&mut self, robot: &Robot, sample: &Sample) {
         self.cycles += 1;
-        self.end_s = sample.times.began.as_secs_f64();
+        self.end_s = sample.facts.times.began.as_secs_f64();
         self.buses.clone_from(&sample.buses);
         for (index, joint) in robot.joints.iter().enumerate() {
             let (ServoGoal::Move { position, .. }, Some(servo)) = (sample.goals[index], &joint.servo) else {

@@ -8,9 +8,11 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 use crate::kinds::{Kind, Words};
 use crate::model::Robot;
 use crate::motion::{Activity, Order};
+use crate::observe::{CycleRecord, End, Observer};
 use crate::printable::printable;
 use crate::signals::Status;
 use crate::signals::{Outage, Permission};
+use crate::stopwatch::Stage;
 
 /// Time of the run between two status lines on a terminal, and elsewhere, s.
 const TERMINAL_EVERY_S: f64 = 0.2;
@@ -26,19 +28,26 @@ enum Line {
     Note(&'static str),
     /// A line that stays: a joint out of service, and when.
     Outage(f64, Outage),
+    /// The last.
+    End,
 }
 
 /// A status line on standard error.
 pub(super) struct StatusLine {
-    sender: Option<Sender<Line>>,
+    sender: Sender<Line>,
+    /// `None` once it has printed all.
     printer: Option<JoinHandle<()>>,
     every_s: f64,
     next_s: f64,
-    /// True once the loss of the recording, which cannot wait for the next line, was printed.
-    has_said_loss: bool,
+    /// True once the objection of an observer, which cannot wait for the next line, was printed.
+    has_said_objection: bool,
     /// Outages for which the printer had no room yet.
     untold: Vec<(f64, Outage)>,
 }
+
+/// Lines that stay, between those of the status.
+#[derive(Clone)]
+pub(super) struct Notes(Sender<Line>);
 
 /// Most outages that wait for a slow terminal; the report lists any further ones.
 const UNTOLD_MAX: usize = 64;
@@ -52,50 +61,71 @@ impl StatusLine {
         let names = Names(kind.words());
         let robot = robot.clone();
         StatusLine {
-            sender: Some(sender),
+            sender,
             printer: Some(std::thread::spawn(move || print_all(&receiver, is_terminal, &names, &robot))),
             every_s: if is_terminal { TERMINAL_EVERY_S } else { FILE_EVERY_S },
             next_s: 0.0,
-            has_said_loss: false,
+            has_said_objection: false,
             untold: Vec::with_capacity(UNTOLD_MAX),
         }
     }
 
-    /// Shows `status` and the order if the next line is due. Never waits: drops a line if the printer has no room
-    /// for it.
-    pub(super) fn show(&mut self, status: &Status, order: Order) {
+    /// Takes notes for lines between its own.
+    pub(super) fn notes(&self) -> Notes {
+        Notes(self.sender.clone())
+    }
+
+    /// Prints what is still to be printed, and no more.
+    fn finish(&mut self) {
+        if let Some(printer) = self.printer.take() {
+            let _ = self.sender.send(Line::End);
+            let _ = printer.join();
+        }
+    }
+}
+
+impl Observer for StatusLine {
+    /// Shows the status and the order of the cycle if the next line is due. Never waits: drops a line if the printer has
+    /// no room for it.
+    fn observe(&mut self, cycle: &CycleRecord<'_>) {
+        let status = &cycle.status;
         if let Some(outage) = status.outage
             && self.untold.len() < UNTOLD_MAX
         {
             self.untold.push((status.time_s, outage));
         }
-        if let (Some((time_s, outage)), Some(sender)) = (self.untold.first(), &self.sender)
-            && sender.try_send(Line::Outage(*time_s, *outage)).is_ok()
+        if let Some((time_s, outage)) = self.untold.first()
+            && self.sender.try_send(Line::Outage(*time_s, *outage)).is_ok()
         {
             self.untold.remove(0);
         }
-        if status.time_s >= self.next_s || (status.is_recording_lost && !self.has_said_loss) {
-            self.has_said_loss = status.is_recording_lost;
+        let is_objection = status.objection.is_some();
+        if status.time_s >= self.next_s || (is_objection && !self.has_said_objection) {
+            self.has_said_objection = is_objection;
             self.next_s = status.time_s + self.every_s;
-            if let Some(sender) = &self.sender {
-                let _ = sender.try_send(Line::Status(*status, order));
-            }
+            let _ = self.sender.try_send(Line::Status(*status, cycle.facts.order));
         }
     }
 
-    /// Shows `words` on a line that stays. Never waits: false if there is no room for them now.
-    pub(super) fn note(&mut self, words: &'static str) -> bool {
-        self.sender.as_ref().is_none_or(|sender| sender.try_send(Line::Note(words)).is_ok())
+    fn stage(&self) -> Stage {
+        Stage::Orders
+    }
+
+    fn end(&mut self, _end: &mut End) {
+        self.finish();
     }
 }
 
 impl Drop for StatusLine {
     fn drop(&mut self) {
-        // Closing the channel ends the printer.
-        self.sender = None;
-        if let Some(printer) = self.printer.take() {
-            let _ = printer.join();
-        }
+        self.finish();
+    }
+}
+
+impl Notes {
+    /// Shows `words` on a line that stays. Never waits: false if there is no room for them now.
+    pub(super) fn say(&self, words: &'static str) -> bool {
+        self.0.try_send(Line::Note(words)).is_ok()
     }
 }
 
@@ -107,6 +137,7 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
             Line::Status(status, order) => (names.line_of(&status, order), is_terminal),
             Line::Note(words) => (words.to_owned(), false),
             Line::Outage(time_s, outage) => (format!("{time_s:6.1} s {}", outage.describe(robot)), false),
+            Line::End => break,
         };
         let line = printable(&line);
         let clear = if is_terminal { "\r\x1b[2K" } else { "" };
@@ -169,9 +200,9 @@ impl Names {
             0 => String::new(),
             count => format!(", {count} frozen"),
         };
-        let loss = if status.is_recording_lost { ", THE RECORDING BROKE OFF" } else { "" };
+        let objection = status.objection.map_or_else(String::new, |why| format!(", {}", why.to_uppercase()));
         let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
-        format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{loss}{late}", status.time_s)
+        format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{objection}{late}", status.time_s)
     }
 }
 
@@ -183,17 +214,10 @@ mod tests {
         time_s: 59.94,
         activity: Activity::Walking,
         gait: Some(1),
-        stroke: None,
-        frozen: 0,
-        outage: None,
         speed_m_s: 0.1234,
-        yaw_rate_rad_s: 0.0,
-        permission: Permission::Move,
-        late_cycles: 0,
         hottest_c: 41.2,
         lowest_v: 11.84,
-        is_imu_lost: false,
-        is_recording_lost: false,
+        ..Status::LIMP
     };
 
     fn horse() -> Box<dyn Kind> {

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::bus::ServoGoal;
 use crate::model::{Chain, Robot};
+use crate::observe::Observer;
 use crate::recording::{Ending, Recording, RunHeader, Sample};
 use crate::telemetry::Telemetry;
 
@@ -75,7 +76,7 @@ pub fn page(recording: &Recording) -> String {
 /// A page under construction.
 pub struct Page<'r> {
     robot: &'r Robot,
-    telemetry: Telemetry,
+    telemetry: Telemetry<'r>,
     has_truth: bool,
     /// Cycles so far, and the number of cycles from one frame to the next.
     cycles: u64,
@@ -121,13 +122,13 @@ impl<'r> Page<'r> {
 
     /// Adds the next cycle.
     pub fn look(&mut self, sample: &Sample) {
-        self.has_truth |= sample.truth.is_some();
-        self.telemetry.observe(self.robot, &sample.record());
+        self.has_truth |= sample.facts.truth.is_some();
+        self.telemetry.observe(&sample.record());
         if self.cycles.is_multiple_of(self.every) {
             if self.frames.len() >= self.frames_max {
                 self.thin_out();
             }
-            let activity = index_of(&mut self.activities, format!("{:?}", sample.activity));
+            let activity = index_of(&mut self.activities, format!("{:?}", sample.facts.activity));
             self.frames.push(frame(self.robot, sample, activity));
         }
         self.cycles += 1;
@@ -211,7 +212,7 @@ fn frame(robot: &Robot, sample: &Sample, activity: usize) -> Frame {
         Some(_) => 's',
     };
     Frame {
-        time: rounded(sample.times.began.as_secs_f64(), 1e3),
+        time: rounded(sample.facts.times.began.as_secs_f64(), 1e3),
         activity,
         trunk: (place * 1e3).to_array().map(|coordinate| rounded(coordinate, 10.0)),
         turn: turn.to_array().map(|part| rounded(part, 1e5)),
@@ -220,7 +221,7 @@ fn frame(robot: &Robot, sample: &Sample, activity: usize) -> Frame {
             .state
             .body
             .is_known
-            .then(|| [sample.imu.roll_rad, sample.imu.pitch_rad].map(degrees)),
+            .then(|| [sample.facts.imu.roll_rad, sample.facts.imu.pitch_rad].map(degrees)),
         contact: (0..robot.chains.len()).map(contact).collect(),
     }
 }
@@ -272,7 +273,7 @@ mod tests {
         let first = page.every;
         let mut sample = Sample::new(&robot);
         for cycle in 0..20 * first + 1 {
-            sample.times.began = Time(0) + period * u32::try_from(cycle).unwrap();
+            sample.facts.times.began = Time(0) + period * u32::try_from(cycle).unwrap();
             page.look(&sample);
         }
         // Every second frame was removed twice, before the eleventh and before the twentieth.

@@ -91,22 +91,7 @@ mod tests {
     }
 
     fn status(time_s: f64, activity: Activity, permission: Permission) -> Status {
-        Status {
-            time_s,
-            activity,
-            permission,
-            speed_m_s: 0.0,
-            yaw_rate_rad_s: 0.0,
-            gait: None,
-            stroke: None,
-            frozen: 0,
-            outage: None,
-            late_cycles: 0,
-            hottest_c: 0.0,
-            lowest_v: 0.0,
-            is_imu_lost: false,
-            is_recording_lost: false,
-        }
+        Status { time_s, activity, permission, ..Status::LIMP }
     }
 
     #[test]

@@ -6,10 +6,9 @@ use crate::cycle::Controller;
 use crate::ik::Method;
 use crate::kinds::{FootRange, Kind};
 use crate::model::Robot;
-use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order};
+use crate::observe::CycleRecord;
 use crate::signals::FootTarget;
-use crate::telemetry::CycleRecord;
 
 /// A robot that does not stand after this time never will, s.
 const RISING_MAX_S: f64 = 120.0;
@@ -139,11 +138,11 @@ impl<'r> Course<'r> {
             controller.decide(dt_s, order);
             controller.learn_from_goals();
             let record = controller.record(&[]);
-            if record.activity == Activity::Done {
+            if record.facts.activity == Activity::Done {
                 break;
             }
             if time_s >= span_s.0 {
-                frames.push(Frame::of(time_s, &record, controller.generator()));
+                frames.push(Frame::of(time_s, &record));
             }
             cycle += 1;
             time_s = f64::from(cycle) * dt_s;
@@ -278,7 +277,7 @@ fn rises(controller: &mut Controller<'_>, order: Order, dt_s: f64) -> bool {
     while rising_s < RISING_MAX_S {
         controller.decide(dt_s, order);
         controller.learn_from_goals();
-        match controller.record(&[]).activity {
+        match controller.record(&[]).facts.activity {
             Activity::Standing => return true,
             Activity::Done => return false,
             _ => rising_s += dt_s,
@@ -288,21 +287,21 @@ fn rises(controller: &mut Controller<'_>, order: Order, dt_s: f64) -> bool {
 }
 
 impl Frame {
-    fn of(time_s: f64, record: &CycleRecord<'_>, generator: &Generator) -> Frame {
-        let drive = generator.drive();
+    fn of(time_s: f64, record: &CycleRecord<'_>) -> Frame {
+        let facts = &record.facts;
         Frame {
             time_s,
-            order: record.order,
-            gait: drive.and_then(Drive::gait),
-            stroke: generator.stroke(),
-            pose: generator.pose(),
-            is_changing: drive.is_some_and(Drive::is_changing_gait),
-            speed_m_s: record.speed_m_s,
+            order: facts.order,
+            gait: facts.gait,
+            stroke: facts.stroke,
+            pose: facts.pose,
+            is_changing: facts.is_changing_gait,
+            speed_m_s: facts.speed_m_s,
             trunk_in_world: record.targets.trunk_in_world,
             trunk_turn: record.targets.trunk_turn,
             feet: record.targets.feet().to_vec(),
             goal_rad: record.state.goal_rad.clone(),
-            interventions: record.interventions,
+            interventions: facts.interventions,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Recordings: every cycle of a run in one MCAP file that the `mcap` readers and Foxglove open.
 //!
-//! Takes one [`CycleRecord`](crate::telemetry::CycleRecord) a cycle, through a [`Recorder`], which hands it
+//! Takes one [`CycleRecord`](crate::observe::CycleRecord) a cycle, through a [`Recorder`], which hands it
 //! to a separate thread and never delays the loop. Produces the file, and, read back, a [`Recording`].
 //!
 //! The file holds JSON messages with their JSON schemas, in chunks of at most a second (lz4), all times on the
@@ -43,7 +43,7 @@ pub(crate) use orders::gait_is_of;
 pub use reader::{Cycles, Ending, ReadError, RecordedRun, Recording, open, read};
 pub use recorder::Recorder;
 pub use records::{CHUNK_MAX, RECORD_MAX};
-pub use sample::{BusSample, Sample};
+pub use sample::Sample;
 pub use strokes::StrokeFields;
 pub use task::Task;
 pub use topics::{TOPICS, Topic};

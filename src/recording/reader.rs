@@ -197,7 +197,7 @@ impl<R: Read> Cycles<R> {
 
     fn in_order(&mut self, found: Option<Sample>) -> Result<Option<Sample>, String> {
         let Some(sample) = found else { return Ok(None) };
-        let (number, before) = (sample.times.number, self.last.replace(sample.times.number));
+        let (number, before) = (sample.facts.times.number, self.last.replace(sample.facts.times.number));
         match before.filter(|before| *before >= number) {
             Some(before) => Err(format!("its cycle {number} comes after cycle {before}")),
             None => Ok(Some(sample)),

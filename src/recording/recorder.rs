@@ -14,10 +14,9 @@ use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, tick};
 use super::header::RunHeader;
 use super::sample::Sample;
 use super::writer::RecordingWriter;
-use crate::bus::BusStatistics;
-use crate::cycle::CycleTimes;
 use crate::model::Robot;
-use crate::telemetry::{CycleRecord, RecordingReport};
+use crate::observe::{CycleRecord, End, Observer, RecordingReport};
+use crate::stopwatch::Stage;
 
 /// How long the loop can run while the disk does nothing, s.
 const BUFFERED_S: f64 = 2.0;
@@ -25,10 +24,13 @@ const BUFFERED_S: f64 = 2.0;
 const SAMPLES_MIN: usize = 16;
 /// How often the thread looks for samples.
 const LOOK: Duration = Duration::from_millis(20);
+/// Why a run without its recording ends; the cause of the break is known once the recording is finished.
+const LOST: &str = "the recording broke off";
 /// How long the end of the run waits for the disk.
 const FINISH_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Takes one record a cycle; never waits for a disk unless asked to.
+/// Takes one record a cycle; never waits for a disk unless asked to. If the recording breaks off, it asks that the run
+/// stops; if the disk is only slow, the recording misses cycles and the robot continues.
 #[derive(Debug)]
 pub struct Recorder {
     file: String,
@@ -110,25 +112,9 @@ impl Recorder {
         self.is_lost.load(Ordering::Relaxed)
     }
 
-    /// Records one cycle. Allocates nothing.
-    pub fn record<'s>(
-        &mut self,
-        record: &CycleRecord<'_>,
-        times: CycleTimes,
-        late: Duration,
-        buses: impl Iterator<Item = BusStatistics<'s>>,
-    ) {
-        let sample = if self.waits { self.empty.recv().ok() } else { self.empty.try_recv().ok() };
-        let handed = sample.is_some_and(|mut sample| {
-            sample.copy_from(record, times, late, buses);
-            self.filled.try_send(Handed::Sample(sample)).is_ok()
-        });
-        self.dropped += u64::from(!handed);
-    }
-
     /// Ends the recording with the outcome of the run. Call it after the robot has stopped, since it waits for the
     /// disk.
-    pub fn finish(self, mut outcome: BTreeMap<String, String>) -> RecordingReport {
+    pub fn finish(&mut self, mut outcome: BTreeMap<String, String>) -> RecordingReport {
         outcome.insert("dropped".to_owned(), self.dropped.to_string());
         let _ = self.filled.try_send(Handed::End(outcome));
         let written = self.finished.recv_timeout(FINISH_PATIENCE).unwrap_or_else(|error| Written {
@@ -141,11 +127,48 @@ impl Recorder {
             }),
         });
         RecordingReport {
-            file: self.file,
+            file: self.file.clone(),
             records: written.records,
             dropped: self.dropped + written.lost,
             error: written.error,
         }
+    }
+}
+
+impl Observer for Recorder {
+    fn observe(&mut self, cycle: &CycleRecord<'_>) {
+        let sample = if self.waits { self.empty.recv().ok() } else { self.empty.try_recv().ok() };
+        let handed = sample.is_some_and(|mut sample| {
+            sample.copy_from(cycle);
+            self.filled.try_send(Handed::Sample(sample)).is_ok()
+        });
+        self.dropped += u64::from(!handed);
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Recording
+    }
+
+    /// A run that was to be recorded has lost its purpose without its recording.
+    fn objection(&self) -> Option<&'static str> {
+        self.is_lost().then_some(LOST)
+    }
+
+    fn end(&mut self, end: &mut End) {
+        let entries = [
+            ("outcome", end.outcome.name().to_owned()),
+            ("reason", end.reason.clone()),
+            ("duration_s", end.duration.as_secs_f64().to_string()),
+            ("cycles", end.cycles.to_string()),
+            ("late_cycles", end.late_cycles.to_string()),
+        ];
+        let report = self.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());
+        if let Some(error) = &report.error
+            && end.reason.ends_with(LOST)
+        {
+            end.reason = format!("{}: {error}", end.reason);
+        }
+        end.recording = Some(report);
     }
 }
 

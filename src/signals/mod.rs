@@ -1,6 +1,7 @@
 //! The buffers that the pipeline's stages hand to each other, and the stage that computes each.
 //!
-//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Frames:
+//! Each buffer gets its size from the robot once; one stage writes into it and the next one reads it. Its `clone_from`
+//! copies into memory that is there, which the derived one of the standard library does not. Frames:
 //! `_in_body` is the trunk's frame. `_in_world` is the ground's frame, in which the plan begins at x = 0. In both,
 //! x points forward, y left and z up, in metres. Joint arrays are in the order of [`Robot::joints`], radians.
 
@@ -9,6 +10,7 @@ mod order;
 mod status;
 mod targets;
 
+use educe::Educe;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +21,8 @@ pub use status::Status;
 pub use targets::{Aim, ArmAim, ArmTarget, FeetMut, FootTarget, Targets, Wanted};
 
 /// The joint targets that inverse kinematics computes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct JointTargets {
     /// True if no torque is requested; the angles mean nothing then.
     pub is_limp: bool,
@@ -58,7 +61,8 @@ pub enum Permission {
 
 /// The feedback. The estimator computes it, except for `goal_rad`, `permission`, `is_out` and `outage`, which
 /// safety writes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct State {
     /// State of each joint as last received.
     pub joints: Vec<JointState>,
@@ -97,7 +101,8 @@ pub struct ImuReading {
 }
 
 /// Orientation and motion of the trunk, as far as the robot can tell.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, PartialEq, Default, Educe)]
+#[educe(Clone)]
 pub struct BodyEstimate {
     /// True while the IMU's reading is recent enough to act on. Otherwise the robot counts as level and still.
     pub is_known: bool,

@@ -3,7 +3,7 @@
 use super::{Activity, Outage, Permission};
 
 /// The state of a run that an operator wants to see. Small and copied, so that it can be passed to another thread.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status {
     /// Time of the run, s.
     pub time_s: f64,
@@ -31,6 +31,26 @@ pub struct Status {
     pub lowest_v: f64,
     /// True if the reading of the inertial measurement unit is too old to act on; false on a robot without one.
     pub is_imu_lost: bool,
-    /// True if the recording has broken off, which stops the robot.
-    pub is_recording_lost: bool,
+    /// Why the run has lost its purpose, which stops the robot, in words that fit after "because".
+    pub objection: Option<&'static str>,
+}
+
+impl Status {
+    /// A limp robot before it has heard its servos.
+    pub const LIMP: Status = Status {
+        time_s: 0.0,
+        activity: Activity::Limp,
+        gait: None,
+        stroke: None,
+        speed_m_s: 0.0,
+        yaw_rate_rad_s: 0.0,
+        permission: Permission::Move,
+        frozen: 0,
+        outage: None,
+        late_cycles: 0,
+        hottest_c: 0.0,
+        lowest_v: f64::INFINITY,
+        is_imu_lost: false,
+        objection: None,
+    };
 }

@@ -1,5 +1,6 @@
 //! The targets that the generator computes, and inverse kinematics follows.
 
+use educe::Educe;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +62,8 @@ pub enum Wanted<'a> {
 
 /// The targets of one cycle. Its buffers get their sizes once; a setter, such as [`Targets::set_pose`], chooses what
 /// is wanted and returns the buffers that belong to it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct Targets {
     aim: Aim,
     pose_rad: Vec<f64>,
@@ -197,17 +199,6 @@ impl Targets {
         (aim, FeetMut { tips_in_body, sole_turns, feet, pose_rad })
     }
 
-    /// Copies what a recording holds of `other`, the targets of the same robot. Allocates nothing.
-    pub fn copy_recorded(&mut self, other: &Targets) {
-        self.aim = other.aim;
-        self.trunk_in_world = other.trunk_in_world;
-        self.trunk_turn = other.trunk_turn;
-        self.posture_pull = other.posture_pull;
-        self.pose_rad.clone_from(&other.pose_rad);
-        self.tips_in_body.clone_from(&other.tips_in_body);
-        self.feet.clone_from(&other.feet);
-    }
-
     fn set(&mut self, aim: Aim) {
         self.aim = aim;
         self.feet.clear();
@@ -219,7 +210,8 @@ impl Targets {
 }
 
 /// Target positions along one arm.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq, Educe)]
+#[educe(Clone)]
 pub struct ArmTarget {
     /// Selects the fields below that apply.
     pub aim: ArmAim,

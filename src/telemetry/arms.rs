@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::CycleRecord;
 use super::report::ArmsReport;
 use crate::model::{GROUPS, Robot, TentacleMotion, segments};
+use crate::observe::CycleRecord;
 use crate::signals::Aim;
 
 /// Distances between arms are checked once in this many cycles: nothing comes close in so few.

@@ -3,11 +3,11 @@
 
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::CycleRecord;
 use super::report::BodyReport;
 use super::way::{Walked, Ways};
 use crate::model::Robot;
 use crate::motion::Activity;
+use crate::observe::CycleRecord;
 use crate::signals::Aim;
 
 /// State of the trunk in one cycle.
@@ -76,12 +76,12 @@ impl BodyObserver {
 
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let seen = self.look(record);
-        self.last_m = record.truth.map(|truth| truth.position_m);
+        self.last_m = record.facts.truth.map(|truth| truth.position_m);
         let Some(seen) = seen else { return self.ways.pause() };
         self.is_known = true;
-        self.has_stood |= matches!(record.activity, Activity::Standing | Activity::Walking);
+        self.has_stood |= matches!(record.facts.activity, Activity::Standing | Activity::Walking);
         // A robot that reacts to a fall goes down, ideally on its knees and hands.
-        let is_falling = matches!(record.activity, Activity::Falling | Activity::Lying);
+        let is_falling = matches!(record.facts.activity, Activity::Falling | Activity::Lying);
         let is_on_feet = matches!(record.targets.aim(), Aim::Tips | Aim::Soles);
         let report = &mut self.report;
         report.fell |= self.has_stood && (is_falling || is_on_feet && seen.is_fallen);
@@ -90,14 +90,14 @@ impl BodyObserver {
         }
         self.lies_fallen = seen.is_fallen;
         report.distance_m += seen.forward_m;
-        if record.activity == Activity::Walking && !record.is_held {
+        if record.facts.activity == Activity::Walking && !record.facts.is_held {
             self.ways.observe(record);
         } else {
             self.ways.pause();
         }
-        if record.activity == Activity::Walking {
+        if record.facts.activity == Activity::Walking {
             self.walked_m += seen.forward_m;
-            self.walked_s += record.dt_s;
+            self.walked_s += record.facts.dt_s;
         }
         report.roll_max_deg = report.roll_max_deg.max(seen.roll_rad.to_degrees().abs());
         report.pitch_max_deg = report.pitch_max_deg.max(seen.pitch_rad.to_degrees().abs());
@@ -108,7 +108,7 @@ impl BodyObserver {
     }
 
     fn look(&self, record: &CycleRecord<'_>) -> Option<Seen> {
-        if let Some(truth) = &record.truth {
+        if let Some(truth) = &record.facts.truth {
             let (yaw, pitch_rad, roll_rad) = truth.turn.to_euler(EulerRot::ZYX);
             let ahead = DQuat::from_rotation_z(yaw) * DVec3::X;
             let way = self.last_m.map_or(DVec3::ZERO, |last_m| truth.position_m - last_m);
@@ -124,7 +124,7 @@ impl BodyObserver {
         body.is_known.then(|| Seen {
             roll_rad: body.roll_rad,
             pitch_rad: body.pitch_rad,
-            forward_m: body.velocity_m_s.x * record.dt_s,
+            forward_m: body.velocity_m_s.x * record.facts.dt_s,
             height_m: None,
             is_fallen: body.roll_rad.cos() * body.pitch_rad.cos() < FALLEN_COS,
         })

@@ -2,9 +2,9 @@
 
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::CycleRecord;
 use super::report::FeetReport;
 use crate::model::Robot;
+use crate::observe::CycleRecord;
 
 /// One foot over the last cycles. Positions are in the plane in which its leg works: distance along the ground,
 /// sideways out of the plane, and height, m.
@@ -53,7 +53,7 @@ impl FootObserver {
     }
 
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
-        if record.targets.feet().is_empty() || record.is_held {
+        if record.targets.feet().is_empty() || record.facts.is_held {
             self.note_gap();
             return;
         }
@@ -75,14 +75,14 @@ impl FootObserver {
             let seen = &mut self.seen[foot.chain];
             self.report.excursion_max_m = self.report.excursion_max_m.max(foot.excursion_m.abs());
 
-            let velocity = seen.place.map(|before| (place_along - before) / record.dt_s);
+            let velocity = seen.place.map(|before| (place_along - before) / record.facts.dt_s);
             if let (Some(velocity), Some(before)) = (velocity, seen.velocity) {
                 // The two velocities span three positions; the outer ones may be on the ground.
                 let [a, b] = seen.swing_accelerations;
-                let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.dt_s;
+                let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.facts.dt_s;
                 let jump = velocity.distance(before) - allowed;
                 // A difference of positions carries their rounding over one cycle.
-                let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_way_m.abs()) / record.dt_s;
+                let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_way_m.abs()) / record.facts.dt_s;
                 self.report.swing_velocity_jump_max_m_s =
                     self.report.swing_velocity_jump_max_m_s.max(if jump > rounding { jump } else { 0.0 });
             }

@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::CycleRecord;
 use crate::model::Robot;
+use crate::observe::CycleRecord;
 
 /// The inertial measurement unit over a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -57,13 +57,13 @@ impl ImuObserver {
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let is_known = record.state.body.is_known;
         let report = &mut self.report;
-        report.implausible = record.imu.implausible;
+        report.implausible = record.facts.imu.implausible;
         if is_known {
             report.is_heard = true;
-            report.age_max_s = report.age_max_s.max(record.imu.age_s);
+            report.age_max_s = report.age_max_s.max(record.facts.imu.age_s);
         } else if report.is_heard {
             report.losses += u64::from(self.was_known);
-            report.lost_s += record.dt_s;
+            report.lost_s += record.facts.dt_s;
         }
         self.was_known = is_known;
     }

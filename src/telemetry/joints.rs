@@ -1,9 +1,9 @@
 //! Goal registers and measured joints, checked against ranges and rates.
 
-use super::CycleRecord;
 use super::report::JointsReport;
 use crate::bus::{ServoGoal, Slot};
 use crate::model::Robot;
+use crate::observe::CycleRecord;
 use crate::signals::Told;
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -84,7 +84,7 @@ impl JointObserver {
                 if let Some(before) = seen.goal {
                     let rate_rad_s = robot.safety.rate_share * servo.model.no_load_speed_rad_s;
                     // Rounding to counts may add up to one count.
-                    let allowed = rate_rad_s * record.dt_s / servo.count_rad() + 1.0;
+                    let allowed = rate_rad_s * record.facts.dt_s / servo.count_rad() + 1.0;
                     if (f64::from(goal) - f64::from(before)).abs() > allowed + 1e-9 {
                         self.report.rate_violations += 1;
                     }

@@ -1,6 +1,6 @@
 //! Observes a run: looks at every cycle as it passes, and produces a [`Report`] at the end.
 //!
-//! The observers check the pipeline from outside: goal registers against the robot's ranges, feet from
+//! Its parts check the pipeline from outside: goal registers against the robot's ranges, feet from
 //! the targets and from the measured joints. They change nothing and allocate nothing after the start.
 
 mod arms;
@@ -10,65 +10,30 @@ mod feet;
 mod imu;
 mod joints;
 mod report;
-mod stages;
 mod verdict;
 mod way;
 
-use crate::bus::{BusStatistics, ServoGoal, Slot};
 use crate::model::Robot;
-use crate::motion::{Activity, Order};
-use crate::signals::{ImuReading, JointTargets, Outage, State, Targets, TrueBody};
+use crate::observe::{CycleRecord, End, Observer};
+pub use crate::observe::{Outcome, RecordingReport};
+use crate::plan::RunPlan;
+use crate::signals::Outage;
+pub use crate::stopwatch::{LoopReport, Quantiles};
 use arms::ArmObserver;
 use body::BodyObserver;
 use buses::BusObserver;
 use feet::FootObserver;
-use hdrhistogram::Histogram;
 use imu::ImuObserver;
 pub use imu::ImuReport;
 use joints::JointObserver;
-pub use report::{
-    ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, LoopReport, OutageReport, Outcome,
-    Quantiles, RecordingReport, Report,
-};
-use stages::StageObserver;
-pub use stages::{SlowCycle, Stage, Stages};
+pub use report::{ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, OutageReport, Report};
 pub use verdict::{INCOMPLETE, Verdict, VerdictFinding, findings};
 pub use way::{Followed, Walked, Way};
 
-/// One cycle, as the observers see it.
-#[derive(Debug, Clone, Copy)]
-pub struct CycleRecord<'a> {
-    /// The operator's order.
-    pub order: Order,
-    /// The robot's activity.
-    pub activity: Activity,
-    /// Planned speed of the trunk, m/s.
-    pub speed_m_s: f64,
-    /// The generator's targets.
-    pub targets: &'a Targets,
-    /// The result of inverse kinematics.
-    pub joints: &'a JointTargets,
-    /// The goal registers that were sent, one per joint.
-    pub goals: &'a [ServoGoal],
-    /// The replies of the servos, one slot per joint.
-    pub slots: &'a [Slot],
-    /// The last reading of the inertial measurement unit.
-    pub imu: &'a ImuReading,
-    /// The estimated state of the robot after the exchange.
-    pub state: &'a State,
-    /// Joints whose goal safety changed.
-    pub interventions: u32,
-    /// True if motion time stood still in this cycle.
-    pub is_held: bool,
-    /// Length of a cycle, s.
-    pub dt_s: f64,
-    /// The true state of the trunk; only a simulated body reports it.
-    pub truth: Option<TrueBody>,
-}
-
 /// Observes a whole run.
 #[derive(Debug)]
-pub struct Telemetry {
+pub struct Telemetry<'r> {
+    robot: &'r Robot,
     buses: BusObserver,
     /// `None` on a rig without feet.
     feet: Option<FootObserver>,
@@ -80,37 +45,22 @@ pub struct Telemetry {
     /// `None` on a robot without an inertial measurement unit.
     imu: Option<ImuObserver>,
     cycles: u64,
-    late_cycles: u64,
     interventions: u64,
     held_cycles: u64,
     residual_max_m: f64,
     outages: Vec<(u64, Outage)>,
-    work_us: Histogram<u64>,
-    late_us: Histogram<u64>,
-    stages: StageObserver,
 }
 
 /// Outages kept one by one; a run of many hours may have more.
 const OUTAGES_MAX: usize = 256;
 
-/// Longest time that a histogram distinguishes, microseconds.
-const LONGEST_US: u64 = 60_000_000;
-
-/// A histogram of microseconds that never grows.
-pub(crate) fn histogram_us() -> Histogram<u64> {
-    match Histogram::new_with_bounds(1, LONGEST_US, 3) {
-        Ok(histogram) => histogram,
-        // The bounds above are valid; a histogram with other bounds would serve as well.
-        Err(_) => unreachable!("constant bounds"),
-    }
-}
-
-impl Telemetry {
+impl<'r> Telemetry<'r> {
     /// Telemetry for a run of `robot`.
-    pub fn new(robot: &Robot) -> Telemetry {
+    pub fn new(robot: &'r Robot) -> Telemetry<'r> {
         // Simulated joints that turn freely have no trunk, whatever the robot estimates.
         let has_body = robot.motion.is_on_legs() && robot.bears_weight;
         Telemetry {
+            robot,
             buses: BusObserver::new(robot),
             feet: robot.motion.is_on_legs().then(|| FootObserver::new(robot)),
             arms: robot.motion.tentacle().map(|tentacle| ArmObserver::new(robot, tentacle)),
@@ -118,43 +68,10 @@ impl Telemetry {
             joints: JointObserver::new(robot),
             imu: ImuObserver::new(robot),
             cycles: 0,
-            late_cycles: 0,
             interventions: 0,
             held_cycles: 0,
             residual_max_m: 0.0,
             outages: Vec::with_capacity(OUTAGES_MAX),
-            work_us: histogram_us(),
-            late_us: histogram_us(),
-            stages: StageObserver::new(),
-        }
-    }
-
-    /// Looks at one cycle.
-    pub fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
-        self.cycles += 1;
-        self.interventions += u64::from(record.interventions);
-        self.held_cycles += u64::from(record.is_held);
-        for residual_m in &record.joints.residual_m {
-            self.residual_max_m = self.residual_max_m.max(*residual_m);
-        }
-        if let Some(outage) = record.state.outage
-            && self.outages.len() < OUTAGES_MAX
-        {
-            self.outages.push((self.cycles, outage));
-        }
-        self.joints.observe(robot, record);
-        self.buses.observe_replies(robot, record);
-        if let Some(imu) = &mut self.imu {
-            imu.observe(record);
-        }
-        if let Some(arms) = &mut self.arms {
-            arms.observe(robot, record);
-        }
-        if let Some(feet) = &mut self.feet {
-            feet.observe(robot, record);
-        }
-        if let Some(body) = &mut self.body {
-            body.observe(record);
         }
     }
 
@@ -169,19 +86,120 @@ impl Telemetry {
         }
     }
 
-    /// Looks at the buses after a cycle's exchange.
-    pub fn observe_buses<'s>(&mut self, buses: impl Iterator<Item = BusStatistics<'s>>) {
-        self.buses.observe(buses);
+    /// Number of cycles so far.
+    pub fn cycles(&self) -> u64 {
+        self.cycles
     }
 
-    /// Notes how late a cycle began after its deadline, and whether that counts as late.
-    pub fn note_lateness(&mut self, late_us: u64, is_late: bool) {
-        self.late_us.saturating_record(late_us);
-        self.late_cycles += u64::from(is_late);
+    /// Joints so far.
+    pub fn joints_report(&self) -> JointsReport {
+        self.joints.report()
     }
 
-    /// Notes the computing time of a cycle, without the exchange.
-    pub fn note_work(&mut self, work_us: u64) {
-        self.work_us.saturating_record(work_us);
+    /// Feet so far; `None` on a rig of arms.
+    pub fn feet_report(&self) -> Option<FeetReport> {
+        let feet = self.feet.as_ref()?;
+        Some(FeetReport { ik_residual_max_m: self.residual_max_m, ..feet.report() })
+    }
+
+    /// The trunk so far; `None` on a rig of arms, and if nothing measured its motion.
+    pub fn body_report(&self) -> Option<BodyReport> {
+        self.body.as_ref()?.report()
+    }
+
+    /// The report of a run by `plan` that ended with `end`.
+    pub fn report(&self, plan: &RunPlan, end: End) -> Report {
+        let (gait, speed_m_s) = plan.gait_and_speed();
+        let outage = |(cycle, outage): &(u64, Outage)| OutageReport {
+            time_s: *cycle as f64 * self.robot.period_s(),
+            joint: self.robot.joints[outage.joint].name.clone(),
+            reason: outage.describe(self.robot),
+        };
+        let walked = self.body.as_ref().and_then(BodyObserver::walked);
+        let report = Report {
+            robot: self.robot.name.clone(),
+            driver: plan.driver.clone(),
+            gait,
+            speed_m_s,
+            duration_s: end.duration.as_secs_f64(),
+            cycles: end.cycles,
+            late_cycles: end.late_cycles,
+            outcome: end.outcome,
+            reason: end.reason,
+            verdict: Verdict::Good,
+            findings: Vec::new(),
+            walked_s: walked.map(|walked| walked.time_s),
+            asked: walked.map(|walked| walked.asked),
+            reached: walked.map(|walked| walked.reached),
+            is_end_heard: end.is_heard,
+            safety_interventions: self.interventions,
+            held_cycles: self.held_cycles,
+            loop_times: end.loop_times,
+            joints: self.joints_report(),
+            feet: self.feet_report(),
+            body: self.body_report(),
+            arms: self.arms.as_ref().map(ArmObserver::report),
+            imu: self.imu.as_ref().map(ImuObserver::report),
+            falls: end.facts.falls,
+            arm_yields: end.facts.arm_yields,
+            outages: self.outages.iter().map(outage).collect(),
+            servo_restarts: end.facts.servo_restarts,
+            buses: self.buses.report(self.robot, end.duration, &end.buses),
+            recording: end.recording,
+        };
+        report.judged(self.robot, walked)
+    }
+
+    /// Goals that safety must never let through, in words; `None` if there were no such goals.
+    fn violations(&self) -> Option<String> {
+        let JointsReport { range_violations, rate_violations, .. } = self.joints_report();
+        (range_violations + rate_violations > 0).then(|| {
+            format!(
+                "{range_violations} goals were outside their range and {rate_violations} too fast: this is a defect of the \
+                 program, please report it with the robot file"
+            )
+        })
+    }
+}
+
+impl Observer for Telemetry<'_> {
+    fn observe(&mut self, cycle: &CycleRecord<'_>) {
+        self.cycles += 1;
+        self.interventions += u64::from(cycle.facts.interventions);
+        self.held_cycles += u64::from(cycle.facts.is_held);
+        for residual_m in &cycle.joints.residual_m {
+            self.residual_max_m = self.residual_max_m.max(*residual_m);
+        }
+        if let Some(outage) = cycle.state.outage
+            && self.outages.len() < OUTAGES_MAX
+        {
+            self.outages.push((self.cycles, outage));
+        }
+        self.joints.observe(self.robot, cycle);
+        self.buses.observe(self.robot, cycle);
+        if let Some(imu) = &mut self.imu {
+            imu.observe(cycle);
+        }
+        if let Some(arms) = &mut self.arms {
+            arms.observe(self.robot, cycle);
+        }
+        if let Some(feet) = &mut self.feet {
+            feet.observe(self.robot, cycle);
+        }
+        if let Some(body) = &mut self.body {
+            body.observe(cycle);
+        }
+    }
+
+    /// A robot that lies fallen has not completed its run, nor has one with goals that safety must never let through.
+    fn end(&mut self, end: &mut End) {
+        if end.outcome == Outcome::Completed && self.body.as_ref().is_some_and(BodyObserver::lies_fallen) {
+            end.outcome = Outcome::Fallen;
+            end.reason = "it fell and did not get up: set it on its feet and start it again".to_owned();
+        }
+        if let Some(violations) = self.violations() {
+            end.outcome = Outcome::Failed;
+            end.reason = format!("{violations}; {}", end.reason);
+        }
     }
 }

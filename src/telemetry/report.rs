@@ -1,36 +1,16 @@
 //! The report of a run, as written to a file.
 
 use std::fmt;
-use std::time::Duration;
 
-use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use super::Telemetry;
-use super::arms::ArmObserver;
-use super::body::BodyObserver;
-use super::imu::{ImuObserver, ImuReport};
-use super::stages::{SlowCycle, Stages};
+use super::imu::ImuReport;
 use super::verdict::{Verdict, VerdictFinding, findings};
 use super::way::{Walked, Way};
-use crate::bus::BusStatistics;
 use crate::model::Robot;
+use crate::observe::{Outcome, RecordingReport};
 use crate::reflex::ReflexReport;
-use crate::signals::Outage;
-
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Outcome {
-    /// The run did what was asked, or the operator stopped it; it ended in its stop action.
-    Completed,
-    /// Safety stopped the run.
-    StoppedBySafety,
-    /// The robot fell, and lies limp.
-    Fallen,
-    /// Something else ended the run.
-    Failed,
-}
+use crate::stopwatch::{LoopReport, Quantiles};
 
 /// The report of a run. Lengths in m, speeds in m/s, angles in degrees (for people), times as named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -108,19 +88,6 @@ pub struct Report {
     pub recording: Option<RecordingReport>,
 }
 
-/// The report of a recording.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct RecordingReport {
-    /// Name of the file.
-    pub file: String,
-    /// Cycles in the file.
-    pub records: u64,
-    /// Cycles missing from the file: the disk was too slow, or an error had ended the recording.
-    pub dropped: u64,
-    /// The error that ended the recording before the run.
-    pub error: Option<String>,
-}
-
 /// A joint that was left without torque while the others continued.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OutageReport {
@@ -130,46 +97,6 @@ pub struct OutageReport {
     pub joint: String,
     /// Which servo it is, the cause, and what will become of it, in words.
     pub reason: String,
-}
-
-impl Outcome {
-    /// The word used in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Outcome::Completed => "completed",
-            Outcome::StoppedBySafety => "stopped-by-safety",
-            Outcome::Fallen => "fallen",
-            Outcome::Failed => "failed",
-        }
-    }
-}
-
-/// Timing of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct LoopReport {
-    /// Computing time of a cycle without the exchange; `None` on a virtual clock, which stands still meanwhile.
-    pub work_us: Option<Quantiles>,
-    /// Time from a cycle's deadline to its beginning.
-    pub late_us: Quantiles,
-    /// Time of each stage of a cycle; `None` on a virtual clock.
-    pub stages_us: Option<Stages<Quantiles>>,
-    /// The slowest cycle, not counting the first.
-    pub slowest: Option<SlowCycle>,
-    /// The first cycle, which allocates memory while the robot is limp.
-    pub first: Option<SlowCycle>,
-}
-
-/// Values that 50, 99 and 99.9 percent of the samples stay below, and the largest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Quantiles {
-    /// Median.
-    pub p50: u64,
-    /// 99th percentile.
-    pub p99: u64,
-    /// 99.9th percentile.
-    pub p999: u64,
-    /// Largest.
-    pub max: u64,
 }
 
 /// Joints against their limits.
@@ -304,18 +231,6 @@ pub struct BusReport {
     pub exchange_us: Quantiles,
 }
 
-impl Quantiles {
-    /// The quantiles of a histogram of microseconds.
-    pub fn of(histogram: &Histogram<u64>) -> Quantiles {
-        Quantiles {
-            p50: histogram.value_at_quantile(0.5),
-            p99: histogram.value_at_quantile(0.99),
-            p999: histogram.value_at_quantile(0.999),
-            max: histogram.max(),
-        }
-    }
-}
-
 impl Report {
     /// The same report with its verdict and findings; `walked` is the walking of `robot` in this run.
     #[must_use]
@@ -323,86 +238,5 @@ impl Report {
         let findings = findings(&self, robot, walked);
         let verdict = findings.iter().map(|finding| finding.verdict).max().unwrap_or(Verdict::Good);
         Report { verdict, findings, ..self }
-    }
-}
-
-impl Telemetry {
-    /// The robot's walking so far; `None` if it did not walk.
-    pub fn walked(&self) -> Option<Walked> {
-        self.body.as_ref()?.walked()
-    }
-
-    /// Whether the robot lay fallen when it was last to be on its feet.
-    pub fn lies_fallen(&self) -> bool {
-        self.body.as_ref().is_some_and(BodyObserver::lies_fallen)
-    }
-
-    /// Number of cycles, of late cycles, and of goals that safety changed.
-    pub fn totals(&self) -> (u64, u64, u64) {
-        (self.cycles, self.late_cycles, self.interventions)
-    }
-
-    /// Cycles in which safety held the robot, so far.
-    pub fn held_cycles(&self) -> u64 {
-        self.held_cycles
-    }
-
-    /// Timing of the loop so far.
-    pub fn loop_report(&self) -> LoopReport {
-        // A real cycle always computes for at least a microsecond.
-        let is_measured = self.work_us.max() > 0;
-        LoopReport {
-            work_us: is_measured.then(|| Quantiles::of(&self.work_us)),
-            late_us: Quantiles::of(&self.late_us),
-            stages_us: is_measured.then(|| self.stages.quantiles()),
-            slowest: self.stages.slowest().filter(|_| is_measured),
-            first: self.stages.first().filter(|_| is_measured),
-        }
-    }
-
-    /// Buses so far, in a run of this `duration`.
-    pub fn bus_reports<'s>(
-        &self,
-        robot: &Robot,
-        duration: Duration,
-        buses: impl Iterator<Item = BusStatistics<'s>>,
-    ) -> Vec<BusReport> {
-        self.buses.report(robot, duration, buses)
-    }
-
-    /// Joints taken out of service so far.
-    pub fn outage_reports(&self, robot: &Robot) -> Vec<OutageReport> {
-        let report = |(cycle, outage): &(u64, Outage)| OutageReport {
-            time_s: *cycle as f64 * robot.period_s(),
-            joint: robot.joints[outage.joint].name.clone(),
-            reason: outage.describe(robot),
-        };
-        self.outages.iter().map(report).collect()
-    }
-
-    /// Joints so far.
-    pub fn joints_report(&self) -> JointsReport {
-        self.joints.report()
-    }
-
-    /// The trunk so far; `None` on a rig of arms, and if nothing measured its motion.
-    pub fn body_report(&self) -> Option<BodyReport> {
-        self.body.as_ref()?.report()
-    }
-
-    /// Arms so far; `None` on a rig without arms.
-    pub fn arms_report(&self) -> Option<ArmsReport> {
-        self.arms.as_ref().map(ArmObserver::report)
-    }
-
-    /// The inertial measurement unit so far; `None` on a robot without one.
-    pub fn imu_report(&self) -> Option<ImuReport> {
-        self.imu.as_ref().map(ImuObserver::report)
-    }
-
-    /// Feet so far; `None` on a rig of arms.
-    pub fn feet_report(&self) -> Option<FeetReport> {
-        let feet = self.feet.as_ref()?;
-        Some(FeetReport { ik_residual_max_m: self.residual_max_m, ..feet.report() })
     }
 }

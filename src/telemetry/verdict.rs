@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::report::{Outcome, Report};
+use super::report::Report;
 use super::way::{Followed, Walked};
 use crate::model::{Joint, Robot};
+use crate::observe::Outcome;
 
 /// Least time of walking, s, least way, m, and least turn, degrees, that can be judged: less is starting and stopping.
 const LEAST_S: f64 = 2.0;

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3, EulerRot};
 use serde::Serialize;
 
-use super::CycleRecord;
+use crate::observe::CycleRecord;
 
 /// A way over the ground, as the trunk is turned at each moment.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -106,21 +106,22 @@ impl Ways {
         let targets = record.targets;
         let before = (self.asked, self.reached);
         self.asked.add(targets.trunk_in_world, yaw_rad(targets.trunk_turn));
-        match &record.truth {
+        match &record.facts.truth {
             Some(truth) => self.reached.add(truth.position_m, yaw_rad(truth.turn)),
             None => {
                 let body = &record.state.body;
-                self.estimated_m += DQuat::from_rotation_z(body.yaw_rad) * body.velocity_m_s * record.dt_s;
+                self.estimated_m +=
+                    DQuat::from_rotation_z(body.yaw_rad) * body.velocity_m_s * record.facts.dt_s;
                 self.reached.add(self.estimated_m, body.yaw_rad);
             }
         }
         self.forward_m
             .add(self.asked.forward_m - before.0.forward_m, self.reached.forward_m - before.1.forward_m);
         self.turn_rad.add(self.asked.turn_rad - before.0.turn_rad, self.reached.turn_rad - before.1.turn_rad);
-        self.walked_s += record.dt_s;
+        self.walked_s += record.facts.dt_s;
         let feet = targets.feet();
         if !feet.is_empty() && feet.iter().all(|foot| foot.is_swing) {
-            self.flown_s += record.dt_s;
+            self.flown_s += record.facts.dt_s;
         }
     }
 

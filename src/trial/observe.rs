@@ -9,12 +9,12 @@ use serde::{Serialize, Serializer};
 
 use super::scene::PUSH_S;
 use super::{Scene, TrialError};
-use crate::bus::{Buses, Ports, SimPorts};
-use crate::cycle::Cycle;
+use crate::bus::{Buses, SimPorts};
 use crate::ik::Method;
 use crate::model::{FallDirection, ReflexMode, Robot};
 use crate::motion::{Activity, Order, Plan};
 use crate::reflex::FallOutcome;
+use crate::run::Cycle;
 use crate::simulation;
 
 /// A robot that does not stand by this time never will, s.
@@ -141,7 +141,7 @@ pub fn observe(
     let plan = plan.clone().at_share(scene.gait, scene.speed_share);
     let mut cycle = Cycle::new(robot, plan, Method::CcdThenFinish, f64::INFINITY, buses);
 
-    let start = cycle.buses_mut().ports_mut().now();
+    let start = cycle.now();
     let mut deadline = start;
     let (mut stood_s, mut push_s) = (None, None);
     let mut window: Option<Impulses> = None;
@@ -158,12 +158,12 @@ pub fn observe(
         track: Vec::new(),
     };
     loop {
-        cycle.buses_mut().ports_mut().wait_until(deadline);
+        cycle.begin(deadline);
         cycle.step(Order::Go);
         deadline = deadline + Duration::from_secs_f64(robot.period_s());
         let time_s = deadline.since(start).as_secs_f64();
         let is_held = cycle.buses_mut().ports_mut().world().body().is_some_and(|body| body.is_held);
-        if cycle.activity() == Activity::Standing && !is_held {
+        if cycle.record().facts.activity == Activity::Standing && !is_held {
             stood_s.get_or_insert(time_s);
         }
         let Some(since_s) = stood_s.map(|stood_s| time_s - stood_s) else {
@@ -182,18 +182,18 @@ pub fn observe(
             cycle.buses_mut().ports_mut().world_mut().push(push, PUSH_S);
         }
         let Some(pushed_s) = push_s.map(|push_s| time_s - push_s) else { continue };
-        if let Some(report) = cycle.reflex().report() {
+        if let Some(report) = cycle.record().facts.falls {
             if report.falls > 0 && observed.predicted_s.is_none() {
                 observed.predicted_s = Some(pushed_s);
                 observed.direction = report.direction;
-                let (roll_rad, pitch_rad) = (cycle.state().body.roll_rad, cycle.state().body.pitch_rad);
-                observed.told_at_deg = Some((roll_rad.cos() * pitch_rad.cos()).acos().to_degrees());
+                let body = &cycle.record().state.body;
+                observed.told_at_deg = Some((body.roll_rad.cos() * body.pitch_rad.cos()).acos().to_degrees());
                 // The effect of the push itself is the same in all modes.
                 (observed.joint_load_nm, window) = (0.0, None);
             }
             observed.outcome = report.outcome;
         }
-        let angles = || cycle.state().joints.iter().map(|joint| joint.position_rad);
+        let angles = || cycle.record().state.joints.iter().map(|joint| joint.position_rad);
         let angles_rad: Vec<f64> = if is_tracked { angles().collect() } else { Vec::new() };
         let world = cycle.buses_mut().ports_mut().world();
         let now = Impulses::of(world, head);

@@ -77,11 +77,11 @@ impl<'r> Arm<'r> {
         self.controller.decide(self.robot.period_s(), order);
         self.controller.learn_from_goals();
         let record = self.controller.record(&[]);
-        self.interventions += record.interventions;
+        self.interventions += record.facts.interventions;
         self.goals.swap(0, 1);
         self.goals[0].copy_from_slice(&record.state.goal_rad);
         assert_ne!(record.state.permission, Permission::Stop);
-        let activity = record.activity;
+        let activity = record.facts.activity;
         self.cycles += 1;
         if self.cycles.is_multiple_of(CLEARANCE_EVERY) {
             self.clearance_m = self.clearance_m.min(clearance_m(self.robot, &self.goals[0]));

@@ -8,9 +8,10 @@ use hippocamp::ik::{Limbs, Method};
 use hippocamp::model::Robot;
 use hippocamp::motion::horse::{Drive, HorsePlan};
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
+use hippocamp::observe::{CycleRecord, Facts, Observer};
 use hippocamp::safety::Safety;
-use hippocamp::signals::{ImuReading, JointState, JointTargets, Permission, Slot, State, Targets};
-use hippocamp::telemetry::{CycleRecord, Telemetry};
+use hippocamp::signals::{JointState, JointTargets, Permission, Slot, State, Status, Targets};
+use hippocamp::telemetry::Telemetry;
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
 const ROUNDING_M: f64 = 1e-9;
@@ -28,7 +29,7 @@ pub(crate) struct OnFeet<'r> {
     goals: Goals,
     state: State,
     slots: Vec<Slot>,
-    pub(crate) telemetry: Telemetry,
+    pub(crate) telemetry: Telemetry<'r>,
     /// Joints that safety told something else than was asked, summed over the cycles.
     pub(crate) interventions: u64,
     landed_s: [f64; 4],
@@ -91,24 +92,23 @@ impl<'r> OnFeet<'r> {
         for (known, goal) in self.state.joints.iter_mut().zip(&self.state.goal_rad) {
             known.position_rad = *goal;
         }
-        self.telemetry.observe(
-            self.robot,
-            &CycleRecord {
-                order: Order::Drive(command),
-                activity: Activity::Walking,
-                speed_m_s: self.drive.rates().speed_m_s,
-                targets: &self.targets,
-                joints: &self.joints,
-                goals: self.goals.servos(),
-                slots: &self.slots,
-                imu: &ImuReading::default(),
-                state: &self.state,
-                interventions,
-                is_held: false,
-                dt_s,
-                truth: None,
-            },
-        );
+        let facts = Facts {
+            order: Order::Drive(command),
+            activity: Activity::Walking,
+            speed_m_s: self.drive.rates().speed_m_s,
+            interventions,
+            ..Facts::limp(dt_s)
+        };
+        self.telemetry.observe(&CycleRecord {
+            facts,
+            status: Status::LIMP,
+            targets: &self.targets,
+            joints: &self.joints,
+            goals: self.goals.servos(),
+            slots: &self.slots,
+            state: &self.state,
+            buses: &[],
+        });
     }
 
     fn judge(&mut self, command: Command) {

@@ -12,7 +12,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;
 use hippocamp::recording::{Recorder, RunHeader};
-use hippocamp::run::run_recorded;
+use hippocamp::run::run_observed;
 use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
@@ -51,8 +51,8 @@ pub(crate) fn run(faults: &str, sink: impl Write + Send + 'static) -> Report {
 fn run_robot(robot: &Robot, faults: &str, sink: impl Write + Send + 'static) -> Report {
     let faults = hw_sim::FaultScript::from_toml(faults).unwrap();
     let ports = SimPorts::on_virtual_clock(simulation::world(robot, 7, &faults).unwrap());
-    let recorder = recorder(robot, sink, true);
-    run_recorded(robot, plan(robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap()
+    let mut recorder = recorder(robot, sink, true);
+    run_observed(robot, &plan(robot), ports, &mut [&mut recorder], |_: &Status| Order::Go).unwrap()
 }
 
 /// A run that nothing disturbs, into memory, made once.

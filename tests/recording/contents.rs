@@ -7,7 +7,7 @@ use hippocamp::model::Robot;
 use hippocamp::motion::{Command, GaitChoice, Order, Posture};
 use hippocamp::recording::{Recording, TOPICS};
 use hippocamp::replay::replay;
-use hippocamp::run::run_recorded;
+use hippocamp::run::run_observed;
 use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hw_sim::FaultScript;
@@ -80,11 +80,11 @@ fn orders_to_drive_are_kept_as_they_were_given() {
     let robot = horse();
     let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &FaultScript::default()).unwrap());
     let memory = Memory::default();
-    let recorder = recorder(&robot, memory.clone(), true);
+    let mut recorder = recorder(&robot, memory.clone(), true);
     let posture = Posture { rise_m: -0.001, pitch_rad: 0.01, ..Posture::default() };
     let drive = |gait| Order::Drive(Command { gait, speed_m_s: 0.1 / 3.0, yaw_rate_rad_s: -0.02, posture });
     let mut given = Vec::new();
-    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |status: &Status| {
+    let report = run_observed(&robot, &plan(&robot), ports, &mut [&mut recorder], |status: &Status| {
         let order = match status.time_s {
             time_s if time_s < 1.0 => drive(GaitChoice::Stand),
             time_s if time_s < 2.0 => drive(GaitChoice::Gait(2)),
@@ -98,7 +98,7 @@ fn orders_to_drive_are_kept_as_they_were_given() {
     let bytes = memory.0.lock().unwrap().clone();
     assert_schemas_kept(&bytes);
     let recording = Recording::parse(&bytes, "test").unwrap();
-    let kept: Vec<Order> = recording.samples.iter().map(|sample| sample.order).collect();
+    let kept: Vec<Order> = recording.samples.iter().map(|sample| sample.facts.order).collect();
     assert_eq!(kept, given);
     assert!(replay(&recording).unwrap().agrees());
 }

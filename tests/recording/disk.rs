@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
-use std::time::Duration;
 
 use crossbeam_channel::{Receiver, bounded};
 use hippocamp::bus::{Buses, SimPorts};
-use hippocamp::cycle::{Cycle, CycleTimes};
 use hippocamp::motion::Order;
+use hippocamp::observe::{CycleRecord, CycleTimes, Facts, Observer};
 use hippocamp::recording::{CHUNK_MAX, Ending, ReadError, Recorder, Recording};
+use hippocamp::run::Cycle;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hippocamp::telemetry::RecordingReport;
@@ -25,7 +25,7 @@ fn step(recorder: &mut Recorder, cycles: u32) {
     let mut cycle = Cycle::new(&robot, plan.motion, plan.method, plan.move_for_s, buses);
     for _ in 0..cycles {
         cycle.step(Order::Go);
-        recorder.record(&cycle.record(), cycle.times(), Duration::ZERO, cycle.buses().statistics());
+        recorder.observe(&cycle.record());
     }
 }
 
@@ -43,7 +43,8 @@ fn a_chunk_ends_where_it_is_large_whatever_time_it_spans() {
     for number in 0..2500 {
         // All of them at once.
         let times = CycleTimes { number, ..CycleTimes::default() };
-        recorder.record(&cycle.record(), times, Duration::ZERO, cycle.buses().statistics());
+        let record = cycle.record();
+        recorder.observe(&CycleRecord { facts: Facts { times, ..record.facts }, ..record });
     }
     assert_eq!(recorder.finish(BTreeMap::new()).error, None);
     let summary = mcap::Summary::read(&memory.0.lock().unwrap()).unwrap().unwrap();
@@ -165,10 +166,14 @@ fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
             .filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= cut as u64)
             .map(|chunk| chunk.message_end_time)
             .max();
-        let read_until = recording.samples.last().map(|sample| sample.times.began.0);
+        let read_until = recording.samples.last().map(|sample| sample.facts.times.began.0);
         assert_eq!(read_until, whole_until, "cut at {cut}");
         for (sample, original) in recording.samples.iter().zip(&whole.samples) {
-            assert_eq!((sample.times, &sample.slots), (original.times, &original.slots), "cut at {cut}");
+            assert_eq!(
+                (sample.facts.times, &sample.slots),
+                (original.facts.times, &original.slots),
+                "cut at {cut}"
+            );
         }
     }
 }

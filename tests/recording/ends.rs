@@ -8,7 +8,7 @@ use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::motion::Order;
 use hippocamp::recording::{Ending, Recording};
 use hippocamp::replay::replay;
-use hippocamp::run::run_recorded;
+use hippocamp::run::run_observed;
 use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
@@ -114,8 +114,9 @@ fn after_a_panic_in_the_loop_it_is_whole() {
     let world = simulation::world(&robot, 7, &hw_sim::FaultScript::default()).unwrap();
     let ports = Panicking(SimPorts::on_virtual_clock(world), Some(Time(6_000_000_000)));
     let memory = Memory::default();
-    let recorder = recorder(&robot, memory.clone(), true);
-    let report = run_recorded(&robot, plan(&robot), ports, Some(recorder), |_: &Status| Order::Go).unwrap();
+    let mut recorder = recorder(&robot, memory.clone(), true);
+    let report =
+        run_observed(&robot, &plan(&robot), ports, &mut [&mut recorder], |_: &Status| Order::Go).unwrap();
     assert_eq!(report.outcome, Outcome::Failed);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
     let Ending::Outcome(outcome) = &recording.ending else { panic!("{:?}", recording.ending) };

@@ -46,7 +46,7 @@ fn a_replay_agrees_on_a_run_with_lost_and_damaged_replies_and_a_late_host() {
     let recording = Recording::parse(&bytes, "test").unwrap();
     let slots = || recording.samples.iter().flat_map(|sample| &sample.slots);
     assert!(slots().any(|slot| *slot == Slot::Missing) && slots().any(|slot| *slot == Slot::Corrupt));
-    assert!(recording.samples.iter().any(|sample| sample.is_held));
+    assert!(recording.samples.iter().any(|sample| sample.facts.is_held));
     let replayed = replay(&recording).unwrap();
     assert!(replayed.agrees(), "{replayed:?}");
 }

@@ -96,7 +96,7 @@ mod tests {
             }
             other => other,
         };
-        let walking = Status { gait: Some(1), speed_m_s: 0.1234, ..Status::default() };
+        let walking = Status { gait: Some(1), speed_m_s: 0.1234, ..Status::LIMP };
         let turning = Status { yaw_rate_rad_s: 3_f64.to_radians(), ..walking };
         let standing = Status { gait: None, ..walking };
         use GaitChoice::{Auto, Gait, Stand};

@@ -118,29 +118,13 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::motion::Activity;
-    use crate::signals::Permission;
 
     fn robot() -> Robot {
         config::parse(include_str!("../../../config/tentacle.toml"), "tentacle").unwrap().robot
     }
 
     fn status(time_s: f64, hottest_c: f64) -> Status {
-        Status {
-            time_s,
-            activity: Activity::Standing,
-            gait: None,
-            stroke: None,
-            frozen: 0,
-            outage: None,
-            speed_m_s: 0.0,
-            yaw_rate_rad_s: 0.0,
-            permission: Permission::Move,
-            late_cycles: 0,
-            hottest_c,
-            lowest_v: 5.0,
-            is_imu_lost: false,
-            is_recording_lost: false,
-        }
+        Status { time_s, activity: Activity::Standing, hottest_c, ..Status::LIMP }
     }
 
     fn stroke(instruction: Instruction) -> Stroke {

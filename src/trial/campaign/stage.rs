@@ -12,7 +12,7 @@ use crate::ik::Method;
 use crate::model::Robot;
 use crate::motion::Order;
 use crate::plan::RunPlan;
-use crate::run::{Operator, run_recorded};
+use crate::run::{Operator, run_observed};
 use crate::signals::Status;
 use crate::signals::TrueBody;
 use crate::simulation;
@@ -150,7 +150,7 @@ fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene
         driver: None,
     };
     let operator = Driver { scene: &scene, episode };
-    let run = || run_recorded(robot, plan, Watched(&scene), None, operator);
+    let run = || run_observed(robot, &plan, Watched(&scene), &mut [], operator);
     let ended = match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(report)) => Ended::Reported(Box::new(report)),
         Ok(Err(error)) => Ended::NotStarted(error),

@@ -1,0 +1,83 @@
+//! The outcome of a loop that is over: as it was planned, unless safety, a fall or the servos say otherwise.
+
+use super::Cycle;
+use crate::bus::Ports;
+use crate::model::{Robot, StopAction};
+use crate::observe::{CycleRecord, Outcome};
+use crate::reflex::FallOutcome;
+use crate::signals::{JointState, Permission, ServoGoal};
+
+/// Outcome and reason of a loop that was to end with these, and whether every servo has heard the end.
+pub(super) fn judge<P: Ports>(
+    robot: &Robot,
+    cycle: &mut Cycle<'_, P>,
+    outcome: Outcome,
+    reason: String,
+) -> (Outcome, String, bool) {
+    let record = cycle.record();
+    let lost = may_have_torque(robot, &record);
+    let is_heard = lost.is_empty();
+    let fallen = record.facts.falls.filter(|falls| falls.outcome == FallOutcome::LiesLimp);
+    let stopped = (record.state.permission == Permission::Stop)
+        .then(|| record.facts.cause.map_or_else(String::new, |finding| finding.describe(robot)));
+    if !is_heard {
+        cycle.buses_mut().limp_unheard();
+    }
+    let (outcome, reason) = if let Some(why) = stopped {
+        let mut reasons = vec![why];
+        reasons.extend(cycle.buses_mut().strangers());
+        reasons.extend((!is_heard).then_some(lost));
+        (Outcome::StoppedBySafety, reasons.join("; "))
+    } else if !is_heard {
+        (Outcome::Failed, lost)
+    } else if let Some(falls) = fallen {
+        (Outcome::Fallen, format!("{falls}: set it on its feet and start it again"))
+    } else {
+        (outcome, reason)
+    };
+    (outcome, reason, is_heard)
+}
+
+/// The same after a panic of the loop; without torque unless `stop_action` is to hold.
+pub(super) fn after_panic<P: Ports>(
+    cycle: &mut Cycle<'_, P>,
+    stop_action: StopAction,
+) -> (Outcome, String, bool) {
+    let is_heard = stop_action == StopAction::Hold || cycle.buses_mut().limp();
+    let mut reason = "the loop panicked: this is a defect of the program, please report it".to_owned();
+    if !is_heard {
+        reason += "; not all servos were heard afterwards, and some may still have torque: cut their power";
+    }
+    (Outcome::Failed, reason, is_heard)
+}
+
+/// The servos that did not hear the end, in words; empty if all did, or if torque was meant to stay on.
+fn may_have_torque(robot: &Robot, record: &CycleRecord<'_>) -> String {
+    if record.goals.iter().any(|goal| *goal != ServoGoal::Limp) {
+        return String::new();
+    }
+    let is_lost = |state: &JointState| state.is_known && state.age_s > robot.safety.coast_s;
+    let mut lost = Vec::new();
+    for (index, bus) in robot.buses.iter().enumerate() {
+        let on_bus = || {
+            let all = robot.joints.iter().zip(&record.state.joints);
+            all.filter_map(|(joint, state)| {
+                Some((joint, joint.servo.filter(|servo| servo.bus == index)?, state))
+            })
+        };
+        if on_bus().all(|(_, _, state)| is_lost(state)) {
+            lost.push(format!("all servos on bus {}", bus.name));
+        } else {
+            let each = on_bus().filter(|(_, _, state)| is_lost(state));
+            lost.extend(
+                each.map(|(joint, servo, _)| format!("{} ({} on bus {})", joint.name, servo.id, bus.name)),
+            );
+        }
+    }
+    match lost.is_empty() {
+        true => String::new(),
+        false => {
+            format!("not heard at the end, and may still have torque: {}; cut their power", lost.join(", "))
+        }
+    }
+}
