@@ -8,14 +8,13 @@ use serialport::TTYPort;
 use super::ask::Library;
 use super::packet::Decode;
 use super::table::{Identity, Series};
-use super::{dynamixel, feetech};
 use crate::model::{Protocol, ServoModel};
 use crate::units::ServoId;
 
 /// The protocols, in the order of the variants of [`Protocol`].
 pub(crate) static LANGUAGES: &[&Language] = &[
-    &dynamixel::LANGUAGE, //
-    &feetech::LANGUAGE,
+    &super::dynamixel::LANGUAGE, //
+    &super::feetech::LANGUAGE,
 ];
 
 const _: () = {
