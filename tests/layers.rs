@@ -129,9 +129,10 @@ fn names_a_protocol(code: &str, folders: &[String]) -> bool {
 #[test]
 fn only_the_lists_and_a_protocols_own_folder_name_a_protocol() {
     let lists = LISTS.map(|list| fs::read_to_string(root().join(list)).unwrap());
-    let entries =
-        lists.iter().flat_map(|list| list.lines().map(str::trim).filter(|line| line.starts_with('&')));
-    let folders: Vec<String> = entries.map(|entry| entry.split("::").nth(1).unwrap().to_owned()).collect();
+    let lines = lists.iter().flat_map(|list| list.lines());
+    let entries = lines.filter_map(|line| line.trim().strip_prefix('&'));
+    let folders: Vec<String> =
+        entries.filter_map(|entry| Some(entry.split("::").nth(1)?.to_owned())).collect();
     assert!(folders.iter().any(|folder| folder == "feetech"), "{folders:?}");
     let mut files = Vec::new();
     ["src", "hw-sim/src"].iter().for_each(|crate_of| sources(&root().join(crate_of), &mut files));
