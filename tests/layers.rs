@@ -122,30 +122,52 @@ fn paths_are_found_in_code_and_not_in_comments_or_tests() {
     assert_eq!(found, ["b", "d", "e", "h", "j"]);
 }
 
-/// The one file of each crate that names all protocols; the folders of the protocols stand beside it.
+/// The one file of each crate that names all protocols; their folders stand beside it.
 const LISTS: [&str; 2] = ["src/bus/language.rs", "hw-sim/src/protocols.rs"];
 
-/// True if this line of code asks or says which protocol it is about.
-fn names_a_protocol(line: &str) -> bool {
-    let ways =
-        ["Protocol::Dynamixel", "Protocol::Feetech", "dynamixel::", "feetech::", "{dynamixel, feetech}"];
-    ways.iter().any(|way| line.contains(way))
+/// True if this code names a protocol of the lists: `Protocol::Some`, or `some::` for its folder.
+fn names_a_protocol(code: &str, folders: &[String]) -> bool {
+    let begins = |rest: &str, is: fn(&char) -> bool| rest.chars().next().is_some_and(|letter| is(&letter));
+    let is_variant =
+        |rest: &str| begins(rest, char::is_ascii_uppercase) && begins(&rest[1..], char::is_ascii_lowercase);
+    let is_path = |before: &str| !before.ends_with(|letter: char| letter.is_alphanumeric() || letter == '_');
+    code.split("Protocol::").skip(1).any(is_variant)
+        || folders
+            .iter()
+            .any(|folder| code.match_indices(&format!("{folder}::")).any(|(at, _)| is_path(&code[..at])))
 }
 
 /// So a further protocol is a folder and a few lines, and the simulated servo and its protocols form no loop.
 #[test]
-fn only_the_list_and_a_protocols_own_folder_name_a_protocol() {
+fn only_the_lists_and_a_protocols_own_folder_name_a_protocol() {
+    let lists = LISTS.map(|list| fs::read_to_string(root().join(list)).unwrap());
+    let lines = lists.iter().flat_map(|list| list.lines());
+    let entries = lines.filter_map(|line| line.trim().strip_prefix('&'));
+    let folders: Vec<String> =
+        entries.filter_map(|entry| Some(entry.split("::").nth(1)?.to_owned())).collect();
+    assert!(folders.iter().any(|folder| folder == "feetech"), "{folders:?}");
     let mut files = Vec::new();
     ["src", "hw-sim/src"].iter().for_each(|crate_of| sources(&root().join(crate_of), &mut files));
     let mut wrong = Vec::new();
     for path in &files {
-        let place = path.strip_prefix(root()).unwrap().to_str().unwrap();
-        let is_own = ["/dynamixel/", "/feetech/"].iter().any(|folder| place.contains(folder));
-        if !is_own && !LISTS.contains(&place) {
+        let place = path.strip_prefix(root()).unwrap();
+        let is_own = place.iter().any(|part| folders.iter().any(|folder| part == folder.as_str()));
+        if !is_own && !LISTS.iter().any(|list| place == Path::new(list)) {
             let code = code_of(&fs::read_to_string(path).unwrap());
-            let lines = code.lines().filter(|line| names_a_protocol(line));
-            wrong.extend(lines.map(|line| format!("{place}: {}", line.trim())));
+            let lines = code.lines().filter(|line| names_a_protocol(line, &folders));
+            wrong.extend(lines.map(|line| format!("{}: {}", place.display(), line.trim())));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn protocols_are_found_by_variant_and_by_folder() {
+    let folders = ["dynamixel".to_owned()];
+    for code in ["of == Protocol::Feetech", "use super::dynamixel::X;", "dynamixel::ping()"] {
+        assert!(names_a_protocol(code, &folders), "{code}");
+    }
+    for code in ["id <= Protocol::ID_MAX", "Protocol::all()", "no_dynamixel::ping()", "mod dynamixel;"] {
+        assert!(!names_a_protocol(code, &folders), "{code}");
+    }
 }

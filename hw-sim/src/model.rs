@@ -56,9 +56,9 @@ pub struct Model {
     /// Its control table, by address: every register with its value as shipped and its range.
     pub registers: Vec<Register>,
     /// True for Feetech's SCS series: a potentiometer, 10 bit, the high byte first.
-    pub(crate) is_scs: bool,
+    pub is_scs: bool,
     /// Its indirect addressing (Dynamixel).
-    pub(crate) indirect: &'static [IndirectBlock],
+    pub indirect: &'static [IndirectBlock],
 }
 
 /// Degrees in rad.

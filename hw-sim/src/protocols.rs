@@ -6,12 +6,11 @@ use std::sync::LazyLock;
 
 use crate::model::{Model, Protocol};
 use crate::servo::Kind;
-use crate::{dynamixel, feetech};
 
 /// The protocols, in the order of the variants of [`Protocol`].
 static KINDS: &[&Kind] = &[
-    &dynamixel::KIND, //
-    &feetech::KIND,
+    &crate::dynamixel::KIND, //
+    &crate::feetech::KIND,
 ];
 
 const _: () = {

@@ -245,12 +245,13 @@ pub(crate) fn changed(table: &[Register], changes: &[Change]) -> Vec<Register> {
 /// Pairs of an indirect address register, 2 bytes, and a byte of indirect data that stands for the byte it points
 /// at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct IndirectBlock {
+pub struct IndirectBlock {
     /// The first address register.
-    pub(crate) address: u16,
+    pub address: u16,
     /// The first byte of data.
-    pub(crate) data: u16,
-    pub(crate) pairs: u16,
+    pub data: u16,
+    /// Number of pairs.
+    pub pairs: u16,
 }
 
 #[cfg(test)]

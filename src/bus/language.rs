@@ -8,14 +8,13 @@ use serialport::TTYPort;
 use super::ask::Library;
 use super::packet::Decode;
 use super::table::{Identity, Series};
-use super::{dynamixel, feetech};
 use crate::model::{Protocol, ServoModel};
 use crate::units::ServoId;
 
 /// The protocols, in the order of the variants of [`Protocol`].
 pub(crate) static LANGUAGES: &[&Language] = &[
-    &dynamixel::LANGUAGE, //
-    &feetech::LANGUAGE,
+    &super::dynamixel::LANGUAGE, //
+    &super::feetech::LANGUAGE,
 ];
 
 const _: () = {
@@ -25,6 +24,12 @@ const _: () = {
         index += 1;
     }
 };
+
+/// A number for each servo, of which a packet takes the lowest bytes.
+pub(super) type Values<'v> = &'v mut dyn Iterator<Item = (ServoId, u64)>;
+
+/// Opens a library on a copy of a line; the error is the system's.
+pub(crate) type OpenLibrary = fn(&TTYPort) -> Result<Box<dyn Library>, String>;
 
 /// A protocol: its packets, what its answers mean, and its servos.
 #[derive(Debug)]
@@ -65,7 +70,7 @@ pub(crate) struct Language {
     pub(super) write: fn(&mut Vec<u8>, ServoId, u16, u8, u64),
     /// Appends a write of a number for each servo to one register: address, bytes, numbers. Without servos it
     /// appends nothing.
-    pub(super) sync_write: fn(&mut Vec<u8>, u16, u8, &mut dyn Iterator<Item = (ServoId, u64)>),
+    pub(super) sync_write: fn(&mut Vec<u8>, u16, u8, Values<'_>),
     /// Appends a read that each servo answers with a packet of its own: address, bytes, servos.
     pub(super) sync_read: fn(&mut Vec<u8>, u16, u16, &[ServoId]),
     /// The read that all servos answer with one packet, if there is one.
@@ -91,7 +96,7 @@ pub(crate) struct Language {
     /// Parameters of a reset that keeps the id, and if possible the rate.
     pub(crate) reset_parameters: &'static [u8],
     /// Opens a library that carries out requests to single servos, if there is a good one.
-    pub(crate) library: Option<fn(&TTYPort) -> Result<Box<dyn Library>, String>>,
+    pub(crate) library: Option<OpenLibrary>,
 }
 
 /// The request to which a servo answers with its identity.

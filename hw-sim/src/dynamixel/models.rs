@@ -1,11 +1,56 @@
 //! Dynamixel models. Performance: ROBOTIS e-manual model pages (stall torque, current and no-load speed at the stated
 //! voltage). Inertias are guesses from gear ratio and motor size, so that a bare shaft comes to rest without ringing.
 
-use super::x_series::{
-    INDIRECT, INDIRECT_XL330, TABLE, XL330_M288, XL430_W250, XM430_W210, XM430_W350, indirect_registers,
-};
+use super::x_series::*;
 use crate::model::{Model, Protocol};
-use crate::registers::{Change, changed};
+use crate::registers::Change::{self, Absent, Add, Range};
+use crate::registers::{changed, rw};
+
+/// The base of this table: no changes.
+static XM430_W210: &[Change] = &[];
+
+/// Other model number and speed.
+static XM430_W350: &[Change] = &[
+    Range(MODEL_NUMBER, 1020, 0, 0),
+    Range(VELOCITY_LIMIT, 200, 0, 1023),
+    Range(GOAL_VELOCITY, 200, -1023, 1023),
+];
+
+/// Load in place of current, and no current registers.
+static XL430_W250: &[Change] = &[
+    Range(MODEL_NUMBER, 1060, 0, 0),
+    Range(TEMPERATURE_LIMIT, 72, 0, 100),
+    Range(MAX_VOLTAGE, 140, 60, 140),
+    Range(MIN_VOLTAGE, 60, 60, 140),
+    Absent(CURRENT_LIMIT),
+    Absent(GOAL_CURRENT),
+    Range(VELOCITY_LIMIT, 265, 0, 1023),
+    Range(GOAL_VELOCITY, 265, -1023, 1023),
+    Range(VELOCITY_I, 1000, 0, 16383),
+    Range(POSITION_D, 4000, 0, 16383),
+    Range(POSITION_P, 640, 0, 16383),
+];
+
+/// Current in units of 1 mA, and one more register.
+static XL330_M288: &[Change] = &[
+    Range(MODEL_NUMBER, 1200, 0, 0),
+    // For older firmware, sources disagree on where indirect data begin.
+    Range(FIRMWARE, 52, 0, 0),
+    Range(BAUD, 1, 0, 6),
+    Range(PROTOCOL_TYPE, 2, 2, 22),
+    Range(TEMPERATURE_LIMIT, 70, 0, 100),
+    Range(MAX_VOLTAGE, 70, 31, 70),
+    Range(MIN_VOLTAGE, 35, 31, 70),
+    Range(CURRENT_LIMIT, 1750, 0, 1750),
+    Range(GOAL_CURRENT, 1750, -1750, 1750),
+    Range(VELOCITY_LIMIT, 445, 0, 2047),
+    Range(GOAL_VELOCITY, 445, -2047, 2047),
+    Add(rw(PWM_SLOPE, 1, "PWM Slope", (140, 1, 255))),
+    Range(SHUTDOWN, 53, 0, 255),
+    Range(VELOCITY_I, 1600, 0, 16383),
+    Range(VELOCITY_P, 180, 0, 16383),
+    Range(POSITION_P, 400, 0, 16383),
+];
 
 fn model(
     name: &str,

@@ -1,7 +1,7 @@
 //! Dynamixel X-series control table. Source: ROBOTIS e-manual, control tables of XL330-M288, XL430-W250,
-//! XM430-W210 and XM430-W350. The base is the XM430-W210; the other models are changes to it.
+//! XM430-W210 and XM430-W350. This is the XM430-W210's; the other models are changes to it, in `models`.
 
-use crate::registers::{Change, Encoding::TwosComplement, IndirectBlock, Register, ro, ro_as, rw, rw_as};
+use crate::registers::{Encoding::TwosComplement, IndirectBlock, Register, ro, ro_as, rw, rw_as};
 
 pub(crate) const MODEL_NUMBER: u16 = 0;
 pub(crate) const FIRMWARE: u16 = 6;
@@ -125,54 +125,6 @@ pub(super) static TABLE: &[Register] = &[
     ro(PRESENT_VOLTAGE, 2, "Present Input Voltage", 0),
     ro(PRESENT_TEMPERATURE, 1, "Present Temperature", 0),
     ro(BACKUP_READY, 1, "Backup Ready", 0),
-];
-
-use Change::{Absent, Add, Range};
-
-/// The base of this table: no changes.
-pub(crate) static XM430_W210: &[Change] = &[];
-
-/// Other model number and speed.
-pub(crate) static XM430_W350: &[Change] = &[
-    Range(MODEL_NUMBER, 1020, 0, 0),
-    Range(VELOCITY_LIMIT, 200, 0, 1023),
-    Range(GOAL_VELOCITY, 200, -1023, 1023),
-];
-
-/// Load in place of current, and no current registers.
-pub(crate) static XL430_W250: &[Change] = &[
-    Range(MODEL_NUMBER, 1060, 0, 0),
-    Range(TEMPERATURE_LIMIT, 72, 0, 100),
-    Range(MAX_VOLTAGE, 140, 60, 140),
-    Range(MIN_VOLTAGE, 60, 60, 140),
-    Absent(CURRENT_LIMIT),
-    Absent(GOAL_CURRENT),
-    Range(VELOCITY_LIMIT, 265, 0, 1023),
-    Range(GOAL_VELOCITY, 265, -1023, 1023),
-    Range(VELOCITY_I, 1000, 0, 16383),
-    Range(POSITION_D, 4000, 0, 16383),
-    Range(POSITION_P, 640, 0, 16383),
-];
-
-/// Current in units of 1 mA, and one more register.
-pub(crate) static XL330_M288: &[Change] = &[
-    Range(MODEL_NUMBER, 1200, 0, 0),
-    // For older firmware, sources disagree on where indirect data begin.
-    Range(FIRMWARE, 52, 0, 0),
-    Range(BAUD, 1, 0, 6),
-    Range(PROTOCOL_TYPE, 2, 2, 22),
-    Range(TEMPERATURE_LIMIT, 70, 0, 100),
-    Range(MAX_VOLTAGE, 70, 31, 70),
-    Range(MIN_VOLTAGE, 35, 31, 70),
-    Range(CURRENT_LIMIT, 1750, 0, 1750),
-    Range(GOAL_CURRENT, 1750, -1750, 1750),
-    Range(VELOCITY_LIMIT, 445, 0, 2047),
-    Range(GOAL_VELOCITY, 445, -2047, 2047),
-    Add(rw(PWM_SLOPE, 1, "PWM Slope", (140, 1, 255))),
-    Range(SHUTDOWN, 53, 0, 255),
-    Range(VELOCITY_I, 1600, 0, 16383),
-    Range(VELOCITY_P, 180, 0, 16383),
-    Range(POSITION_P, 400, 0, 16383),
 ];
 
 /// Name of all indirect address registers.

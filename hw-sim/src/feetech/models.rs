@@ -9,6 +9,13 @@ use crate::registers::{Change, Register, changed};
 /// Unit of current of the STS series, A.
 const CURRENT_UNIT_A: f64 = 0.0065;
 
+/// 6 to 7.4 V servo: the voltage limit as seen in servos.
+static STS3215_7V4: &[Change] = &[Change::Range(sts::MAX_VOLTAGE, 80, 0, 254)];
+/// The table without changes.
+static STS3215_12V: &[Change] = &[];
+/// Model number 2825.
+static STS3250: &[Change] = &[Change::Range(sts::MODEL_NUMBER, 2825, 0, 0)];
+
 fn model(
     name: &str,
     nominal_voltage_v: f64,
@@ -35,12 +42,9 @@ fn sts3215(model: Model) -> Model {
 pub(super) fn models() -> Vec<Model> {
     let sts = |changes| (sts::TABLE, changes);
     vec![
-        sts3215(model("STS3215-7V4", 6.0, (1.91, 2.0), 42.0, 0.028, sts(sts::STS3215_7V4))),
-        sts3215(model("STS3215-12V", 12.0, (2.94, 2.7), 45.0, 0.027, sts(sts::STS3215_12V))),
-        Model {
-            backlash_rad: degrees(0.5),
-            ..model("STS3250", 12.0, (4.90, 4.0), 75.0, 0.02, sts(sts::STS3250))
-        },
+        sts3215(model("STS3215-7V4", 6.0, (1.91, 2.0), 42.0, 0.028, sts(STS3215_7V4))),
+        sts3215(model("STS3215-12V", 12.0, (2.94, 2.7), 45.0, 0.027, sts(STS3215_12V))),
+        Model { backlash_rad: degrees(0.5), ..model("STS3250", 12.0, (4.90, 4.0), 75.0, 0.02, sts(STS3250)) },
         Model {
             // 300 degrees are 1024 counts.
             counts_per_turn: 1024.0 / 300.0 * 360.0,

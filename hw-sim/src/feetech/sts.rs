@@ -2,7 +2,7 @@
 //! masks, factory block) are the initial values in Waveshare's memory table for its ST3215, the same servo; or else
 //! values seen in shipped STS3215, and are marked so.
 
-use crate::registers::{Change, Encoding::SignMagnitude, Register, ro, ro_as, rw, rw_as};
+use crate::registers::{Encoding::SignMagnitude, Register, ro, ro_as, rw, rw_as};
 
 pub(crate) const MODEL_NUMBER: u16 = 3;
 pub(crate) const ID: u16 = 5;
@@ -129,10 +129,3 @@ pub(super) static TABLE: &[Register] = &[
     ro(85, 1, "Acceleration Limit", 254),
     ro(86, 1, "Acceleration Multiplier", 1),
 ];
-
-/// 6 to 7.4 V servo: the voltage limit as seen in servos.
-pub(crate) static STS3215_7V4: &[Change] = &[Change::Range(MAX_VOLTAGE, 80, 0, 254)];
-/// The table without changes.
-pub(crate) static STS3215_12V: &[Change] = &[];
-/// Model number 2825.
-pub(crate) static STS3250: &[Change] = &[Change::Range(MODEL_NUMBER, 2825, 0, 0)];

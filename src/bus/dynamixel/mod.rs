@@ -18,6 +18,7 @@ mod table;
 
 use std::ops::Range;
 
+use super::language::Values;
 use super::packet::{Decode, Event, Status, Window};
 use crate::model::Protocol;
 use crate::units::ServoId;
@@ -76,7 +77,7 @@ fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
 
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 /// With no servos it appends no packet.
-fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: &mut dyn Iterator<Item = (ServoId, u64)>) {
+fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: Values<'_>) {
     let mut values = values.peekable();
     if values.peek().is_none() {
         return;

@@ -15,6 +15,7 @@ mod table;
 
 use std::ops::Range;
 
+use super::language::Values;
 use super::packet::{Decode, Event, Status, Window};
 use crate::model::Protocol;
 use crate::units::ServoId;
@@ -68,7 +69,7 @@ fn write(out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u8, raw: u64) {
 /// Appends a sync write of the lowest `bytes` bytes (at most 8) of each servo's value, lowest first.
 ///
 /// If the servos exceed [`PACKET_BYTES_MAX`], they are spread over several packets; no servos give no packet.
-fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: &mut dyn Iterator<Item = (ServoId, u64)>) {
+fn sync_write(out: &mut Vec<u8>, address: u16, bytes: u8, values: Values<'_>) {
     let item_bytes = 1 + usize::from(bytes);
     let mut packet: Option<usize> = None;
     for (id, raw) in values {
