@@ -16,7 +16,7 @@ use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{ArmGeometry, Bending, Robot};
-use hippocamp::motion::horse::{Drive, HorsePlan, Rates, Walk};
+use hippocamp::motion::horse::{Drive, HorsePlan, Velocity, Walk};
 use hippocamp::motion::tentacle::key_angles::Between;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
@@ -42,7 +42,7 @@ fn trotting() -> (Robot, HorsePlan, Walk) {
     let horse = robot.motion.horse().unwrap().clone();
     let plan = HorseCapability::of(&robot, &horse).unwrap().plan(&horse, Command::default());
     let trot = horse.gaits.iter().position(|gait| gait.name == "trot").unwrap();
-    let walk = Walk::cruising(&plan, trot, Rates { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });
+    let walk = Walk::cruising(&plan, trot, Velocity { speed_m_s: 0.13, yaw_rate_rad_s: 0.0 });
     (robot, plan, walk)
 }
 

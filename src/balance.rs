@@ -54,14 +54,14 @@ impl Balance {
     /// planned speed.
     pub fn step(&mut self, dt_s: f64, speed_m_s: f64, state: &State, targets: &mut Targets) {
         let Some(settings) = self.settings else { return };
-        let planned_turn = targets.trunk_turn;
+        let planned_orientation = targets.trunk_orientation;
         let Some((feet, tips_in_body)) = targets.walking_tips_mut() else {
             self.share = 0.0;
             self.raised_m.fill(0.0);
             return;
         };
         let body = &state.body;
-        let (planned_rad, ..) = planned_turn.to_euler(EulerRot::ZYX);
+        let (planned_rad, ..) = planned_orientation.to_euler(EulerRot::ZYX);
         if self.share <= 0.0 {
             self.heading_rad = body.yaw_rad - planned_rad;
         }

@@ -9,11 +9,12 @@ use crate::model::Robot;
 use crate::motion::horse::Drive;
 use crate::motion::{Activity, Generator, Order, Plan};
 use crate::observe::{CycleRecord, Facts};
-use crate::reflex::{Charge, Reflex, Yielding};
+use crate::reflex::{Control, Reflex};
 use crate::safety::Safety;
 use crate::signals::{ImuReading, JointTargets, Permission, State, Status, Targets};
 use crate::standing::Sag;
 use crate::stopwatch::Stage;
+use crate::yielding::Yielding;
 
 /// The stages before and after the buses, and the data they hand to each other, sized once from the robot: after
 /// the first cycle, a cycle allocates nothing.
@@ -152,14 +153,14 @@ impl<'r> Controller<'r> {
         // A robot that releases its joints may sink as it likes: that is no fall.
         let is_letting_go = self.generator.is_letting_go();
         let doing = if is_letting_go { Activity::Done } else { self.generator.activity() };
-        let charge = self.reflex.step(dt_s, self.order, doing, &self.state, &mut self.targets);
-        if charge == Charge::GivenBack {
-            self.generator.begin_anew(&self.state);
+        let control = self.reflex.step(dt_s, self.order, doing, &self.state, &mut self.targets);
+        if control == Control::Returned {
+            self.generator.restart(&self.state);
         }
-        match charge {
-            Charge::Reflex => Lead::Reflex,
-            Charge::Operator | Charge::GivenBack if self.is_held => Lead::HeldGenerator,
-            Charge::Operator | Charge::GivenBack => Lead::Generator,
+        match control {
+            Control::Reflex => Lead::Reflex,
+            Control::Operator | Control::Returned if self.is_held => Lead::HeldGenerator,
+            Control::Operator | Control::Returned => Lead::Generator,
         }
     }
 
@@ -175,7 +176,7 @@ impl<'r> Controller<'r> {
                 stroke: generator.stroke(),
                 pose: generator.pose(),
                 speed_m_s: generator.speed_m_s(),
-                yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.rates().yaw_rate_rad_s),
+                yaw_rate_rad_s: drive.map_or(0.0, |drive| drive.velocity().yaw_rate_rad_s),
                 imu: self.imu,
                 is_held: self.is_held,
                 interventions: self.interventions,

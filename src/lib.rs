@@ -59,3 +59,4 @@ pub mod telemetry;
 pub mod trial;
 pub mod units;
 pub mod urdf;
+pub mod yielding;

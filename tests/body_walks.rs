@@ -95,7 +95,7 @@ fn run(
         let truth = cycle.record().facts.truth.unwrap();
         if matches!(cycle.record().facts.activity, Activity::Standing | Activity::Walking) {
             on_feet_s += dt_s;
-            let (yaw, pitch, roll) = truth.turn.to_euler(EulerRot::ZYX);
+            let (yaw, pitch, roll) = truth.orientation.to_euler(EulerRot::ZYX);
             seen.roll_max = seen.roll_max.max(roll.abs());
             seen.pitch_max = seen.pitch_max.max(pitch.abs());
             seen.last_off_m = truth.height_m - cycle.record().targets.trunk_in_world.z - sole_m;

@@ -222,7 +222,7 @@ fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
             .map(|leg| {
                 let chain = &robot.chains[leg];
                 let tip = robot.tip_in_body(chain, goals[chain.joints.clone()].iter().copied());
-                record.targets.trunk_in_world + record.targets.trunk_turn * tip
+                record.targets.trunk_in_world + record.targets.trunk_orientation * tip
             })
             .to_vec();
         let first = soles.get_or_insert_with(|| places.clone());

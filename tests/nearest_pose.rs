@@ -11,7 +11,7 @@ use hippocamp::config;
 use hippocamp::ik::{Method, Solver};
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{Chain, Robot};
-use hippocamp::motion::horse::{Rates, Walk};
+use hippocamp::motion::horse::{Velocity, Walk};
 use hippocamp::motion::{Command, posture_pull};
 use hippocamp::signals::Targets;
 use proptest::prelude::*;
@@ -209,7 +209,7 @@ fn no_joint_leaps_in_a_stride_of_any_gait() {
         let plan = capability.plan(&horse, Command::default());
         for (index, gait) in horse.gaits.iter().enumerate() {
             let speed_m_s = capability.top_speeds[index].by_reach_m_s;
-            let mut walk = Walk::cruising(&plan, index, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
+            let mut walk = Walk::cruising(&plan, index, Velocity { speed_m_s, yaw_rate_rad_s: 0.0 });
             let mut targets = Targets::new(&robot);
             // In this time the fastest foot goes some 15 mm of a leg of two metres.
             let dt_s = 5e-4;

@@ -74,8 +74,8 @@ fn bars_are_as_long_as_the_gaits_duty_factor_says_and_begin_by_its_lags() {
                 let name = format!("{file}: {} foot {foot}", gait.name);
                 assert!((share - gait.duty_factor).abs() <= tolerance, "{name}: {share}");
                 let after = (lift_s(foot, 8) - lift_s(0, 8)) / period_s;
-                let lag = (after - gait.lags[foot] + 0.5).rem_euclid(1.0) - 0.5;
-                assert!(lag.abs() <= tolerance, "{name}: lifts {lag} of a period off");
+                let phase_offset = (after - gait.phase_offsets[foot] + 0.5).rem_euclid(1.0) - 0.5;
+                assert!(phase_offset.abs() <= tolerance, "{name}: lifts {phase_offset} of a period off");
             }
         }
     }
@@ -115,7 +115,7 @@ fn the_stick_figures_feet_are_where_the_plan_has_them() {
         for foot in &frame.feet {
             let chain = &rig.robot.chains[foot.chain];
             let angles = frame.goal_rad[chain.joints.clone()].iter().copied();
-            let tip = frame.trunk_in_world + frame.trunk_turn * rig.robot.tip_in_body(chain, angles);
+            let tip = frame.trunk_in_world + frame.trunk_orientation * rig.robot.tip_in_body(chain, angles);
             let miss_m = tip.distance(foot.in_world);
             assert!(miss_m < 2e-4, "{}: {miss_m} m off at {} s", chain.name, frame.time_s);
         }

@@ -25,7 +25,7 @@ use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
 use hippocamp::run::run;
 use hippocamp::signals::Status;
-use hippocamp::signals::{Feedback, ImuReading, Permission, Question, ServoGoal, Told};
+use hippocamp::signals::{Feedback, ImuReading, Permission, Question, ServoAnswer, ServoGoal};
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report, Telemetry};
 use hw_sim::FaultScript;
@@ -363,10 +363,12 @@ impl Servos {
             self.slots[index] = match question {
                 _ if is_away || loss || is_with(restart) => Slot::Missing,
                 Some((of, Question::Alarms)) if is_with(Some(of)) => {
-                    Slot::Told(Told::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
+                    Slot::Answered(ServoAnswer::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
                 }
                 // None of them has started anew but those that were told to.
-                Some((of, Question::Torque)) if is_with(Some(of)) => Slot::Told(Told::Torque(true)),
+                Some((of, Question::Torque)) if is_with(Some(of)) => {
+                    Slot::Answered(ServoAnswer::Torque(true))
+                }
                 _ => Slot::Fresh(Feedback {
                     position: self.positions[index],
                     voltage_decivolt: 50,

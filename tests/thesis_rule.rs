@@ -73,7 +73,7 @@ fn walk_to_trot_adds_the_times_the_thesis_names() {
 
 #[test]
 fn a_change_of_speed_alone_adds_its_way_until_each_lift_off() {
-    // 3.4, 3.5: (V' - V) C on top of V' P / (1 - alpha); walk, T = 1 s, C = lag T.
+    // 3.4, 3.5: (V' - V) C on top of V' P / (1 - alpha); walk, T = 1 s, C = phase_offset T.
     let rule = change(("walk", 1.2), ("walk", 1.7), 0.0);
     let added_m = rule.legs().map(|leg| leg.stride_m - 1.7 * 1.0);
     assert_near(added_m, [0.0, 0.5 * 0.2, 0.5 * 0.5, 0.5 * 0.7], 1e-12);
@@ -157,7 +157,7 @@ fn no_foot_slips_or_jumps_and_the_new_gait_is_in_time_wherever_the_change_begins
                 let period_s = gait.period_s(0.3);
                 for leg in LEGS {
                     let after_s = rule.legs()[leg].lift_off_s() - rule.legs()[LH].lift_off_s();
-                    let error = (after_s / period_s - gait.lags[leg] + 0.5).rem_euclid(1.0) - 0.5;
+                    let error = (after_s / period_s - gait.phase_offsets[leg] + 0.5).rem_euclid(1.0) - 0.5;
                     assert!(error.abs() < 1e-9, "{name}: leg {leg} lifts {after_s} s after the left hind");
                     if !rule.legs()[leg].lifts_too_early() {
                         check_foot(&rule, leg, &name);

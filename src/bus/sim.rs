@@ -113,7 +113,7 @@ impl Ports for SimPorts {
     fn true_body(&self) -> Option<TrueBody> {
         self.world.body().map(|state| TrueBody {
             position_m: DVec3::from_array(state.position_m),
-            turn: DQuat::from_array(state.rotation),
+            orientation: DQuat::from_array(state.rotation),
             velocity_m_s: DVec3::from_array(state.velocity_m_s),
             height_m: state.height_m,
             trunk_contact_n: state.trunk_contact_n,

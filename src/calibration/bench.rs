@@ -70,7 +70,7 @@ impl<'b, P: Ports, H: Person> Bench<'b, P, H> {
                     }
                     self.unheard_s[index] = 0.0;
                 }
-                Slot::Told(_) | Slot::Corrupt | Slot::Missing => self.unheard_s[index] += dt_s,
+                Slot::Answered(_) | Slot::Corrupt | Slot::Missing => self.unheard_s[index] += dt_s,
             }
             if joint.servo.is_some() && self.unheard_s[index] > LOST_AFTER_S {
                 return Err(CalibrateError::lost(self.robot, index));

@@ -37,7 +37,7 @@
 //! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`clearance_mm` 5), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }), (`path` = { `points_mm`, `speed_mm_s` }) |
 //! | `[motion]` | `kind` = `"figure"`, `legs` = { `left`, `right` }, (`head` none), `stand_height_mm`, `sit_height_mm`, (`soft_stop_deg` 5), (`set_down_s` 5) |
 //! | `[[motion.pose]]` | of a figure: `name`, `time_s`, (`height_mm` standing), (`pitch_deg` 0), (`roll_deg` 0), (`sway_mm` 0), (`turn` = [{ `joint`, `angle_deg` }] as in the pose `stand`) |
-//! | `[[motion.gait]]` | `name`, `duty_factor`, and `lags` or `fore_hind_lag` with `left_right_lag`, (`bob_mm` 0), (`bobs_per_stride` 2), (`bob_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
+//! | `[[motion.gait]]` | `name`, `duty_factor`, and `phase_offsets` or `fore_hind_phase_offset` with `left_right_phase_offset`, (`vertical_oscillation_mm` 0), (`vertical_oscillations_per_stride` 2), (`vertical_oscillation_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
 
 mod arms;
 mod balance;

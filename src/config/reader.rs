@@ -59,6 +59,16 @@ impl File {
     }
 }
 
+/// Keys that had another name once, which files may still use; and their name of today.
+const OLD_KEYS: [(&str, &str); 6] = [
+    ("bob_mm", "vertical_oscillation_mm"),
+    ("bobs_per_stride", "vertical_oscillations_per_stride"),
+    ("bob_highest_at", "vertical_oscillation_highest_at"),
+    ("lags", "phase_offsets"),
+    ("fore_hind_lag", "fore_hind_phase_offset"),
+    ("left_right_lag", "left_right_phase_offset"),
+];
+
 /// One table of the file while it is read.
 pub(super) struct Section<'a> {
     file: &'a File,
@@ -105,8 +115,14 @@ impl<'a> Section<'a> {
     }
 
     /// Full path of a key of this section, or of one nested deeper, such as `joint[2].link_mm`.
+    /// A key goes by the name that the file uses, which may be an old one.
     fn path(&self, key: &str) -> String {
-        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+        let end = key.find(['.', '[']).unwrap_or(key.len());
+        let has = |name: &str| self.entries.is_some_and(|entries| entries.contains_key(name));
+        let older = OLD_KEYS.iter().find(|(old, now)| *now == &key[..end] && has(old) && !has(now));
+        let name = older.map_or(&key[..end], |(old, _)| *old);
+        let dot = if self.path.is_empty() { "" } else { "." };
+        format!("{}{dot}{name}{}", self.path, &key[end..])
     }
 
     /// Notes a fault at a key of this section, or at one nested deeper.
@@ -141,11 +157,28 @@ impl<'a> Section<'a> {
     }
 
     fn optional(&self, key: &'static str) -> Option<&'a DeValue<'a>> {
+        self.know(key);
+        let found = self.entries?.get(key);
+        let older = OLD_KEYS.iter().filter(|(_, now)| *now == key).find_map(|(old, _)| {
+            let found = self.entries?.get(*old)?;
+            self.know(old);
+            Some((*old, found))
+        });
+        match (found, older) {
+            (Some(found), Some((old, _))) => {
+                self.fault(old, format!("no such key beside {key}, its name of today"));
+                Some(found)
+            }
+            (found, older) => found.or(older.map(|(_, found)| found)),
+        }
+        .map(Spanned::get_ref)
+    }
+
+    fn know(&self, key: &'static str) {
         let mut known = self.known.borrow_mut();
         if !known.contains(&key) {
             known.push(key);
         }
-        self.entries?.get(key).map(Spanned::get_ref)
     }
 
     fn required(&self, key: &'static str, expected: &str) -> Option<&'a DeValue<'a>> {

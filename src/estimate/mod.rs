@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use crate::counts;
 use crate::model::Robot;
-use crate::signals::{BodyEstimate, ImuReading, JointState, Slot, State, Told};
+use crate::signals::{BodyEstimate, ImuReading, JointState, ServoAnswer, Slot, State};
 pub use legs::Legs;
 use plausible::Filter;
 
@@ -48,10 +48,12 @@ impl Estimator {
                         if servo.model.registers.tells_alarms { measured.alarms } else { told };
                     *known = JointState { alarm_causes, ..measured };
                 }
-                (Slot::Told(told), Some(servo)) => match *told {
-                    Told::Torque(has_torque) => known.has_torque = Some(has_torque),
-                    Told::Alarms(causes) => known.alarm_causes = causes,
-                    Told::Goal(counts) => known.held_goal_rad = Some(servo.angle_of(f64::from(counts))),
+                (Slot::Answered(told), Some(servo)) => match *told {
+                    ServoAnswer::Torque(has_torque) => known.has_torque = Some(has_torque),
+                    ServoAnswer::Alarms(causes) => known.alarm_causes = causes,
+                    ServoAnswer::Goal(counts) => {
+                        known.held_goal_rad = Some(servo.angle_of(f64::from(counts)))
+                    }
                 },
                 _ => known.is_damaged |= *slot == Slot::Corrupt,
             }

@@ -33,14 +33,14 @@ struct Limb {
 /// An arm's solver, which follows its own last solution, and the transition from one motion to the next.
 #[derive(Debug, Clone)]
 struct Arm {
-    solver: Bender,
+    solver: ArmSolverKind,
     solved_rad: Vec<f64>,
     hand_over: HandOver,
 }
 
 /// The solver of the arm's kind.
 #[derive(Debug, Clone)]
-enum Bender {
+enum ArmSolverKind {
     Hinges(ArmSolver),
     Tendons(SectionSolver),
 }
@@ -108,10 +108,11 @@ impl Limbs {
                     }
                 }
             }
-            Wanted::Soles { tips_in_body, sole_turns, feet, pose_rad } => {
+            Wanted::Soles { tips_in_body, sole_orientations, feet, pose_rad } => {
                 let target = |chain: usize| {
                     let has_foot = feet.iter().any(|foot| foot.chain == chain);
-                    has_foot.then(|| SoleTarget { place: tips_in_body[chain], turn: sole_turns[chain] })
+                    has_foot
+                        .then(|| SoleTarget { place: tips_in_body[chain], turn: sole_orientations[chain] })
                 };
                 self.solve_soles(target, pose_rad, joints);
             }
@@ -188,10 +189,10 @@ impl Arm {
     fn of(robot: &Robot, chain: &Chain, bending: Bending) -> Option<Arm> {
         let joints = robot.joints_of(chain);
         let solver = match &chain.tendons {
-            Some(drive) => Bender::Tendons(SectionSolver::new(drive, chain)),
+            Some(drive) => ArmSolverKind::Tendons(SectionSolver::new(drive, chain)),
             None => {
                 let geometry = ArmGeometry::of(chain, joints).ok()?;
-                Bender::Hinges(ArmSolver::new(&geometry, chain, joints, bending, robot.period_s()))
+                ArmSolverKind::Hinges(ArmSolver::new(&geometry, chain, joints, bending, robot.period_s()))
             }
         };
         Some(Arm {
@@ -214,8 +215,8 @@ impl Arm {
             self.solved_rad.copy_from_slice(angles);
         }
         let solution = match &mut self.solver {
-            Bender::Hinges(solver) => solver.solve(target, is_new, &mut self.solved_rad),
-            Bender::Tendons(solver) => solver.solve(target, is_new, &mut self.solved_rad),
+            ArmSolverKind::Hinges(solver) => solver.solve(target, is_new, &mut self.solved_rad),
+            ArmSolverKind::Tendons(solver) => solver.solve(target, is_new, &mut self.solved_rad),
         };
         if solution.residual_m.is_finite() {
             angles.copy_from_slice(&self.solved_rad);

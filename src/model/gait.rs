@@ -2,26 +2,26 @@
 
 use std::f64::consts::TAU;
 
-use super::{Bob, Gait};
+use super::{Gait, VerticalOscillation};
 
 impl Gait {
-    /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the lags of 3.3, and our own in
+    /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the phase_offsets of 3.3, and our own in
     /// addition.
     ///
     /// `walk-steady` has a longer stance, which keeps a robot inside the triangle of its standing feet. The thesis'
     /// canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the mirror image.
-    /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two lags give it: here it is the gallop with
+    /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two phase_offsets give it: here it is the gallop with
     /// its fore feet exchanged, so that beats and flight stay the same; its fore feet lead on the other side.
     ///
     /// Walk, trot, canter and gallop are chosen by speed: trot above the Froude number 0.35 (horse-like
     /// walkers change near it), canter above 2.5 (Alexander and Jayes 1983: trot to gallop at 2 to 3), gallop
     /// above 9 (the fastest canter of the thesis' table, 40 km/h, at 1.4 m).
     pub fn built_in() -> Vec<Gait> {
-        let of_thesis = |name: &str, duty_factor, fore_hind_lag, left_right_lag| Gait {
+        let of_thesis = |name: &str, duty_factor, fore_hind_phase_offset, left_right_phase_offset| Gait {
             name: name.to_owned(),
             duty_factor,
-            lags: Gait::lags_of_thesis(fore_hind_lag, left_right_lag),
-            bob: Bob::NONE,
+            phase_offsets: Gait::phase_offsets_of_thesis(fore_hind_phase_offset, left_right_phase_offset),
+            vertical_oscillation: VerticalOscillation::NONE,
             auto_froude_max: match name {
                 "walk" => Some(0.35),
                 "trot" => Some(2.5),
@@ -32,10 +32,10 @@ impl Gait {
         };
         let canter = of_thesis("canter", 0.30, 0.20, 0.20);
         let gallop = of_thesis("gallop", 0.25, 0.35, 0.20);
-        let [lh, lf, rh, rf] = gallop.lags;
+        let [lh, lf, rh, rf] = gallop.phase_offsets;
         let rotary = Gait {
             name: "rotary-gallop".to_owned(),
-            lags: [lh, rf, rh, lf],
+            phase_offsets: [lh, rf, rh, lf],
             auto_froude_max: None,
             ..gallop.clone()
         };
@@ -54,15 +54,20 @@ impl Gait {
 
     /// The mirror image, left for right, with phases counted from its own left hind's lift-off.
     fn mirrored(&self, name: &str) -> Gait {
-        let [lh, lf, rh, rf] = self.lags;
-        let lags = [rh, rf, lh, lf].map(|lag| share_of_period(lag - rh));
-        Gait { name: name.to_owned(), lags, auto_froude_max: None, ..self.clone() }
+        let [lh, lf, rh, rf] = self.phase_offsets;
+        let phase_offsets = [rh, rf, lh, lf].map(|phase_offset| share_of_period(phase_offset - rh));
+        Gait { name: name.to_owned(), phase_offsets, auto_froude_max: None, ..self.clone() }
     }
 
-    /// Lift-off of each leg as shares of the period, from the thesis' two lags: D1 of the fore foot after the hind
+    /// Lift-off of each leg as shares of the period, from the thesis' two phase_offsets: D1 of the fore foot after the hind
     /// foot of its side, D2 of the right feet after the left ones. LH 0, LF D1, RH D2, RF D1 + D2, modulo 1.
-    pub fn lags_of_thesis(fore_hind_lag: f64, left_right_lag: f64) -> [f64; 4] {
-        [0.0, fore_hind_lag, left_right_lag, share_of_period(fore_hind_lag + left_right_lag)]
+    pub fn phase_offsets_of_thesis(fore_hind_phase_offset: f64, left_right_phase_offset: f64) -> [f64; 4] {
+        [
+            0.0,
+            fore_hind_phase_offset,
+            left_right_phase_offset,
+            share_of_period(fore_hind_phase_offset + left_right_phase_offset),
+        ]
     }
 
     /// Period T = P / (1 - alpha), s, for the swing time P (thesis 3.2).
@@ -82,13 +87,13 @@ impl Gait {
 
     /// True if `leg` is in swing at the clock's `phase` (periods since the left hind's lift-off).
     pub fn is_swing(&self, leg: usize, phase: f64) -> bool {
-        (phase - self.lags[leg]).rem_euclid(1.0) < 1.0 - self.duty_factor
+        (phase - self.phase_offsets[leg]).rem_euclid(1.0) < 1.0 - self.duty_factor
     }
 }
 
-impl Bob {
-    /// No bob: the trunk stays at its height.
-    pub const NONE: Bob = Bob { rise_m: 0.0, per_stride: 0, highest_at: 0.0 };
+impl VerticalOscillation {
+    /// No vertical_oscillation: the trunk stays at its height.
+    pub const NONE: VerticalOscillation = VerticalOscillation { rise_m: 0.0, per_stride: 0, highest_at: 0.0 };
 
     /// Height above the mean at the clock's `phase`, m.
     pub fn height_m(&self, phase: f64) -> f64 {
@@ -130,7 +135,7 @@ mod tests {
 
     /// Beats of a gait from the lift-off of `first` on: groups of legs that lift together, in order.
     fn beats(gait: &Gait, first: usize) -> Vec<Vec<usize>> {
-        let since_first = |leg: usize| share_of_period(gait.lags[leg] - gait.lags[first]);
+        let since_first = |leg: usize| share_of_period(gait.phase_offsets[leg] - gait.phase_offsets[first]);
         let mut order: Vec<usize> = (0..4).collect();
         order.sort_by(|&a, &b| since_first(a).total_cmp(&since_first(b)));
         let mut beats: Vec<Vec<usize>> = Vec::new();
@@ -188,7 +193,7 @@ mod tests {
         for name in ["canter", "gallop", "rotary-gallop"] {
             let (gait, other) = (built_in(name), built_in(&format!("{name}-left")));
             // Both gaits begin with a hind foot: the other's right hind lifts when this gait's left hind does.
-            let later = other.lags[RH] - gait.lags[LH];
+            let later = other.phase_offsets[RH] - gait.phase_offsets[LH];
             for (leg, mirrored) in [(LH, RH), (LF, RF), (RH, LH), (RF, LF)] {
                 for phase in phases() {
                     assert_eq!(
@@ -200,10 +205,13 @@ mod tests {
             }
         }
         // In the thesis' terms the other lead is D2 -> 1 - D2 (3.3).
-        for (name, fore_hind_lag, left_right_lag) in [("canter-left", 0.2, 0.8), ("gallop-left", 0.35, 0.8)] {
-            let lags = Gait::lags_of_thesis(fore_hind_lag, left_right_lag);
-            for (lag, expected) in built_in(name).lags.iter().zip(lags) {
-                assert!((lag - expected).abs() < 1e-9, "{name}: {lag}, not {expected}");
+        for (name, fore_hind_phase_offset, left_right_phase_offset) in
+            [("canter-left", 0.2, 0.8), ("gallop-left", 0.35, 0.8)]
+        {
+            let phase_offsets =
+                Gait::phase_offsets_of_thesis(fore_hind_phase_offset, left_right_phase_offset);
+            for (phase_offset, expected) in built_in(name).phase_offsets.iter().zip(phase_offsets) {
+                assert!((phase_offset - expected).abs() < 1e-9, "{name}: {phase_offset}, not {expected}");
             }
         }
     }

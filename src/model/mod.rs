@@ -259,10 +259,10 @@ pub struct Gait {
     pub name: String,
     /// Duty factor: share of the period that a foot is in stance, 0 < d < 1 (thesis: alpha).
     pub duty_factor: f64,
-    /// Phase offset of each leg's lift-off as a share of the period, 0 <= lag < 1, in the order of [`LEG_NAMES`].
-    pub lags: [f64; 4],
+    /// Phase offset of each leg's lift-off as a share of the period, 0 <= phase_offset < 1, in the order of [`LEG_NAMES`].
+    pub phase_offsets: [f64; 4],
     /// How the trunk rises and falls in this gait.
-    pub bob: Bob,
+    pub vertical_oscillation: VerticalOscillation,
     /// Froude number V^2 / (g h), h the standing height, above which a horse that chooses its gait by speed
     /// takes the next faster gait. `None` for a gait that is used only by name.
     pub auto_froude_max: Option<f64>,
@@ -270,7 +270,7 @@ pub struct Gait {
 
 /// How the trunk rises and falls about its mean height: a cosine over the stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bob {
+pub struct VerticalOscillation {
     /// Height from lowest to highest point, m.
     pub rise_m: f64,
     /// Cycles per stride.

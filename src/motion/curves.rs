@@ -42,9 +42,9 @@ impl SwingCurve {
         }
     }
 
-    /// Largest speed of a foot in a swing of `way_m`, m/s.
-    pub fn fastest_m_s(&self, way_m: f64) -> f64 {
-        way_m / ((1.0 - self.ramp_share) * self.time_s)
+    /// Largest speed of a foot in a swing of `distance_m`, m/s.
+    pub fn fastest_m_s(&self, distance_m: f64) -> f64 {
+        distance_m / ((1.0 - self.ramp_share) * self.time_s)
     }
 
     /// Height above the ground at the share `u` of the time, m: lift sin^2(pi u).
@@ -53,9 +53,9 @@ impl SwingCurve {
         self.lift_m * sine * sine
     }
 
-    /// An upper bound on the acceleration of a foot in a swing of `way_m`, m/s^2.
-    pub fn acceleration_max_m_s2(&self, way_m: f64) -> f64 {
-        let along = way_m / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
+    /// An upper bound on the acceleration of a foot in a swing of `distance_m`, m/s^2.
+    pub fn acceleration_max_m_s2(&self, distance_m: f64) -> f64 {
+        let along = distance_m / ((1.0 - self.ramp_share) * self.ramp_share * self.time_s * self.time_s);
         let up = self.lift_m * 0.5 * (TAU / self.time_s) * (TAU / self.time_s);
         along.hypot(up)
     }
@@ -67,12 +67,12 @@ impl SwingCurve {
         0.5 * speed_m_s * self.catch_up_s(speed_m_s * period_s, speed_m_s)
     }
 
-    /// Time from lift-off until the foot, in a swing of `way_m`, is as fast as a trunk at `speed_m_s`, s; the
+    /// Time from lift-off until the foot, in a swing of `distance_m`, is as fast as a trunk at `speed_m_s`, s; the
     /// time from when it is slower again until it lands is the same. At most the ramp's time; 0 if the foot
     /// goes the other way.
-    pub fn catch_up_s(&self, way_m: f64, speed_m_s: f64) -> f64 {
+    pub fn catch_up_s(&self, distance_m: f64, speed_m_s: f64) -> f64 {
         let ramp_s = self.ramp_share * self.time_s;
-        let acceleration = way_m / ((1.0 - self.ramp_share) * ramp_s * self.time_s);
+        let acceleration = distance_m / ((1.0 - self.ramp_share) * ramp_s * self.time_s);
         if acceleration * speed_m_s <= 0.0 { 0.0 } else { (speed_m_s / acceleration).min(ramp_s) }
     }
 }

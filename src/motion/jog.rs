@@ -1,7 +1,7 @@
 //! One joint turns slowly to an angle, stays there for a moment and is let go; all others stay limp.
 
 use super::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step};
-use super::ends::Ends;
+use super::torque_phase::TorquePhase;
 use super::{Activity, Generate, Order};
 use crate::model::Robot;
 use crate::signals::{Permission, State, Targets};
@@ -16,10 +16,10 @@ const TURN_MIN_S: f64 = 0.5;
 ///            |          |       |       ^
 ///            +----------+-------+-------+   any order to stop, or permission Stop
 /// ```
-/// The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion.
+/// The [`TorquePhase`] (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Ends(Ends),
+    Torque(TorquePhase),
     Turn { from: f64, duration: f64 },
     Hold { from: f64 },
 }
@@ -50,7 +50,7 @@ impl Jog {
         Jog {
             joint,
             goal_rad: if goal_rad.is_finite() { goal_rad.clamp(low, high) } else { of.middle_rad() },
-            phase: Phase::Ends(Ends::Limp),
+            phase: Phase::Torque(TorquePhase::Limp),
             hold_s,
             now_s: 0.0,
             start_pose_rad: vec![0.0; robot.joints.len()],
@@ -74,12 +74,12 @@ impl Jog {
         let now = self.now_s;
         let must_end = order.is_stop() || state.permission == Permission::Stop;
         self.phase = match self.phase {
-            Phase::Ends(Ends::TorqueUp { from }) if must_end => {
+            Phase::Torque(TorquePhase::TorqueUp { from }) if must_end => {
                 self.let_go(((now - from) / self.torque_ramp_s).min(1.0), state)
             }
-            Phase::Ends(end) => {
+            Phase::Torque(end) => {
                 match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
-                    Some(end) => Phase::Ends(end),
+                    Some(end) => Phase::Torque(end),
                     None => Phase::Turn { from: now, duration: self.turn_duration_s() },
                 }
             }
@@ -92,7 +92,7 @@ impl Jog {
 
     fn let_go(&mut self, share: f64, state: &State) -> Phase {
         self.measured_rad = Some(state.joints[self.joint].position_rad);
-        Phase::Ends(Ends::let_go(self.now_s, share, state, &mut self.start_pose_rad))
+        Phase::Torque(TorquePhase::let_go(self.now_s, share, state, &mut self.start_pose_rad))
     }
 
     /// Duration of the turn at no more than the slow rate, s.
@@ -103,15 +103,15 @@ impl Jog {
 
     fn write_targets(&self, targets: &mut Targets) {
         targets.torque_share = match self.phase {
-            Phase::Ends(end) => end.torque_share(self.now_s, self.torque_ramp_s),
+            Phase::Torque(end) => end.torque_share(self.now_s, self.torque_ramp_s),
             Phase::Turn { .. } | Phase::Hold { .. } => 1.0,
         };
         let share = match self.phase {
-            Phase::Ends(end) if end.is_limp() => {
+            Phase::Torque(end) if end.is_limp() => {
                 targets.set_limp();
                 return;
             }
-            Phase::Ends(_) => 0.0,
+            Phase::Torque(_) => 0.0,
             Phase::Turn { from, duration } => smooth_step((self.now_s - from) / duration),
             Phase::Hold { .. } => 1.0,
         };
@@ -134,13 +134,13 @@ impl Generate for Jog {
 
     fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Ends(end) => end.activity(Activity::Jogging),
+            Phase::Torque(end) => end.activity(Activity::Jogging),
             Phase::Turn { .. } | Phase::Hold { .. } => Activity::Jogging,
         }
     }
 
     /// A single joint that has lost its torque stays where it is.
-    fn begin_anew(&mut self, _state: &State) {}
+    fn restart(&mut self, _state: &State) {}
 
     fn jog(&self) -> Option<&Jog> {
         Some(self)

@@ -5,8 +5,8 @@ use std::fmt;
 use glam::{DQuat, EulerRot};
 
 use super::curves::smooth_step;
-use super::ends::Ends;
 use super::horse::Drive;
+use super::torque_phase::TorquePhase;
 use super::{Activity, Generate, Order, pose_change, posture_pull};
 use crate::model::{Robot, StopAction};
 use crate::signals::{Permission, State, Targets};
@@ -20,7 +20,7 @@ pub(super) const STAND_S: f64 = 0.3;
 const HEARD_S: f64 = 1.0;
 
 /// A motion of a robot on its feet.
-pub trait OnFeet: fmt::Debug + Send {
+pub trait LeggedMotion: fmt::Debug + Send {
     /// The operator's command for this motion.
     type Command: Copy;
 
@@ -32,7 +32,7 @@ pub trait OnFeet: fmt::Debug + Send {
     fn step(&mut self, dt_s: f64, state: &State, command: Option<Self::Command>);
 
     /// Resets to the stand in which the robot rises, as if it had not moved yet.
-    fn stand_anew(&mut self);
+    fn reset_to_stand(&mut self);
 
     /// True once the robot stands as it stood up and will stay so.
     fn is_standing(&self) -> bool;
@@ -83,12 +83,12 @@ pub trait OnFeet: fmt::Debug + Send {
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
 /// After a fall it restarts with `Gather`. `Gather` and `Fold` go to the sitting pose joint by joint; the
-/// feet carry the robot from `Rise` to `Sink`. The [`OnFeet`] decides the motion on its feet. The [`Ends`]
+/// feet carry the robot from `Rise` to `Sink`. The [`LeggedMotion`] decides the motion on its feet. The [`TorquePhase`]
 /// (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action `hold` the robot
 /// stays as it is instead of sinking or folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Ends(Ends),
+    Torque(TorquePhase),
     Gather { from: f64, duration: f64 },
     Rise { from: f64 },
     OnFeet { from: f64, is_ending: bool, standing_since: Option<f64> },
@@ -118,14 +118,14 @@ pub struct LeggedGenerator<D> {
     heard_for_s: f64,
 }
 
-impl<D: OnFeet> LeggedGenerator<D> {
+impl<D: LeggedMotion> LeggedGenerator<D> {
     /// A limp robot that, once ordered, carries out the plan of `drive` for `move_for_s`.
     pub fn new(robot: &Robot, drive: D, move_for_s: f64) -> LeggedGenerator<D> {
         LeggedGenerator {
             drive,
             start_pose_rad: vec![0.0; robot.joints.len()],
             start_turns: (DQuat::IDENTITY, DQuat::IDENTITY),
-            phase: Phase::Ends(Ends::Limp),
+            phase: Phase::Torque(TorquePhase::Limp),
             now_s: 0.0,
             move_for_s,
             torque_ramp_s: robot.safety.torque_ramp_s,
@@ -151,16 +151,16 @@ impl<D: OnFeet> LeggedGenerator<D> {
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
         let must_end = wants_stop || must_fold;
         // A fold that has begun must not restart.
-        if must_fold && !matches!(self.phase, Phase::Ends(_) | Phase::Fold { .. } | Phase::Held) {
+        if must_fold && !matches!(self.phase, Phase::Torque(_) | Phase::Fold { .. } | Phase::Held) {
             self.phase = self.fold(state);
             return;
         }
         let phase = self.phase;
         self.phase = match phase {
-            Phase::Ends(Ends::TorqueUp { .. }) if must_end => self.fold(state),
-            Phase::Ends(end) => {
+            Phase::Torque(TorquePhase::TorqueUp { .. }) if must_end => self.fold(state),
+            Phase::Torque(end) => {
                 match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
-                    Some(end) => Phase::Ends(end),
+                    Some(end) => Phase::Torque(end),
                     None => Phase::Gather { from: now, duration: self.gather_duration_s() },
                 }
             }
@@ -180,7 +180,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
     }
 
     fn let_go(&mut self, state: &State) -> Phase {
-        Phase::Ends(Ends::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
+        Phase::Torque(TorquePhase::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
     }
 
     fn stop_from_stand(&mut self, state: &State) -> Phase {
@@ -208,13 +208,13 @@ impl<D: OnFeet> LeggedGenerator<D> {
     fn write_targets(&mut self, targets: &mut Targets) {
         let now = self.now_s;
         targets.torque_share = match self.phase {
-            Phase::Ends(end) => end.torque_share(now, self.torque_ramp_s),
+            Phase::Torque(end) => end.torque_share(now, self.torque_ramp_s),
             _ => 1.0,
         };
         let (sit_m, stand_m) = self.drive.heights_m();
         match self.phase {
-            Phase::Ends(end) if end.is_limp() => targets.set_limp(),
-            Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
+            Phase::Torque(end) if end.is_limp() => targets.set_limp(),
+            Phase::Torque(_) | Phase::Held => self.write_pose(0.0, targets),
             Phase::Gather { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);
             }
@@ -223,7 +223,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
                 self.write_pose(share, targets);
                 // A trunk that leant is level once its joints are in the sitting pose.
                 let (leaning, level) = self.start_turns;
-                targets.trunk_turn = leaning.slerp(level, share);
+                targets.trunk_orientation = leaning.slerp(level, share);
             }
             Phase::Rise { from } => {
                 self.drive.write(sit_m + (stand_m - sit_m) * smooth_step((now - from) / RISE_S), targets);
@@ -241,7 +241,7 @@ impl<D: OnFeet> LeggedGenerator<D> {
     }
 }
 
-impl<D: OnFeet> Generate for LeggedGenerator<D> {
+impl<D: LeggedMotion> Generate for LeggedGenerator<D> {
     fn step(&mut self, dt_s: f64, state: &State, order: Order, targets: &mut Targets) {
         if state.permission == Permission::Hold {
             return;
@@ -249,8 +249,8 @@ impl<D: OnFeet> Generate for LeggedGenerator<D> {
         self.now_s += dt_s;
         targets.posture_pull = posture_pull(dt_s);
         if !matches!(self.phase, Phase::Fold { .. }) {
-            let (yaw_rad, ..) = targets.trunk_turn.to_euler(EulerRot::ZYX);
-            self.start_turns = (targets.trunk_turn, DQuat::from_rotation_z(yaw_rad));
+            let (yaw_rad, ..) = targets.trunk_orientation.to_euler(EulerRot::ZYX);
+            self.start_turns = (targets.trunk_orientation, DQuat::from_rotation_z(yaw_rad));
         }
         self.change_phase(state, order);
         self.slow_down_unheard(dt_s, state);
@@ -264,15 +264,15 @@ impl<D: OnFeet> Generate for LeggedGenerator<D> {
         self.write_targets(targets);
     }
 
-    fn begin_anew(&mut self, state: &State) {
-        self.drive.stand_anew();
+    fn restart(&mut self, state: &State) {
+        self.drive.reset_to_stand();
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }
 
     fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Ends(end) => end.activity(Activity::Rising),
+            Phase::Torque(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
             Phase::OnFeet { is_ending: true, .. } | Phase::Sink { .. } | Phase::Fold { .. } => {
                 Activity::Stopping
@@ -283,7 +283,7 @@ impl<D: OnFeet> Generate for LeggedGenerator<D> {
     }
 
     fn is_letting_go(&self) -> bool {
-        matches!(self.phase, Phase::Ends(Ends::LetGo { .. } | Ends::Done))
+        matches!(self.phase, Phase::Torque(TorquePhase::LetGo { .. } | TorquePhase::Done))
     }
 
     fn speed_m_s(&self) -> f64 {

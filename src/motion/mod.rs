@@ -4,13 +4,13 @@
 //! [`Targets`]. It knows nothing about servos, and stands still while safety holds the robot.
 
 pub mod curves;
-mod ends;
 pub mod figure;
 pub mod horse;
 mod jog;
 pub mod legged;
 mod pose_change;
 pub mod tentacle;
+mod torque_phase;
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -103,7 +103,7 @@ pub trait Generate: fmt::Debug + Send {
 
     /// Restarts from the last goals with torque on, like a robot that has just been given torque; it forgets
     /// its earlier motion.
-    fn begin_anew(&mut self, state: &State);
+    fn restart(&mut self, state: &State);
 
     /// The robot's activity.
     fn activity(&self) -> Activity;

@@ -55,7 +55,7 @@ pub struct Frame {
     /// Position of the trunk over the ground, m.
     pub trunk_in_world: DVec3,
     /// Rotation of the trunk, from the body frame to the world frame.
-    pub trunk_turn: DQuat,
+    pub trunk_orientation: DQuat,
     /// Planned state of the feet.
     pub feet: Vec<FootTarget>,
     /// Goal of each joint, after safety, rad.
@@ -298,7 +298,7 @@ impl Frame {
             is_changing: facts.is_changing_gait,
             speed_m_s: facts.speed_m_s,
             trunk_in_world: record.targets.trunk_in_world,
-            trunk_turn: record.targets.trunk_turn,
+            trunk_orientation: record.targets.trunk_orientation,
             feet: record.targets.feet().to_vec(),
             goal_rad: record.state.goal_rad.clone(),
             interventions: facts.interventions,

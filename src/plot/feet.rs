@@ -76,7 +76,7 @@ fn traces(course: &Course<'_>) -> Vec<Trace> {
         let mark = |frame: usize| {
             let frame = &course.frames[frame];
             let foot = frame.feet.get(index)?;
-            let in_body = frame.trunk_turn.inverse() * (foot.in_world - frame.trunk_in_world);
+            let in_body = frame.trunk_orientation.inverse() * (foot.in_world - frame.trunk_in_world);
             let forward_m = in_body.x - chain.root_m.x;
             Some(Mark { time_s: frame.time_s, forward_m, is_swing: foot.is_swing })
         };

@@ -123,8 +123,8 @@ pub(super) struct Limb {
 fn figure(course: &Course<'_>, frame: &Frame, view: View) -> Figure {
     let robot = course.subject.robot;
     // Seen along the trunk's side, whatever its heading.
-    let forward = frame.trunk_turn * DVec3::X;
-    let facing = DQuat::from_rotation_z(-forward.y.atan2(forward.x)) * frame.trunk_turn;
+    let forward = frame.trunk_orientation * DVec3::X;
+    let facing = DQuat::from_rotation_z(-forward.y.atan2(forward.x)) * frame.trunk_orientation;
     let seen = |in_body: DVec3| {
         let place = facing * in_body + DVec3::Z * frame.trunk_in_world.z;
         match view {

@@ -78,9 +78,9 @@ impl Sample {
     /// While nothing is planned, its lowest part lies on the ground.
     pub fn trunk_in_world(&self, robot: &Robot) -> (DVec3, DQuat) {
         if let Some(truth) = &self.facts.truth {
-            return (truth.position_m, truth.turn);
+            return (truth.position_m, truth.orientation);
         }
-        (self.planned_trunk_in_world(robot), self.targets.trunk_turn)
+        (self.planned_trunk_in_world(robot), self.targets.trunk_orientation)
     }
 
     fn planned_trunk_in_world(&self, robot: &Robot) -> DVec3 {

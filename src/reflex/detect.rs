@@ -31,7 +31,7 @@ pub(super) fn share(detector: &Detector, body: &BodyEstimate, targets: &Targets)
             };
             match targets.aim() {
                 Aim::Tips | Aim::Soles | Aim::Pose => {
-                    let (_, pitch_rad, roll_rad) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+                    let (_, pitch_rad, roll_rad) = targets.trunk_orientation.to_euler(EulerRot::ZYX);
                     off(0.0, 0.0).min(off(roll_rad, pitch_rad))
                 }
                 _ => off(0.0, 0.0),

@@ -1,7 +1,7 @@
 //! The robot's reaction to a fall: the stage between the operator's motion and inverse kinematics.
 //!
 //! Input: orientation and motion of the trunk, the joints, and the operator's order. Output: who is in
-//! charge, and in a fall [`Targets`] that replace the generator's. The four kinds of motion of a paper on
+//! control, and in a fall [`Targets`] that replace the generator's. The four kinds of motion of a paper on
 //! falling human figures are its states (section 2); docs/falls.md draws them:
 //!
 //! ```text
@@ -27,13 +27,11 @@ mod detect;
 mod report;
 #[cfg(test)]
 mod tests;
-mod yielding;
 
 use crate::model::{FallDirection, GetUp, KeyPose, Lying, ReflexMode, ReflexSettings, Robot};
 use crate::motion::{Activity, Order};
 use crate::signals::{Permission, State, Targets};
 pub use report::{FallOutcome, ReflexReport};
-pub use yielding::Yielding;
 
 /// A push begins at this share of a certain fall, and ends after `CALM_S` (s) below `CALM_SHARE`.
 const PUSHED_SHARE: f64 = 0.5;
@@ -51,13 +49,13 @@ const AHEAD_SHARE: f64 = 0.85;
 
 /// The stage that makes the targets of this cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Charge {
+pub enum Control {
     /// The generator.
     Operator,
     /// The reflex: it has written the targets, and the generator stands still.
     Reflex,
     /// The generator again, from the last goals, with torque on and the robot ready to rise.
-    GivenBack,
+    Returned,
 }
 
 /// The robot's phase between standing and down. `since_s` is the time in this phase.
@@ -83,7 +81,7 @@ enum Phase {
     Limp,
 }
 
-/// Watches the trunk, and is in charge during a fall.
+/// Watches the trunk, and is in control during a fall.
 #[derive(Debug, Clone)]
 pub struct Reflex<'r> {
     settings: Option<&'r ReflexSettings>,
@@ -118,7 +116,7 @@ impl<'r> Reflex<'r> {
     }
 
     /// Checks the robot `dt_s` after the last call, while the operator's motion does `activity` and has the
-    /// order `order`, and writes the targets if the reflex is in charge.
+    /// order `order`, and writes the targets if the reflex is in control.
     pub fn step(
         &mut self,
         dt_s: f64,
@@ -126,8 +124,8 @@ impl<'r> Reflex<'r> {
         activity: Activity,
         state: &State,
         targets: &mut Targets,
-    ) -> Charge {
-        let Some(settings) = self.settings else { return Charge::Operator };
+    ) -> Control {
+        let Some(settings) = self.settings else { return Control::Operator };
         self.is_armed = match activity {
             Activity::Standing | Activity::Walking => true,
             Activity::Limp | Activity::Done | Activity::Rising | Activity::Jogging => false,
@@ -138,12 +136,12 @@ impl<'r> Reflex<'r> {
         self.phase = self.next(dt_s, must_end, state, settings, targets);
         if self.is_in_charge() {
             self.write(state, settings, targets);
-            Charge::Reflex
+            Control::Reflex
         } else if was_getting_up {
             self.is_armed = false;
-            Charge::GivenBack
+            Control::Returned
         } else {
-            Charge::Operator
+            Control::Operator
         }
     }
 

@@ -5,8 +5,8 @@ use glam::DVec3;
 
 use super::*;
 use crate::config;
-use crate::model::{Detector, YieldSettings};
-use crate::signals::{Aim, BodyEstimate, JointTargets, Wanted};
+use crate::model::Detector;
+use crate::signals::{Aim, BodyEstimate, Wanted};
 
 const DT_S: f64 = 0.01;
 const WAY_UP: GetUp = GetUp { lying: Lying::Upright, keys: Vec::new() };
@@ -71,7 +71,7 @@ impl<'r> Scene<'r> {
     fn leaning(robot: &'r Robot, pitch_rad: f64) -> Scene<'r> {
         let mut scene = Scene::new(robot);
         scene.targets.set_soles();
-        scene.targets.trunk_turn = glam::DQuat::from_rotation_y(pitch_rad);
+        scene.targets.trunk_orientation = glam::DQuat::from_rotation_y(pitch_rad);
         scene
     }
 
@@ -97,12 +97,12 @@ impl<'r> Scene<'r> {
     }
 
     /// One cycle; whatever the estimate says, a pose has finite angles.
-    fn step(&mut self) -> Charge {
-        let charge = self.reflex.step(DT_S, self.order, self.activity, &self.state, &mut self.targets);
+    fn step(&mut self) -> Control {
+        let control = self.reflex.step(DT_S, self.order, self.activity, &self.state, &mut self.targets);
         if let Wanted::Pose(pose_rad) = self.targets.wanted() {
             assert!(pose_rad.iter().all(|angle| angle.is_finite()));
         }
-        charge
+        control
     }
 
     /// Moves the joints to their goals.
@@ -190,14 +190,14 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
     for time in 1..=2 {
         assert_eq!(scene.reflex.kind(), "getting up");
         let mut last_share = scene.targets.torque_share;
-        let mut charge = Charge::Reflex;
-        while charge == Charge::Reflex {
+        let mut control = Control::Reflex;
+        while control == Control::Reflex {
             scene.follow();
-            charge = scene.step();
+            control = scene.step();
             assert!(scene.targets.torque_share - last_share < 0.01, "the torque rises over a second");
             last_share = scene.targets.torque_share;
         }
-        assert_eq!((charge, scene.reflex.kind()), (Charge::GivenBack, "steady"));
+        assert_eq!((control, scene.reflex.kind()), (Control::Returned, "steady"));
         let report = scene.reflex.report().unwrap();
         assert_eq!((report.falls, report.got_up, report.outcome), (time, time, FallOutcome::GotUp));
         // It rises, and is not judged in that time; then it stands, and falls again.
@@ -233,15 +233,15 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
     assert_eq!(scene.reflex.kind(), "getting up");
     let (mut time_s, mut before) = (0.0, pose_of(&scene.targets).to_vec());
     let most_rad = robot.joints.iter().map(|joint| joint.range_rad.1 - joint.range_rad.0).fold(0.0, f64::max);
-    let (mut was_first, mut charge) = (false, Charge::Reflex);
+    let (mut was_first, mut control) = (false, Control::Reflex);
     let near = |pose: &[f64], to: &[f64]| pose.iter().zip(to).all(|(a, b)| (a - b).abs() < 0.02 * most_rad);
-    while charge == Charge::Reflex {
+    while control == Control::Reflex {
         if time_s > ramp_s + 1.0 {
             // The robot is up by then.
             scene.state.body.pitch_rad = 0.0;
         }
         scene.follow();
-        charge = scene.step();
+        control = scene.step();
         time_s += DT_S;
         let moved =
             pose_of(&scene.targets).iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -250,7 +250,7 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
         before.copy_from_slice(pose_of(&scene.targets));
         assert!(time_s < ramp_s + 2.0, "it never gets up");
     }
-    assert_eq!(charge, Charge::GivenBack);
+    assert_eq!(control, Control::Returned);
     assert!(was_first && near(&before, &second), "{before:?}");
     // The motion began a tenth of a second before the first check.
     assert!((time_s + 0.1 - ramp_s - 1.2).abs() < 0.05, "{time_s} s");
@@ -306,7 +306,7 @@ fn passive_it_drops_limp_and_off_it_only_notes() {
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
     for _ in 0..50 {
         scene.see((0.5, 0.0), [3.0, 0.0, 0.0], DT_S);
-        assert_eq!(scene.step(), Charge::Operator);
+        assert_eq!(scene.step(), Control::Operator);
     }
     let report = scene.reflex.report().unwrap();
     assert_eq!((report.falls, report.outcome), (1, FallOutcome::Falling), "one fall, not one a cycle");
@@ -441,94 +441,4 @@ fn nobody_falls_before_standing_or_without_a_reflex() {
     let mut scene = Scene::new(&robot);
     assert_eq!(scene.see((1.5, 0.0), [5.0, 0.0, 0.0], 0.2), ["steady"]);
     assert!(scene.reflex.report().is_none());
-}
-
-/// One arm of the tentacle rig under a load, and its targets.
-struct Arm {
-    yielding: Yielding,
-    state: State,
-    targets: JointTargets,
-}
-
-const YIELD: YieldSettings =
-    YieldSettings { load_share: 0.4, after_s: 0.2, torque_share: 0.1, for_s: 1.0, return_s: 2.0 };
-
-impl Arm {
-    fn new() -> Arm {
-        let text = include_str!("../../config/tentacle.toml");
-        let mut robot = config::parse(text, "tentacle.toml").unwrap().robot;
-        robot.yielding = Some(YIELD);
-        let mut arm = Arm {
-            yielding: Yielding::new(&robot),
-            state: State::new(&robot),
-            targets: JointTargets::new(&robot),
-        };
-        arm.state.joints.iter_mut().for_each(|joint| joint.is_known = true);
-        arm.targets.is_limp = false;
-        arm
-    }
-
-    /// The goals sent for wanted angles of 0.3 rad.
-    fn step(&mut self) -> (f64, f64) {
-        self.targets.angles_rad.fill(0.3);
-        self.targets.torque_shares.fill(1.0);
-        self.yielding.step(DT_S, &self.state, &mut self.targets);
-        (self.targets.angles_rad[2], self.targets.torque_shares[2])
-    }
-
-    fn go_on(&mut self, for_s: f64) -> (f64, f64) {
-        let mut time_s = DT_S;
-        while time_s < for_s - 1e-9 {
-            self.step();
-            time_s += DT_S;
-        }
-        self.step()
-    }
-}
-
-#[test]
-fn an_overloaded_arm_gives_way_and_returns_smoothly() {
-    let mut arm = Arm::new();
-    arm.state.joints[1].position_rad = 0.25;
-    arm.state.joints[2].position_rad = 0.2;
-    arm.state.joints[1].load_share = -0.5;
-    assert_eq!(arm.go_on(0.19), (0.3, 1.0), "a short load is borne");
-    arm.state.joints[1].load_share = 0.0;
-    assert_eq!(arm.go_on(0.05), (0.3, 1.0));
-    arm.state.joints[1].load_share = -0.5;
-    assert_eq!(arm.go_on(0.22), (0.2, 0.1), "goals follow the joints of the whole arm");
-    // The person keeps pulling: the arm follows, and waits.
-    arm.state.joints[2].position_rad = -0.4;
-    arm.state.joints[2].speed_rad_s = -0.7;
-    arm.state.joints[1].load_share = 0.0;
-    assert_eq!(arm.go_on(3.0), (-0.4, 0.1));
-    arm.state.joints[2].speed_rad_s = 0.0;
-    let mut before = arm.step();
-    let mut steepest: f64 = 0.0;
-    for _ in 0..200 {
-        let now = arm.step();
-        steepest = steepest.max((now.0 - before.0).abs() / DT_S);
-        assert!(now.0 >= before.0 && now.1 >= before.1);
-        before = now;
-    }
-    assert_eq!(before, (0.3, 1.0));
-    assert!(steepest < 1.876 * 0.7 / 2.0, "{steepest} rad/s at most, of 0.7 rad in 2 s");
-    assert_eq!((arm.yielding.times(), arm.yielding.is_yielding()), (1, false));
-}
-
-#[test]
-fn an_arm_that_is_held_on_its_way_back_gives_way_again() {
-    let mut arm = Arm::new();
-    arm.state.joints[0].load_share = 0.9;
-    arm.go_on(0.3);
-    arm.go_on(1.2);
-    assert_eq!(arm.yielding.times(), 2, "the load is there as soon as it returns");
-    // A joint that is silent, or out of service, bears nothing.
-    let mut arm = Arm::new();
-    arm.state.joints[0].load_share = 0.9;
-    arm.state.joints[0].age_s = 0.02;
-    arm.state.joints[1].load_share = 0.9;
-    arm.state.is_out[1] = true;
-    arm.go_on(1.0);
-    assert_eq!(arm.yielding.times(), 0);
 }

@@ -128,7 +128,7 @@ pub struct TrueBody {
     /// Origin of the body frame, m. The world's origin, here and below, is on the ground under the start.
     pub position_m: DVec3,
     /// Rotation from the body frame to the world.
-    pub turn: DQuat,
+    pub orientation: DQuat,
     /// Velocity of the body frame's origin, m/s.
     pub velocity_m_s: DVec3,
     /// Height of that origin above the ground's plane, m.
@@ -186,7 +186,7 @@ pub enum Question {
 /// One servo's answer to a [`Question`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Told {
+pub enum ServoAnswer {
     /// Whether the servo has torque.
     Torque(bool),
     /// The causes of its alarm: bits of [`crate::model::Registers::alarm_status`].
@@ -207,7 +207,7 @@ pub struct Outage {
 /// Reasons why a joint is left without torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutageCause {
-    /// Its servo raised an alarm: the causes, as in [`Told::Alarms`]; 0 if the servo did not report them.
+    /// Its servo raised an alarm: the causes, as in [`ServoAnswer::Alarms`]; 0 if the servo did not report them.
     Alarm(u8),
     /// It did not follow its goal.
     Jam,
@@ -254,7 +254,7 @@ pub enum Slot {
     /// A valid reply from this exchange.
     Fresh(Feedback),
     /// The answer to a question that replaced the feedback.
-    Told(Told),
+    Answered(ServoAnswer),
     /// A reply that failed its checksum or had the wrong shape.
     Corrupt,
     /// No reply before the deadline.
@@ -265,7 +265,7 @@ pub enum Slot {
 impl Slot {
     /// True if a valid reply came.
     pub fn is_good(&self) -> bool {
-        matches!(self, Slot::Fresh(_) | Slot::Told(_))
+        matches!(self, Slot::Fresh(_) | Slot::Answered(_))
     }
 }
 

@@ -50,7 +50,7 @@ pub enum Wanted<'a> {
         /// Position of each chain's tip, body frame, m.
         tips_in_body: &'a [DVec3],
         /// Rotation of each chain's last link from its orientation at zero joint angles, body frame.
-        sole_turns: &'a [DQuat],
+        sole_orientations: &'a [DQuat],
         /// Planned state of each foot.
         feet: &'a [FootTarget],
         /// Joint angles of the chains without a foot, rad.
@@ -68,7 +68,7 @@ pub struct Targets {
     aim: Aim,
     pose_rad: Vec<f64>,
     tips_in_body: Vec<DVec3>,
-    sole_turns: Vec<DQuat>,
+    sole_orientations: Vec<DQuat>,
     feet: Vec<FootTarget>,
     arms: Vec<ArmTarget>,
     /// Requested share of the permitted torque, 0 to 1.
@@ -76,7 +76,7 @@ pub struct Targets {
     /// Planned position of the trunk, world frame, m.
     pub trunk_in_world: DVec3,
     /// Planned rotation of the trunk, from the body frame to the world frame.
-    pub trunk_turn: DQuat,
+    pub trunk_orientation: DQuat,
     /// Share of the way to their neutral posture that the redundant joints move in one cycle.
     pub posture_pull: f64,
     /// True while a servo that has tripped may be restarted; its joint may then hang freely.
@@ -89,7 +89,7 @@ pub struct FeetMut<'a> {
     /// Position of each chain's tip, body frame, m.
     pub tips_in_body: &'a mut [DVec3],
     /// Rotation of each chain's last link from its orientation at zero joint angles, body frame.
-    pub sole_turns: &'a mut [DQuat],
+    pub sole_orientations: &'a mut [DQuat],
     /// Planned state of each leg's foot.
     pub feet: &'a mut Vec<FootTarget>,
     /// Joint angles, rad.
@@ -104,9 +104,9 @@ impl Targets {
             pose_rad: vec![0.0; robot.joints.len()],
             torque_share: 1.0,
             tips_in_body: vec![DVec3::ZERO; robot.chains.len()],
-            sole_turns: vec![DQuat::IDENTITY; robot.chains.len()],
+            sole_orientations: vec![DQuat::IDENTITY; robot.chains.len()],
             trunk_in_world: DVec3::ZERO,
-            trunk_turn: DQuat::IDENTITY,
+            trunk_orientation: DQuat::IDENTITY,
             feet: Vec::with_capacity(robot.chains.len()),
             posture_pull: 0.0,
             may_restart: false,
@@ -128,7 +128,7 @@ impl Targets {
             Aim::Tips => Wanted::Tips { tips_in_body: &self.tips_in_body, feet: &self.feet },
             Aim::Soles => Wanted::Soles {
                 tips_in_body: &self.tips_in_body,
-                sole_turns: &self.sole_turns,
+                sole_orientations: &self.sole_orientations,
                 feet: &self.feet,
                 pose_rad: &self.pose_rad,
             },
@@ -195,8 +195,8 @@ impl Targets {
 
     /// What a recording holds of targets, to restore them from one.
     pub fn recorded_mut(&mut self) -> (&mut Aim, FeetMut<'_>) {
-        let Targets { aim, tips_in_body, sole_turns, feet, pose_rad, .. } = self;
-        (aim, FeetMut { tips_in_body, sole_turns, feet, pose_rad })
+        let Targets { aim, tips_in_body, sole_orientations, feet, pose_rad, .. } = self;
+        (aim, FeetMut { tips_in_body, sole_orientations, feet, pose_rad })
     }
 
     fn set(&mut self, aim: Aim) {
@@ -254,7 +254,7 @@ pub struct FootTarget {
     pub excursion_m: f64,
     /// Distance that the plane of the leg's motion has moved since the walk began, positive forward, m: a
     /// foot in stance falls behind the trunk by this much.
-    pub plane_way_m: f64,
+    pub plane_distance_m: f64,
     /// True in swing.
     pub is_swing: bool,
     /// Fraction of its share of the weight that the foot should carry: 0 in swing, 1 in stance; it changes

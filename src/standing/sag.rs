@@ -156,7 +156,7 @@ impl Sag {
 fn trunk(targets: &Targets, state: &State, lean_brake_hz: f64) -> TrunkMotion {
     let (mut roll_rad, mut pitch_rad) = (state.body.roll_rad, state.body.pitch_rad);
     if !state.body.is_known {
-        let turn: DQuat = targets.trunk_turn;
+        let turn: DQuat = targets.trunk_orientation;
         (_, pitch_rad, roll_rad) = turn.to_euler(EulerRot::ZYX);
     }
     let mut acceleration_m_s2 = DVec3::ZERO;

@@ -109,7 +109,7 @@ impl BodyObserver {
 
     fn look(&self, record: &CycleRecord<'_>) -> Option<Seen> {
         if let Some(truth) = &record.facts.truth {
-            let (yaw, pitch_rad, roll_rad) = truth.turn.to_euler(EulerRot::ZYX);
+            let (yaw, pitch_rad, roll_rad) = truth.orientation.to_euler(EulerRot::ZYX);
             let ahead = DQuat::from_rotation_z(yaw) * DVec3::X;
             let way = self.last_m.map_or(DVec3::ZERO, |last_m| truth.position_m - last_m);
             return Some(Seen {

@@ -58,18 +58,18 @@ impl FootObserver {
             return;
         }
         let targets = record.targets;
-        let (heading_rad, pitch_rad, roll_rad) = targets.trunk_turn.to_euler(EulerRot::ZYX);
+        let (heading_rad, pitch_rad, roll_rad) = targets.trunk_orientation.to_euler(EulerRot::ZYX);
         let heading = DQuat::from_rotation_z(heading_rad);
         let tilt = DQuat::from_euler(EulerRot::ZYX, 0.0, pitch_rad, roll_rad);
         let height = DVec3::Z * targets.trunk_in_world.z;
         for foot in targets.feet() {
             // The input of inverse kinematics counts, not what the plan reports; feedback is not part of the plan.
-            let planned = targets.trunk_turn.inverse() * (foot.in_world - targets.trunk_in_world);
+            let planned = targets.trunk_orientation.inverse() * (foot.in_world - targets.trunk_in_world);
             let tip =
                 if self.has_feedback { planned } else { targets.tip_in_body(foot.chain).unwrap_or(planned) };
-            let way = DVec3::X * foot.plane_way_m + height;
+            let way = DVec3::X * foot.plane_distance_m + height;
             let place = tilt * tip + way;
-            let in_world = targets.trunk_in_world + targets.trunk_turn * tip;
+            let in_world = targets.trunk_in_world + targets.trunk_orientation * tip;
             // A turning plane takes its foot sideways with it; along the plane the foot must not slip.
             let place_along = place.with_y(0.0);
             let seen = &mut self.seen[foot.chain];
@@ -82,7 +82,7 @@ impl FootObserver {
                 let allowed = foot.swing_acceleration_m_s2.max(a).max(b) * record.facts.dt_s;
                 let jump = velocity.distance(before) - allowed;
                 // A difference of positions carries their rounding over one cycle.
-                let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_way_m.abs()) / record.facts.dt_s;
+                let rounding = 8.0 * f64::EPSILON * (1e3 + foot.plane_distance_m.abs()) / record.facts.dt_s;
                 self.report.swing_velocity_jump_max_m_s =
                     self.report.swing_velocity_jump_max_m_s.max(if jump > rounding { jump } else { 0.0 });
             }

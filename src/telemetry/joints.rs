@@ -4,7 +4,7 @@ use super::report::JointsReport;
 use crate::bus::{ServoGoal, Slot};
 use crate::model::Robot;
 use crate::observe::CycleRecord;
-use crate::signals::Told;
+use crate::signals::ServoAnswer;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
@@ -49,8 +49,8 @@ impl JointObserver {
             }
             match record.slots[index] {
                 // A servo's own report outranks what was sent.
-                Slot::Told(Told::Goal(held)) => seen.goal = seen.goal.map(|_| held),
-                Slot::Told(Told::Torque(false)) => seen.goal = None,
+                Slot::Answered(ServoAnswer::Goal(held)) => seen.goal = seen.goal.map(|_| held),
+                Slot::Answered(ServoAnswer::Torque(false)) => seen.goal = None,
                 _ => {}
             }
             let goal = match record.goals[index] {

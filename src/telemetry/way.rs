@@ -31,9 +31,9 @@ struct Sum {
 impl Sum {
     fn add(&mut self, place_m: DVec3, yaw_rad: f64) {
         if let Some((last_m, last_rad)) = self.last {
-            let way_m = DQuat::from_rotation_z(-yaw_rad) * (place_m - last_m);
-            self.forward_m += way_m.x;
-            self.side_m += way_m.y;
+            let distance_m = DQuat::from_rotation_z(-yaw_rad) * (place_m - last_m);
+            self.forward_m += distance_m.x;
+            self.side_m += distance_m.y;
             let turn_rad = (yaw_rad - last_rad).rem_euclid(std::f64::consts::TAU);
             self.turn_rad +=
                 if turn_rad > std::f64::consts::PI { turn_rad - std::f64::consts::TAU } else { turn_rad };
@@ -105,9 +105,9 @@ impl Ways {
     pub(super) fn observe(&mut self, record: &CycleRecord<'_>) {
         let targets = record.targets;
         let before = (self.asked, self.reached);
-        self.asked.add(targets.trunk_in_world, yaw_rad(targets.trunk_turn));
+        self.asked.add(targets.trunk_in_world, yaw_rad(targets.trunk_orientation));
         match &record.facts.truth {
-            Some(truth) => self.reached.add(truth.position_m, yaw_rad(truth.turn)),
+            Some(truth) => self.reached.add(truth.position_m, yaw_rad(truth.orientation)),
             None => {
                 let body = &record.state.body;
                 self.estimated_m +=

@@ -49,6 +49,12 @@ pub struct Scene {
 
 impl Scene {
     /// Trial `number` in the series of `seed`, for a robot of `mass_kg` whose falls are tried out in this way.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_precision_loss,
+        clippy::cast_sign_loss,
+        reason = "sides, strengths and gaits are few"
+    )]
     pub fn draw(falls: &Falls, mass_kg: f64, seed: u64, number: u64) -> Scene {
         let mut chance = Chance::new(seed, number);
         let world_seed = chance.clone().whole();

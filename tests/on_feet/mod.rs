@@ -95,7 +95,7 @@ impl<'r> OnFeet<'r> {
         let facts = Facts {
             order: Order::Drive(command),
             activity: Activity::Walking,
-            speed_m_s: self.drive.rates().speed_m_s,
+            speed_m_s: self.drive.velocity().speed_m_s,
             interventions,
             ..Facts::limp(dt_s)
         };
@@ -126,7 +126,7 @@ impl<'r> OnFeet<'r> {
                 residual_m <= RESIDUAL_MAX_M,
                 "leg {leg} misses by {residual_m} m, {foot:?}, trunk {} turned {:?}: {}",
                 self.targets.trunk_in_world,
-                self.targets.trunk_turn.to_euler(glam::EulerRot::ZYX),
+                self.targets.trunk_orientation.to_euler(glam::EulerRot::ZYX),
                 what()
             );
             assert!(foot.excursion_m.abs() <= reach_m + ROUNDING_M, "leg {leg}: {}", what());

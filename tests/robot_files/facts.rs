@@ -165,7 +165,7 @@ fn built_in_gaits_are_the_thesis_table_and_ours() {
     for (gait, (name, duty_factor, lags)) in horse.gaits.iter().zip(expected) {
         assert_eq!(gait.name, name);
         assert_near(gait.duty_factor, duty_factor, 0.0);
-        for (lag, expected) in gait.lags.iter().zip(lags) {
+        for (lag, expected) in gait.phase_offsets.iter().zip(lags) {
             assert_near(*lag, expected, 1e-12);
         }
     }
@@ -215,10 +215,31 @@ fn every_key_reaches_the_robot_in_si_units() {
     assert_near(horse.sit_height_m, 0.090, 0.0);
     assert_near(horse.acceleration_m_s2, 0.25, 0.0);
     let [.., amble, rotary] = horse.gaits.as_slice() else { panic!("two gaits") };
-    assert_near(amble.lags[3], 0.2, 1e-12);
-    for (lag, expected) in rotary.lags.iter().zip([0.0, 0.7, 0.1, 0.6]) {
+    assert_near(amble.phase_offsets[3], 0.2, 1e-12);
+    for (lag, expected) in rotary.phase_offsets.iter().zip([0.0, 0.7, 0.1, 0.6]) {
         assert_near(*lag, expected, 0.0);
     }
+}
+
+#[test]
+fn a_gait_may_use_the_old_names_of_its_keys_but_not_both() {
+    let old = GOOD
+        .replace("fore_hind_phase_offset", "fore_hind_lag")
+        .replace("left_right_phase_offset", "left_right_lag")
+        .replace("phase_offsets = [", "bob_mm = 3\nlags = [");
+    let robot = config::parse(&old, "old").unwrap().robot;
+    let [.., amble, rotary] = robot.motion.horse().unwrap().gaits.as_slice() else { panic!("two gaits") };
+    assert_near(amble.phase_offsets[3], 0.2, 1e-12);
+    assert_near(rotary.phase_offsets[1], 0.7, 0.0);
+    assert_near(rotary.vertical_oscillation.rise_m, 0.003, 1e-12);
+    let wrong = config::parse(&old.replace("lags = [0,", "lags = [7,"), "old").unwrap_err().to_string();
+    assert!(wrong.contains("motion.gait[1].lags[0]"), "{wrong}");
+    let both = old.replace("bob_mm = 3", "bob_mm = 3\nvertical_oscillation_mm = 4");
+    let refused = config::parse(&both, "old").unwrap_err().to_string();
+    assert!(
+        refused.contains("motion.gait[1].bob_mm") && refused.contains("vertical_oscillation_mm"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::renewal::Renewals;
+use super::settings_resend::SettingsResend;
 use crate::bus::ServoGoal;
 use crate::bus::client::BusClient;
 use crate::bus::port::{PortError, Ports};
@@ -34,7 +34,7 @@ pub(super) struct Line {
     /// The joint of each slot.
     pub(super) joints: Vec<usize>,
     pub(super) times: ExchangeTimes,
-    pub(super) renewals: Renewals,
+    pub(super) settings_resend: SettingsResend,
     goals: Vec<ServoGoal>,
     /// Longest wait for the replies of an exchange.
     longest: Duration,
@@ -47,9 +47,9 @@ impl Line {
         // But the wait is never shorter than replies in time take.
         let longest = period.mul_f64(LONGEST_SHARE).max(client.cycle_time());
         let goals = vec![ServoGoal::Limp; joints.len()];
-        let renewals = Renewals::new(joints.len());
+        let settings_resend = SettingsResend::new(joints.len());
         let times = ExchangeTimes::default();
-        Line { bus, client, joints, times, renewals, goals, longest, state: State::Idle }
+        Line { bus, client, joints, times, settings_resend, goals, longest, state: State::Idle }
     }
 
     pub(super) fn is_gone(&self) -> bool {
@@ -61,7 +61,7 @@ impl Line {
     pub(super) fn restart_servo(&mut self, joint: usize) {
         if let Some(index) = self.joints.iter().position(|own| *own == joint) {
             self.client.restart_servo(index);
-            self.renewals.note_restart(index);
+            self.settings_resend.note_restart(index);
         }
     }
 
@@ -81,8 +81,8 @@ impl Line {
             *goal = goals.get(*joint).copied().unwrap_or_default();
         }
         for index in 0..self.joints.len() {
-            if self.renewals.take(index) {
-                self.client.renew(index, self.renewals.watchdog_units());
+            if self.settings_resend.take(index) {
+                self.client.renew(index, self.settings_resend.watchdog_units());
             }
         }
         // A reply too late for the last exchange must not pass for one of this exchange.
@@ -179,7 +179,7 @@ impl Line {
     pub(super) fn finish_exchange(&mut self, now: Time, out: &mut [Slot]) {
         for (index, (slot, joint)) in self.client.finish().iter().zip(&self.joints).enumerate() {
             if slot.is_good() {
-                self.renewals.note_heard(index, now);
+                self.settings_resend.note_heard(index, now);
             }
             if let Some(place) = out.get_mut(*joint) {
                 *place = *slot;

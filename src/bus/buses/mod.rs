@@ -4,10 +4,10 @@
 //! time. A lost reply, or a whole bus gone, is a value in its slots and never cuts the exchange
 //! short for the others. An exchange allocates nothing and never panics.
 
-mod company;
 mod disagreement;
 mod line;
-mod renewal;
+mod occupants;
+mod settings_resend;
 mod start;
 mod transaction;
 mod watchdog;
@@ -22,9 +22,9 @@ use super::{ServoGoal, Slot, TransactionError};
 use crate::counts::Goals;
 use crate::model::Robot;
 use crate::units::ServoId;
-pub(in crate::bus) use company::Company;
 pub use disagreement::{BusDevice, Disagreement, StartError};
 use line::Line;
+pub(in crate::bus) use occupants::Occupants;
 pub use watchdog::watchdog_time;
 
 /// Durations of exchanges, from sending to the last reply or the deadline.

@@ -3,7 +3,7 @@
 //! Armed before a run, while there is no torque and so nothing is watched yet; every exchange is a sign of
 //! life. A servo that has heard nothing for too long, because the loop stalled or its plug was out, has stopped
 //! and takes no goals; the exchanges after it is heard again clear its watchdog and set it again
-//! ([`super::renewal`]). Servos without such a watchdog (Feetech) are left alone.
+//! ([`super::settings_resend`]). Servos without such a watchdog (Feetech) are left alone.
 //!
 //! Source: ROBOTIS e-manual, X-series, Bus Watchdog (98).
 
@@ -53,7 +53,7 @@ impl<P: Ports> Buses<P> {
         let now = self.ports.now();
         for line in &mut self.lines {
             if line.client.registers().bus_watchdog.is_some() {
-                line.renewals.arm_watchdog(units, now);
+                line.settings_resend.arm_watchdog(units, now);
             }
         }
         Ok(())
@@ -64,7 +64,7 @@ impl<P: Ports> Buses<P> {
     pub fn disarm_watchdogs(&mut self) {
         for _ in 0..TRIES {
             let mut sent_by = self.ports.now();
-            for line in self.lines.iter_mut().filter(|line| line.renewals.has_watchdog()) {
+            for line in self.lines.iter_mut().filter(|line| line.settings_resend.has_watchdog()) {
                 let bytes = line.client.begin_watchdog(0);
                 if self.ports.send(line.bus, bytes).is_ok() {
                     sent_by = sent_by.max(self.ports.now() + line.client.reply_deadline());
@@ -73,7 +73,7 @@ impl<P: Ports> Buses<P> {
             self.ports.wait_until(sent_by);
         }
         for line in &mut self.lines {
-            line.renewals.disarm_watchdog();
+            line.settings_resend.disarm_watchdog();
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::bus::register::decode_ordered;
 use crate::bus::{Feedback, Slot};
 use crate::model::servo_model::Register;
 use crate::model::{Protocol, Registers};
-use crate::signals::{Question, Told};
+use crate::signals::{Question, ServoAnswer};
 use crate::units::ServoId;
 
 /// Result of a single transaction.
@@ -33,7 +33,7 @@ pub(crate) enum Answer {
 
 /// The request to one servo.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Wish {
+pub(super) enum Inquiry {
     Ping,
     Read(Register),
     Write,
@@ -48,7 +48,7 @@ pub(super) enum Awaited {
     /// This servo's answer.
     Answer {
         id: ServoId,
-        question: Wish,
+        question: Inquiry,
         answer: Answer,
     },
 }
@@ -125,7 +125,7 @@ impl Inbox {
         let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
         let reply = match asked {
             None => feedback(self.registers, status.parameters, alarms).map(Slot::Fresh),
-            Some(question) => self.answer_to(question, status.parameters).map(Slot::Told),
+            Some(question) => self.answer_to(question, status.parameters).map(Slot::Answered),
         };
         match (slot_of(&self.ids, &mut self.slots, status.id), reply.filter(|_| refusal == 0)) {
             (Some(slot), Some(reply)) => *slot = reply,
@@ -134,17 +134,19 @@ impl Inbox {
         }
     }
 
-    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Wish) {
+    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Inquiry) {
         if status.id != asked {
             self.unknown = self.unknown.saturating_add(1);
             return;
         }
         let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
         let (bytes, register) = match question {
-            Wish::Ping if (self.language.may_be_echoed_ping)(status.error, status.parameters) => return,
-            Wish::Ping => (self.language.ping_bytes, None),
-            Wish::Read(register) => ((self.language.asked_bytes)(u16::from(register.bytes)), Some(register)),
-            Wish::Write => (0, None),
+            Inquiry::Ping if (self.language.may_be_echoed_ping)(status.error, status.parameters) => return,
+            Inquiry::Ping => (self.language.ping_bytes, None),
+            Inquiry::Read(register) => {
+                ((self.language.asked_bytes)(u16::from(register.bytes)), Some(register))
+            }
+            Inquiry::Write => (0, None),
         };
         let value = match register {
             Some(register) => decode_ordered(register, status.parameters, self.registers.is_big_endian),
@@ -159,16 +161,16 @@ impl Inbox {
     }
 
     /// Reads the answer to a question; `None` when it has the wrong length.
-    fn answer_to(&self, question: Question, data: &[u8]) -> Option<Told> {
+    fn answer_to(&self, question: Question, data: &[u8]) -> Option<ServoAnswer> {
         let registers = self.registers;
         if data.len() != usize::from(self.asked_register(question).1) {
             return None;
         }
         let value = decode_ordered(register_of(registers, question), data, registers.is_big_endian)?;
         Some(match question {
-            Question::Torque => Told::Torque(value != 0),
-            Question::Alarms => Told::Alarms(u8::try_from(value).unwrap_or(u8::MAX)),
-            Question::Goal => Told::Goal(saturate(value)),
+            Question::Torque => ServoAnswer::Torque(value != 0),
+            Question::Alarms => ServoAnswer::Alarms(u8::try_from(value).unwrap_or(u8::MAX)),
+            Question::Goal => ServoAnswer::Goal(saturate(value)),
         })
     }
 

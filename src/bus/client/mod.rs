@@ -22,7 +22,7 @@ use crate::signals::Question;
 use crate::units::ServoId;
 use echo::EchoFilter;
 pub(super) use inbox::Answer;
-use inbox::{Awaited, Inbox, Wish};
+use inbox::{Awaited, Inbox, Inquiry};
 use read_mode::ReadMode;
 
 /// Traffic on one bus since the start, in exchanges. Single transactions are not counted.
@@ -283,21 +283,21 @@ impl BusClient {
     /// On Feetech, a servo whose only alarm is the voltage answers with the bytes of the request. They could be
     /// an adapter's echo, so the answer is [`Answer::Missing`]; [`BusClient::begin_read`] then settles it.
     pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Wish::Ping, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Inquiry::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
         self.end_transaction_request(self.bus.protocol.language().ping_bytes)
     }
 
     /// Begins a read of one register of `id`.
     pub(super) fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Wish::Read(register), answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Inquiry::Read(register), answer: Answer::Missing });
         self.codec.read(&mut self.request, id, register);
         self.end_transaction_request((self.bus.protocol.language().asked_bytes)(u16::from(register.bytes)))
     }
 
     /// Begins a write of one register of `id`. A value that the register cannot hold becomes the nearest it can.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Wish::Write, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: Inquiry::Write, answer: Answer::Missing });
         let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
         self.codec.write(&mut self.request, id, register, raw);
         self.end_transaction_request(0)

@@ -521,14 +521,14 @@ fn a_restart_is_the_last_that_is_said_in_its_cycle_and_nobody_is_asked() {
 /// Torque Enable: 64 and 40; Hardware Error Status: 70; status: 65.
 #[test]
 fn what_is_asked_in_the_place_of_feedback_comes_as_an_answer_a_servo() {
-    use crate::signals::Told;
+    use crate::signals::ServoAnswer;
     for (protocol, torque, alarms) in [(Protocol::Dynamixel, 64, 70), (Protocol::Feetech, 40, 65)] {
         let is_feetech = protocol == Protocol::Feetech;
         let reply = if is_feetech { feetech_status } else { dynamixel_status };
         let mut client = client(protocol);
         for (question, address, told) in [
-            (Question::Torque, torque, [Told::Torque(true), Told::Torque(false)]),
-            (Question::Alarms, alarms, [Told::Alarms(1), Told::Alarms(0)]),
+            (Question::Torque, torque, [ServoAnswer::Torque(true), ServoAnswer::Torque(false)]),
+            (Question::Alarms, alarms, [ServoAnswer::Alarms(1), ServoAnswer::Alarms(0)]),
         ] {
             client.ask(question);
             let request = client.begin_cycle(&MOVING).to_vec();
@@ -537,7 +537,7 @@ fn what_is_asked_in_the_place_of_feedback_comes_as_an_answer_a_servo() {
             assert!(request.windows(asks.len()).any(|window| window == asks), "{request:02X?}");
             client.feed(&[reply(1, 0, &[1]), reply(2, 0, &[0])].concat());
             assert!(client.is_complete());
-            assert_eq!(client.finish(), told.map(Slot::Told));
+            assert_eq!(client.finish(), told.map(Slot::Answered));
             // Feedback is not an answer, and the next cycle asks for it again.
             assert!(matches!(
                 exchange(&mut client, &usual_replies(protocol))[..],

@@ -9,7 +9,7 @@ use serialport::TTYPort;
 
 use super::SerialPorts;
 use super::device::{self, Device};
-use crate::bus::buses::{Buses, Company};
+use crate::bus::buses::{Buses, Occupants};
 use crate::model::Robot;
 
 /// Time between two tries to open a lost device. An adapter takes about a second to be recognised.
@@ -111,11 +111,11 @@ impl Shared {
             return Some(port);
         }
         let mut buses = Buses::new(robot, SerialPorts::with_only(bus, robot.buses.len(), port));
-        let found = match buses.company(robot, bus) {
-            Company::Own => return buses.into_ports().into_line(bus),
+        let found = match buses.occupants(robot, bus) {
+            Occupants::Own => return buses.into_ports().into_line(bus),
             // The servos may have no power yet.
-            Company::Nobody => return None,
-            Company::Stranger(found) => found,
+            Occupants::Nobody => return None,
+            Occupants::Foreign(found) => found,
         };
         let device = self.devices.get(bus)?;
         let said = format!(

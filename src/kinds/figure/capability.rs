@@ -140,7 +140,7 @@ impl PoseSolver<'_> {
             stance.write(self.figure.legs, self.soles, self.figure.stand_height_m, &mut self.targets);
             self.limbs.solve(&self.targets, &mut self.joints);
             let in_body = self.robot.center_of_mass_in_body(&self.joints.angles_rad);
-            center = self.targets.trunk_in_world + self.targets.trunk_turn * in_body;
+            center = self.targets.trunk_in_world + self.targets.trunk_orientation * in_body;
             if center.x.abs() < OVER_FEET_M && self.misses().all(|(_, miss_m)| miss_m < OVER_FEET_M) {
                 break;
             }
@@ -166,7 +166,7 @@ fn hold_nm(robot: &Robot, figure: &FigureMotion, stance: Stance, angles: &[f64],
     const GRAVITY_M_S2: f64 = 9.806_65;
     let Some(place) = robot.chains.iter().position(|chain| chain.joints.contains(&joint)) else { return 0.0 };
     let chain = &robot.chains[place];
-    let up = stance.trunk_turn().inverse() * DVec3::Z;
+    let up = stance.trunk_orientation().inverse() * DVec3::Z;
     let (mut position, mut rotation) = (chain.root_m, chain.root_rotation);
     let (mut pivot, mut axis, mut moment) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
     for index in chain.joints.clone() {

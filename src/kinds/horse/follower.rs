@@ -2,7 +2,7 @@
 
 use crate::ik::{Method, REACHED_M, Solution, Solver};
 use crate::model::{HorseMotion, Joint, Robot};
-use crate::motion::horse::{LEVELS, Lean, LegReach};
+use crate::motion::horse::{Attitude, LEVELS, LegReach};
 
 /// Pull of the pose towards neutral while following, as in a walk.
 const PULL: f64 = 0.1;
@@ -21,7 +21,7 @@ pub(super) struct Follower {
     /// Forward position of the tip in the middle of the ranges, m.
     middle_m: f64,
     side_m: f64,
-    lean: Lean,
+    attitude: Attitude,
     length_m: f64,
     /// Halvings of a step at the limit of the reach.
     halvings: i32,
@@ -37,16 +37,17 @@ impl Follower {
         let joints = robot.joints_of(chain);
         let angles: Vec<f64> = joints.iter().map(Joint::middle_rad).collect();
         let tip = robot.tip_in_body(chain, angles.iter().copied());
-        let half_bob_m = 0.5 * horse.gaits.iter().map(|gait| gait.bob.rise_m).fold(0.0, f64::max);
+        let half_oscillation_m =
+            0.5 * horse.gaits.iter().map(|gait| gait.vertical_oscillation.rise_m).fold(0.0, f64::max);
         Follower {
             solver: Solver::new(chain, joints),
             middle_m: tip.x,
             side_m: tip.y,
             angles,
-            lean: Lean { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 },
+            attitude: Attitude { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 },
             length_m: chain.length_m(joints),
             halvings: FINE_HALVINGS,
-            heights_m: (-half_bob_m, horse.swing_lift_m + half_bob_m),
+            heights_m: (-half_oscillation_m, horse.swing_lift_m + half_oscillation_m),
         }
     }
 
@@ -76,7 +77,7 @@ impl Follower {
     }
 
     fn solve(&mut self, forward_m: f64, up_m: f64) -> Solution {
-        let target = self.lean.tip_in_body(forward_m, up_m, self.side_m);
+        let target = self.attitude.tip_in_body(forward_m, up_m, self.side_m);
         self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles)
     }
 
@@ -181,20 +182,20 @@ impl Follower {
     }
 
     /// How far, up to `limit_m`, the foot can go from `neutral_m` at each height of a stride, with the trunk
-    /// at `lean`; the pose starts from the present posture and returns to it.
-    pub(super) fn reach_at(&mut self, lean: Lean, neutral_m: f64, limit_m: f64) -> LegReach {
-        let (from, angles) = (self.lean, self.angles.clone());
+    /// at `attitude`; the pose starts from the present posture and returns to it.
+    pub(super) fn reach_at(&mut self, attitude: Attitude, neutral_m: f64, limit_m: f64) -> LegReach {
+        let (from, angles) = (self.attitude, self.angles.clone());
         for step in 1..=STEPS_A_MOVE {
             let share = f64::from(step) / f64::from(STEPS_A_MOVE);
-            self.lean = Lean {
-                height_m: from.height_m + (lean.height_m - from.height_m) * share,
-                pitch_rad: from.pitch_rad + (lean.pitch_rad - from.pitch_rad) * share,
-                roll_rad: from.roll_rad + (lean.roll_rad - from.roll_rad) * share,
+            self.attitude = Attitude {
+                height_m: from.height_m + (attitude.height_m - from.height_m) * share,
+                pitch_rad: from.pitch_rad + (attitude.pitch_rad - from.pitch_rad) * share,
+                roll_rad: from.roll_rad + (attitude.roll_rad - from.roll_rad) * share,
             };
             self.solve(neutral_m, 0.0);
         }
         let ends = self.ends_by_height(neutral_m, limit_m).unwrap_or([(neutral_m, neutral_m); LEVELS]);
-        (self.lean, self.angles) = (from, angles);
+        (self.attitude, self.angles) = (from, angles);
         LegReach {
             aft_m: ends.map(|(aft_m, _)| (neutral_m - aft_m).max(0.0)),
             fore_m: ends.map(|(_, fore_m)| (fore_m - neutral_m).max(0.0)),
@@ -204,7 +205,7 @@ impl Follower {
     /// The same in the present posture, with the trunk `sway_m` to the left of the foot.
     pub(super) fn reach_swaying(&mut self, sway_m: f64, neutral_m: f64, limit_m: f64) -> LegReach {
         self.side_m -= sway_m;
-        let found = self.reach_at(self.lean, neutral_m, limit_m);
+        let found = self.reach_at(self.attitude, neutral_m, limit_m);
         self.side_m += sway_m;
         found
     }

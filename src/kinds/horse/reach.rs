@@ -115,8 +115,9 @@ pub(super) fn reachable(
     strides: &[StridePoint],
     limit_m: f64,
 ) -> Reachable {
-    let half_bob_m = 0.5 * horse.gaits.iter().map(|gait| gait.bob.rise_m).fold(0.0, f64::max);
-    Reachable { half_excursion_m: 0.0, legs, levels_m, half_bob_m }
+    let half_oscillation_m =
+        0.5 * horse.gaits.iter().map(|gait| gait.vertical_oscillation.rise_m).fold(0.0, f64::max);
+    Reachable { half_excursion_m: 0.0, legs, levels_m, half_oscillation_m }
         .with_half_excursion_of(strides, limit_m, 0.0)
 }
 

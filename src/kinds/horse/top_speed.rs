@@ -2,7 +2,7 @@
 
 use crate::ik::{Limbs, Method};
 use crate::model::{Gait, Robot};
-use crate::motion::horse::{HorsePlan, Rates, Walk};
+use crate::motion::horse::{HorsePlan, Velocity, Walk};
 use crate::signals::{JointTargets, Targets};
 
 /// Top speed of a gait, and what limits it.
@@ -45,8 +45,10 @@ pub fn of_gaits(robot: &Robot, plan: &HorsePlan) -> Vec<TopSpeed> {
     for (index, gait) in gaits.iter().enumerate() {
         // One leg alone does not depend on the phase offsets: gaits that differ in nothing else have the same
         // speed.
-        let same =
-            |other: &Gait| other.duty_factor.to_bits() == gait.duty_factor.to_bits() && other.bob == gait.bob;
+        let same = |other: &Gait| {
+            other.duty_factor.to_bits() == gait.duty_factor.to_bits()
+                && other.vertical_oscillation == gait.vertical_oscillation
+        };
         let top = match gaits[..index].iter().position(same) {
             Some(known) => found[known].clone(),
             None => of_gait(robot, plan, index),
@@ -95,7 +97,7 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
     let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
     let robot = &robot.with_period_of_at_least(STRIDES * period_s / STEPS_MAX);
     let dt_s = robot.period_s();
-    let mut walk = Walk::cruising(plan, gait, Rates { speed_m_s, yaw_rate_rad_s: 0.0 });
+    let mut walk = Walk::cruising(plan, gait, Velocity { speed_m_s, yaw_rate_rad_s: 0.0 });
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
     let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     targets.posture_pull = crate::motion::posture_pull(dt_s);

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::FigurePlan;
 use super::glide::Glide;
 use crate::model::Robot;
-use crate::motion::legged::{OnFeet, STAND_S};
+use crate::motion::legged::{LeggedMotion, STAND_S};
 use crate::motion::{Activity, Order, pose_change};
 use crate::signals::{FootTarget, State, Targets};
 
@@ -26,7 +26,7 @@ pub struct Stance {
 
 impl Stance {
     /// Rotation of the trunk, from the body frame to the level one.
-    pub fn trunk_turn(&self) -> DQuat {
+    pub fn trunk_orientation(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
     }
 
@@ -34,20 +34,20 @@ impl Stance {
     /// in this posture, counted from the height `height_m`.
     pub fn write(&self, legs: [usize; 2], soles: [DVec3; 2], height_m: f64, targets: &mut Targets) {
         targets.trunk_in_world = DVec3::new(self.forward_m, self.sway_m, height_m + self.rise_m);
-        targets.trunk_turn = self.trunk_turn();
-        let to_body = targets.trunk_turn.inverse();
+        targets.trunk_orientation = self.trunk_orientation();
+        let to_body = targets.trunk_orientation.inverse();
         let trunk_in_world = targets.trunk_in_world;
         let on_feet = targets.set_soles();
         for (chain, in_world) in legs.into_iter().zip(soles) {
             on_feet.feet.push(FootTarget {
                 chain,
                 in_world,
-                plane_way_m: self.forward_m,
+                plane_distance_m: self.forward_m,
                 load_share: 1.0,
                 ..FootTarget::default()
             });
             if let (Some(tip), Some(turn)) =
-                (on_feet.tips_in_body.get_mut(chain), on_feet.sole_turns.get_mut(chain))
+                (on_feet.tips_in_body.get_mut(chain), on_feet.sole_orientations.get_mut(chain))
             {
                 *tip = to_body * (in_world - trunk_in_world);
                 *turn = to_body;
@@ -91,7 +91,7 @@ impl Poise {
             rate_rad_s: robot.joints.iter().map(rate).collect(),
             plan,
         };
-        poise.stand_anew();
+        poise.reset_to_stand();
         poise
     }
 
@@ -138,7 +138,7 @@ fn numbers(stance: Stance) -> [f64; 5] {
     [stance.rise_m, stance.pitch_rad, stance.roll_rad, stance.sway_m, stance.forward_m]
 }
 
-impl OnFeet for Poise {
+impl LeggedMotion for Poise {
     /// Index of a pose.
     type Command = usize;
 
@@ -162,7 +162,7 @@ impl OnFeet for Poise {
         }
     }
 
-    fn stand_anew(&mut self) {
+    fn reset_to_stand(&mut self) {
         (self.pose, self.time_s, self.duration_s) = (0, 0.0, 0.0);
         self.trunk = numbers(self.plan.stance(0)).map(Glide::at);
         let angles = self.plan.settings.poses.first().map_or(&[][..], |stand| &stand.angles_rad);

@@ -5,8 +5,8 @@
 //! well below, so that a speed near the border does not make it change to and fro.
 
 use super::HorsePlan;
-use super::planner::Wish;
-use super::profile::Rates;
+use super::planner::Request;
+use super::profile::Velocity;
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.80665;
@@ -17,25 +17,25 @@ const BACK_SHARE: f64 = 0.8;
 /// Share of the border that counts as having reached it.
 const REACHED_SHARE: f64 = 0.99;
 
-/// The wish of a horse that goes at `rates`, in the gait with index `present` or standing, and should go at
+/// The request of a horse that goes at `velocity`, in the gait with index `present` or standing, and should go at
 /// `wanted`, with the gait chosen by speed.
-pub(super) fn wish(
+pub(super) fn request(
     plan: &HorsePlan,
     present: Option<usize>,
-    rates: Rates,
-    wanted: Rates,
+    velocity: Velocity,
+    wanted: Velocity,
     reach_m: f64,
-) -> Wish {
+) -> Request {
     if wanted.is_still() {
-        return Wish { gait: None, rates: Rates::STILL };
+        return Request { gait: None, velocity: Velocity::STILL };
     }
     let ladder = |rung: usize| plan.ladder().nth(rung);
-    let Some(first) = ladder(0) else { return Wish { gait: None, rates: Rates::STILL } };
+    let Some(first) = ladder(0) else { return Request { gait: None, velocity: Velocity::STILL } };
     // From a stand, or a gait outside the ladder, start at the bottom of the ladder.
     let rung = plan.ladder().position(|gait| Some(gait) == present).unwrap_or(0);
     let gait = ladder(rung).unwrap_or(first);
     let border_m_s = |gait: usize| border_m_s(plan, gait, wanted, reach_m);
-    let (now_m_s, wanted_m_s) = (plan.fastest_plane_m_s(rates), plan.fastest_plane_m_s(wanted));
+    let (now_m_s, wanted_m_s) = (plan.fastest_plane_m_s(velocity), plan.fastest_plane_m_s(wanted));
 
     let slower = rung.checked_sub(1).and_then(ladder);
     if let Some(slower) = slower
@@ -60,12 +60,12 @@ pub(super) fn wish(
     }
 }
 
-fn limited(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> Wish {
-    Wish { gait: Some(gait), rates: plan.limited(gait, wanted, reach_m) }
+fn limited(plan: &HorsePlan, gait: usize, wanted: Velocity, reach_m: f64) -> Request {
+    Request { gait: Some(gait), velocity: plan.limited(gait, wanted, reach_m) }
 }
 
 /// Speed above which the horse leaves the gait with index `gait` for the next faster one, m/s.
-fn border_m_s(plan: &HorsePlan, gait: usize, wanted: Rates, reach_m: f64) -> f64 {
+fn border_m_s(plan: &HorsePlan, gait: usize, wanted: Velocity, reach_m: f64) -> f64 {
     let settings = &plan.settings;
     let froude = settings.gaits[gait].auto_froude_max.unwrap_or(f64::INFINITY);
     let by_froude_m_s = (froude * GRAVITY_M_S2 * settings.stand_height_m).sqrt();

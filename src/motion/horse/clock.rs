@@ -12,7 +12,7 @@ use crate::motion::curves::{SMOOTH_STEP_SLOPE_MAX, smooth_step, smooth_step_inte
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Timing {
     period_s: f64,
-    lags: [f64; 4],
+    phase_offsets: [f64; 4],
 }
 
 /// Lift-off times of each leg.
@@ -33,7 +33,7 @@ const STEPS: u32 = 60;
 impl StrideClock {
     /// Strides of `gait` with the left hind leg first, at `start_s`.
     pub fn starting(gait: &Gait, swing_time_s: f64, start_s: f64) -> StrideClock {
-        let timing = Timing { period_s: gait.period_s(swing_time_s), lags: gait.lags };
+        let timing = Timing { period_s: gait.period_s(swing_time_s), phase_offsets: gait.phase_offsets };
         StrideClock { from: timing, to: timing, change_phase: 0.0, change_s: start_s, strides: 0.0 }
     }
 
@@ -41,12 +41,12 @@ impl StrideClock {
     /// be over by then; one that begins later is dropped.
     pub fn change_to(&self, gait: &Gait, swing_time_s: f64, start_s: f64, strides: f64) -> StrideClock {
         let from = if start_s < self.change_end_s() { self.from } else { self.to };
-        let shifts = shortest_shifts(&from.lags, &gait.lags);
+        let shifts = shortest_shifts(&from.phase_offsets, &gait.phase_offsets);
         StrideClock {
             from,
             to: Timing {
                 period_s: gait.period_s(swing_time_s),
-                lags: std::array::from_fn(|leg| from.lags[leg] + shifts[leg]),
+                phase_offsets: std::array::from_fn(|leg| from.phase_offsets[leg] + shifts[leg]),
             },
             change_phase: self.phase(start_s),
             change_s: start_s,
@@ -102,7 +102,7 @@ impl StrideClock {
     /// Strides since the left hind leg's lift-off at time `s`, by its phase offset before and after the change.
     pub(super) fn phases_since_left_hind(&self, s: f64) -> [f64; 2] {
         let phase = self.phase(s);
-        [phase - self.from.lags[0], phase - self.to.lags[0]]
+        [phase - self.from.phase_offsets[0], phase - self.to.phase_offsets[0]]
     }
 
     /// The longest period from `s` on, s.
@@ -127,14 +127,14 @@ impl StrideClock {
     pub fn lift_off_s(&self, leg: usize, count: i64) -> f64 {
         #[allow(clippy::cast_precision_loss, reason = "strides are counted exactly for ages")]
         let count = count as f64;
-        let before = count + self.from.lags[leg] - self.change_phase;
-        let after = count + self.to.lags[leg] - self.change_phase - self.strides;
+        let before = count + self.from.phase_offsets[leg] - self.change_phase;
+        let after = count + self.to.phase_offsets[leg] - self.change_phase - self.strides;
         if before <= 0.0 {
             self.change_s + before * self.from.period_s
         } else if after >= 0.0 {
             self.change_end_s() + after * self.to.period_s
         } else {
-            let shift = self.to.lags[leg] - self.from.lags[leg];
+            let shift = self.to.phase_offsets[leg] - self.from.phase_offsets[leg];
             let u = solve(
                 |u| self.strides * u - shift * smooth_step(u) - before,
                 |u| self.strides - shift * 30.0 * (u * (1.0 - u)).powi(2),
@@ -146,7 +146,7 @@ impl StrideClock {
     /// Number of the first lift-off of `leg` at or after time `s`.
     pub fn next_lift_off(&self, leg: usize, s: f64) -> i64 {
         #[allow(clippy::cast_possible_truncation, reason = "strides since the start fit")]
-        let mut count = (self.phase(s) - self.from.lags[leg]).floor() as i64 - 1;
+        let mut count = (self.phase(s) - self.from.phase_offsets[leg]).floor() as i64 - 1;
         while self.lift_off_s(leg, count) < s {
             count += 1;
         }
@@ -180,7 +180,7 @@ pub(super) fn shortest_shifts(from: &[f64; 4], to: &[f64; 4]) -> [f64; 4] {
 
 /// Largest change of a phase offset from `from` to `to`, strides.
 pub(super) fn largest_shift(from: &Gait, to: &Gait) -> f64 {
-    ends(&shortest_shifts(&from.lags, &to.lags)).1
+    ends(&shortest_shifts(&from.phase_offsets, &to.phase_offsets)).1
 }
 
 /// Upper bound on the time between a leg's lift-offs in a change between the periods over `strides`, s.
@@ -236,7 +236,7 @@ mod tests {
         for (from, to, shifts) in expected {
             let (from, to) = (gait(from), gait(to));
             for (a, b, sign) in [(&from, &to, 1.0), (&to, &from, -1.0)] {
-                let found = shortest_shifts(&a.lags, &b.lags);
+                let found = shortest_shifts(&a.phase_offsets, &b.phase_offsets);
                 // Two spreads can be equal; then the mirror image of the change is also right.
                 let same = (0..4).all(|leg| (found[leg] - sign * shifts[leg]).abs() < 1e-9);
                 assert!(same, "{} to {}: {found:?}", a.name, b.name);
@@ -250,7 +250,7 @@ mod tests {
         let clock = StrideClock::starting(&trot, SWING_S, 2.0);
         for leg in 0..4 {
             for count in 0..5 {
-                let expected = 2.0 + 0.6 * (f64::from(count) + trot.lags[leg]);
+                let expected = 2.0 + 0.6 * (f64::from(count) + trot.phase_offsets[leg]);
                 assert!((clock.lift_off_s(leg, count.into()) - expected).abs() < 1e-12);
             }
         }
@@ -289,8 +289,14 @@ mod tests {
                 let period_s = to.period_s(SWING_S);
                 for leg in 0..4 {
                     assert!((lifts[leg][1] - lifts[leg][0] - period_s).abs() < 1e-9);
-                    let lag = ((lifts[leg][0] - lifts[0][0]) / period_s - to.lags[leg]).rem_euclid(1.0);
-                    assert!(!(1e-9..=1.0 - 1e-9).contains(&lag), "{} to {}: {lag}", from.name, to.name);
+                    let phase_offset =
+                        ((lifts[leg][0] - lifts[0][0]) / period_s - to.phase_offsets[leg]).rem_euclid(1.0);
+                    assert!(
+                        !(1e-9..=1.0 - 1e-9).contains(&phase_offset),
+                        "{} to {}: {phase_offset}",
+                        from.name,
+                        to.name
+                    );
                 }
             }
         }

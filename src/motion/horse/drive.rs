@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
-use super::planner::{Found, Planner, Wish, Within};
-use super::posture::{Carriage, Lean};
-use super::profile::Rates;
+use super::planner::{Found, Planner, Request, Within};
+use super::posture::{Attitude, Carriage};
+use super::profile::Velocity;
 use super::reach_table::Reachable;
 use super::walk::Walk;
 use super::{HorsePlan, auto};
@@ -24,7 +24,7 @@ pub struct Drive {
     granted: Posture,
     /// Reach of the feet on the trunk's present way.
     way_reach: Reachable,
-    /// Share of the gaits' bob that the trunk makes, 0 to 1: it grows with the first stride and fades with
+    /// Share of the gaits' vertical_oscillation that the trunk makes, 0 to 1: it grows with the first stride and fades with
     /// the last.
     bob_share: f64,
     /// Limit on speed, as a share of the gait's top speed, 0 to 1.
@@ -59,7 +59,7 @@ impl Drive {
     }
 
     /// Resets to standing at time 0, as if the horse had not moved yet.
-    pub fn stand_anew(&mut self) {
+    pub fn reset_to_stand(&mut self) {
         self.walk = Walk::standing(&self.plan);
         self.planner = Planner::new();
         self.carriage = Carriage::level(self.plan.settings.stand_height_m);
@@ -97,29 +97,31 @@ impl Drive {
         }
         // The gait it is changing to: a change that begins by slowing down is no reason to drop that gait.
         let present = self.walk.strides.map(|strides| strides.to);
-        let now = self.walk.rates(self.now_s);
+        let now = self.walk.velocity(self.now_s);
         let (next, reach) = self.next_posture();
         let reach_m = reach.half_excursion_m;
-        let wanted = Rates { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
-        let wish = match command.gait {
+        let wanted = Velocity { speed_m_s: command.speed_m_s, yaw_rate_rad_s: command.yaw_rate_rad_s };
+        let request = match command.gait {
             GaitChoice::Gait(gait) if self.plan.can_do(gait) => {
-                Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) }
+                Request { gait: Some(gait), velocity: self.plan.limited(gait, wanted, reach_m) }
             }
             // Finish one change before the next.
             GaitChoice::Auto => match present.filter(|_| self.has_change_to_come() && !wanted.is_still()) {
-                Some(gait) => Wish { gait: Some(gait), rates: self.plan.limited(gait, wanted, reach_m) },
-                None => auto::wish(&self.plan, present, now, wanted, reach_m),
+                Some(gait) => {
+                    Request { gait: Some(gait), velocity: self.plan.limited(gait, wanted, reach_m) }
+                }
+                None => auto::request(&self.plan, present, now, wanted, reach_m),
             },
-            GaitChoice::Stand | GaitChoice::Gait(_) => Wish { gait: None, rates: Rates::STILL },
+            GaitChoice::Stand | GaitChoice::Gait(_) => Request { gait: None, velocity: Velocity::STILL },
         };
-        let wish = self.slowed(wish, reach_m);
+        let request = self.slowed(request, reach_m);
         // A horse that should stand does so in its present posture. If its steps do not fit another posture
         // yet, they must first be made to fit.
-        let is_to_stand_first = wish.gait.is_none() && self.is_walking();
+        let is_to_stand_first = request.gait.is_none() && self.is_walking();
         let (plan, walk, now_s) = (&self.plan, &mut self.walk, self.now_s);
         self.planner.begin_cycle();
         let goes_on = !is_to_stand_first
-            && match self.planner.follow(plan, walk, now_s, wish, (Within::Next, &reach)) {
+            && match self.planner.follow(plan, walk, now_s, request, (Within::Next, &reach)) {
                 Found::Way => true,
                 Found::NoneYet => false,
                 Found::None => self.planner.keeps(walk, now_s, &reach),
@@ -128,18 +130,18 @@ impl Drive {
             self.carriage.aim_for(next);
             self.way_reach = reach;
         } else if is_to_stand_first || self.way_reach != reach {
-            self.planner.follow(plan, walk, now_s, wish, (Within::Present, &self.way_reach));
+            self.planner.follow(plan, walk, now_s, request, (Within::Present, &self.way_reach));
         }
     }
 
-    /// `wish` limited to the permitted share of the top speed.
-    fn slowed(&self, mut wish: Wish, reach_m: f64) -> Wish {
-        if let Some(gait) = wish.gait.filter(|_| self.speed_share < 1.0) {
-            let speed_m_s = &mut wish.rates.speed_m_s;
+    /// `request` limited to the permitted share of the top speed.
+    fn slowed(&self, mut request: Request, reach_m: f64) -> Request {
+        if let Some(gait) = request.gait.filter(|_| self.speed_share < 1.0) {
+            let speed_m_s = &mut request.velocity.speed_m_s;
             let top_m_s = self.speed_share * self.plan.top_m_s(gait, *speed_m_s, reach_m);
             *speed_m_s = speed_m_s.clamp(-top_m_s, top_m_s);
         }
-        wish
+        request
     }
 
     /// True from the time a change of gait is planned until it is over.
@@ -175,8 +177,8 @@ impl Drive {
     fn move_trunk(&mut self, before_s: f64) {
         let profile = &self.walk.profile;
         let heading_rad = 0.5 * (profile.turn_rad(before_s) + profile.turn_rad(self.now_s));
-        let way_m = profile.way_m(self.now_s) - profile.way_m(before_s);
-        self.trunk_m += way_m * DVec2::from_angle(heading_rad);
+        let distance_m = profile.distance_m(self.now_s) - profile.distance_m(before_s);
+        self.trunk_m += distance_m * DVec2::from_angle(heading_rad);
     }
 
     fn breathe(&mut self, dt_s: f64) {
@@ -214,8 +216,8 @@ impl Drive {
     }
 
     /// Speed and turn of the trunk.
-    pub fn rates(&self) -> Rates {
-        self.walk.rates(self.now_s)
+    pub fn velocity(&self) -> Velocity {
+        self.walk.velocity(self.now_s)
     }
 
     /// The gait, index into the robot's gaits; `None` when the horse stands.
@@ -247,12 +249,13 @@ impl Drive {
     /// Writes the tips and the plan for a trunk whose posture begins `height_m` above the ground.
     pub fn write(&self, height_m: f64, targets: &mut Targets) {
         let posture = self.carriage.now();
-        let bob_m = smooth_step(self.bob_share) * self.walk.bob_m(&self.plan, self.now_s);
-        let lean = Lean {
-            height_m: height_m + posture.rise_m + bob_m,
+        let vertical_oscillation_m =
+            smooth_step(self.bob_share) * self.walk.vertical_oscillation_m(&self.plan, self.now_s);
+        let attitude = Attitude {
+            height_m: height_m + posture.rise_m + vertical_oscillation_m,
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        self.walk.write(&self.plan, self.now_s, &lean, posture.sway_m, self.trunk_m, targets);
+        self.walk.write(&self.plan, self.now_s, &attitude, posture.sway_m, self.trunk_m, targets);
     }
 }

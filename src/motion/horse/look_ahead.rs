@@ -78,7 +78,7 @@ impl Walk {
                 // The swing's furthest points: there the foot is as fast as its root.
                 let landed_s = lifted_s + self.swing.time_s;
                 let fast_s = |s: f64| {
-                    self.swing.catch_up_s(to_m - from_m, self.profile.rates_at(s).at_side_m_s(leg.side_m))
+                    self.swing.catch_up_s(to_m - from_m, self.profile.velocity_at(s).at_side_m_s(leg.side_m))
                 };
                 let furthest = [lifted_s + fast_s(lifted_s), landed_s - fast_s(landed_s)];
                 all =
@@ -88,15 +88,15 @@ impl Walk {
         all
     }
 
-    /// True if the foot of `leg` in its swing of `way_m` is never too fast relative to the trunk from `from_s` on.
-    fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, way_m: f64, from_s: f64) -> bool {
+    /// True if the foot of `leg` in its swing of `distance_m` is never too fast relative to the trunk from `from_s` on.
+    fn swings_slowly_enough(&self, leg: &Leg, lifted_s: f64, distance_m: f64, from_s: f64) -> bool {
         let Some(Strides { swing_speed_max_m_s, .. }) = self.strides else { return true };
-        let fastest_m_s = self.swing.fastest_m_s(way_m);
+        let fastest_m_s = self.swing.fastest_m_s(distance_m);
         // It is fastest between the ramps; the trunk's speed is a straight line there, or nearly so.
         let (begins, ends) = (self.swing.ramp_share, 1.0 - self.swing.ramp_share);
         [begins, 0.5, ends].into_iter().map(|u| lifted_s + u * self.swing.time_s).filter(|s| *s > from_s).all(
             |s| {
-                let trunk_m_s = self.profile.rates_at(s).at_side_m_s(leg.side_m);
+                let trunk_m_s = self.profile.velocity_at(s).at_side_m_s(leg.side_m);
                 (fastest_m_s - trunk_m_s).abs() <= swing_speed_max_m_s
             },
         )

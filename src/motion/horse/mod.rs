@@ -8,8 +8,8 @@
 mod auto;
 mod clock;
 mod drive;
+mod legged;
 mod look_ahead;
-mod on_feet;
 mod planner;
 mod posture;
 mod profile;
@@ -27,8 +27,8 @@ use crate::motion::legged::LeggedGenerator;
 use crate::motion::{Command, GaitChoice};
 pub use clock::StrideClock;
 pub use drive::Drive;
-pub use posture::Lean;
-pub use profile::{Rates, SpeedProfile};
+pub use posture::Attitude;
+pub use profile::{SpeedProfile, Velocity};
 pub use reach_table::{LEVELS, LegReach, ReachTable, Reachable, StridePoint};
 pub use walk::{FootPlace, Walk};
 
@@ -184,29 +184,29 @@ impl HorsePlan {
     }
 
     /// The largest speed of any leg's plane, m/s.
-    fn fastest_plane_m_s(&self, rates: Rates) -> f64 {
-        self.neutral_in_body.iter().map(|neutral| rates.at_side_m_s(neutral.y).abs()).fold(0.0, f64::max)
+    fn fastest_plane_m_s(&self, velocity: Velocity) -> f64 {
+        self.neutral_in_body.iter().map(|neutral| velocity.at_side_m_s(neutral.y).abs()).fold(0.0, f64::max)
     }
 
     /// The slower of the two.
-    fn slowest(&self, a: Rates, b: Rates) -> Rates {
+    fn slowest(&self, a: Velocity, b: Velocity) -> Velocity {
         if self.fastest_plane_m_s(a) <= self.fastest_plane_m_s(b) { a } else { b }
     }
 
     /// The same curve, slowed down until no leg's plane is faster than `top_m_s`.
-    fn slowed_to(&self, rates: Rates, top_m_s: f64) -> Rates {
-        let fastest_m_s = self.fastest_plane_m_s(rates);
-        if fastest_m_s <= top_m_s { rates } else { rates * (top_m_s / fastest_m_s) }
+    fn slowed_to(&self, velocity: Velocity, top_m_s: f64) -> Velocity {
+        let fastest_m_s = self.fastest_plane_m_s(velocity);
+        if fastest_m_s <= top_m_s { velocity } else { velocity * (top_m_s / fastest_m_s) }
     }
 
     /// Duration of a change of speed in which no leg's plane exceeds the acceleration limit, s.
-    fn ramp_s(&self, from: Rates, to: Rates) -> f64 {
+    fn ramp_s(&self, from: Velocity, to: Velocity) -> f64 {
         self.fastest_plane_m_s(to - from) / self.settings.acceleration_m_s2
     }
 
     /// `wanted` limited to what the robot can do in the gait with index `gait`: first the turn to its limit,
     /// then the speed to what that leaves, so that a horse at its top speed slows down to turn.
-    fn limited(&self, gait: usize, wanted: Rates, reach_m: f64) -> Rates {
+    fn limited(&self, gait: usize, wanted: Velocity, reach_m: f64) -> Velocity {
         let forward_m_s = self.top_m_s(gait, 1.0, reach_m);
         let backward_m_s = self.top_m_s(gait, -1.0, reach_m);
         let half_width_m = self.half_width_m().max(f64::MIN_POSITIVE);
@@ -214,7 +214,7 @@ impl HorsePlan {
             self.settings.yaw_rate_max_rad_s.min(forward_m_s.min(backward_m_s) / half_width_m);
         let yaw_rate_rad_s = wanted.yaw_rate_rad_s.clamp(-turn_max_rad_s, turn_max_rad_s);
         let by_turn_m_s = yaw_rate_rad_s.abs() * half_width_m;
-        Rates {
+        Velocity {
             speed_m_s: wanted
                 .speed_m_s
                 .clamp(-(backward_m_s - by_turn_m_s).max(0.0), (forward_m_s - by_turn_m_s).max(0.0)),

@@ -1,4 +1,4 @@
-//! From a wish to a plan that every foot can follow.
+//! From a request to a plan that every foot can follow.
 //!
 //! A plan fixes in advance how speed, turn and gait will change. The planner takes one only if, checked to
 //! its end, it leaves every foot within its reach; otherwise it tries the next, and the present plan
@@ -8,12 +8,12 @@
 //! To change the gait, the horse slows down to a speed that both gaits and the transition between them allow,
 //! moves the stride clock to the new gait in one to four strides, and then goes to the new speed.
 //!
-//! To check a plan takes long, and there are many ways to fulfil a wish: one cycle checks a limited number,
+//! To check a plan takes long, and there are many ways to fulfil a request: one cycle checks a limited number,
 //! and the next continues from there.
 
 use super::HorsePlan;
 use super::clock::{largest_shift, longest_interval_s};
-use super::profile::Rates;
+use super::profile::Velocity;
 use super::reach_table::Reachable;
 use super::walk::{Strides, Walk};
 use crate::motion::curves::SMOOTH_STEP_SLOPE_MAX;
@@ -29,7 +29,7 @@ const TIMES_SLOWER: usize = 8;
 const TRIES: usize = 2 * STARTS.len();
 /// Number of stances and swings that a cycle may check before it must not begin to check another plan.
 pub(super) const LOOKS_MAX: u32 = 800;
-/// Time after which a wish that cannot be followed is tried again, s: the phase of the stride has changed by
+/// Time after which a request that cannot be followed is tried again, s: the phase of the stride has changed by
 /// then. This spares fast loops the work in every cycle.
 const RETRY_S: f64 = 0.009;
 /// When a change may begin: shares of the longest period from now on; the last adds one swing time.
@@ -38,22 +38,22 @@ const STARTS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 /// the air while the trunk slows down, or before it is at full speed, swing faster relative to it.
 const STRETCHES: [f64; 8] = [1.0, 1.5, 2.5, 4.0, 8.0, 16.0, 50.0, 150.0];
 
-/// The wish, within what the robot can do.
+/// The request, within what the robot can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Wish {
+pub(super) struct Request {
     /// Index into the robot's gaits; `None` to stand.
     pub(super) gait: Option<usize>,
-    pub(super) rates: Rates,
+    pub(super) velocity: Velocity,
 }
 
-/// Follows wishes.
+/// Follows requests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Planner {
-    /// The wish that the walk's plan leads to, and the reach it was checked with.
-    followed: Option<(Wish, Reachable)>,
-    /// Failed changes of gait for this wish.
+    /// The request that the walk's plan leads to, and the reach it was checked with.
+    followed: Option<(Request, Reachable)>,
+    /// Failed changes of gait for this request.
     tries: usize,
-    wished: Option<Wish>,
+    requested: Option<Request>,
     /// Failed attempts, one entry for each of a cycle's two reaches.
     vain: [Option<Vain>; 2],
     /// Stances and swings checked in this cycle.
@@ -67,17 +67,17 @@ pub(super) enum Within {
     Present,
 }
 
-/// Failed attempts to follow a wish.
+/// Failed attempts to follow a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Vain {
-    wish: Wish,
+    request: Request,
     /// Number of ways tried: the next cycle continues after them.
     ways: usize,
     /// Time when all had been tried, s, and the reach they were checked with.
     refused: Option<(Reachable, f64)>,
 }
 
-/// Result of an attempt to follow a wish.
+/// Result of an attempt to follow a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Found {
     /// A way was found and taken.
@@ -88,7 +88,7 @@ pub(super) enum Found {
     None,
 }
 
-/// One cycle's part of the search for a way to follow a wish.
+/// One cycle's part of the search for a way to follow a request.
 struct Search {
     /// Number of ways tried so far.
     ways: usize,
@@ -114,7 +114,7 @@ impl Search {
 
 impl Planner {
     pub(super) fn new() -> Planner {
-        Planner { followed: None, tries: 0, wished: None, vain: [None; 2], looked: 0 }
+        Planner { followed: None, tries: 0, requested: None, vain: [None; 2], looked: 0 }
     }
 
     /// Begins a cycle with its full allowance of checks.
@@ -122,18 +122,18 @@ impl Planner {
         self.looked = 0;
     }
 
-    /// Makes `walk` follow `wish` from time `now_s` on, with every foot within `reach`, if there is a way
+    /// Makes `walk` follow `request` from time `now_s` on, with every foot within `reach`, if there is a way
     /// that can begin now.
     pub(super) fn follow(
         &mut self,
         plan: &HorsePlan,
         walk: &mut Walk,
         now_s: f64,
-        wish: Wish,
+        request: Request,
         (within, reach): (Within, &Reachable),
     ) -> Found {
         if let Some((followed, with)) = &mut self.followed
-            && *followed == wish
+            && *followed == request
         {
             if with == reach {
                 return Found::Way;
@@ -143,26 +143,26 @@ impl Planner {
                 return Found::Way;
             }
         }
-        // The plan does not lead to the wish; it may have been a compromise.
+        // The plan does not lead to the request; it may have been a compromise.
         self.followed = None;
-        if self.wished != Some(wish) {
-            (self.wished, self.tries) = (Some(wish), 0);
+        if self.requested != Some(request) {
+            (self.requested, self.tries) = (Some(request), 0);
         }
-        let vain = self.vain[within as usize].filter(|vain| vain.wish == wish);
-        let vain = vain.unwrap_or(Vain { wish, ways: 0, refused: None });
+        let vain = self.vain[within as usize].filter(|vain| vain.request == request);
+        let vain = vain.unwrap_or(Vain { request, ways: 0, refused: None });
         if vain.refused.is_some_and(|(with, at_s)| with == *reach && now_s - at_s < RETRY_S) {
             return Found::None;
         }
         let mut search = Search { ways: vain.ways, is_first: true, is_over: false, looked: self.looked };
-        let is_followed = self.try_to_follow(plan, walk, now_s, wish, reach, &mut search);
+        let is_followed = self.try_to_follow(plan, walk, now_s, request, reach, &mut search);
         self.looked = search.looked;
         if is_followed {
             self.vain[within as usize] = None;
-            self.followed = Some((wish, *reach));
+            self.followed = Some((request, *reach));
             return Found::Way;
         }
         let (ways, refused) = if search.is_over { (0, Some((*reach, now_s))) } else { (search.ways, None) };
-        self.vain[within as usize] = Some(Vain { wish, ways, refused });
+        self.vain[within as usize] = Some(Vain { request, ways, refused });
         if search.is_over { Found::None } else { Found::NoneYet }
     }
 
@@ -171,28 +171,31 @@ impl Planner {
         walk.stays_in_reach(now_s, reach, &mut self.looked)
     }
 
-    /// True if the robot does what is wished.
+    /// True if the robot does what is requested.
     pub(super) fn has_settled(&self) -> bool {
-        self.followed.is_some_and(|(wish, _)| self.wished.is_none_or(|wished| wished == wish))
+        self.followed.is_some_and(|(request, _)| self.requested.is_none_or(|requested| requested == request))
     }
 
-    /// True if the wish can be followed; a way that is found is taken.
-    #[allow(clippy::too_many_arguments, reason = "what is there, what is wished, and how far the search is")]
+    /// True if the request can be followed; a way that is found is taken.
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "what is there, what is requested, and how far the search is"
+    )]
     fn try_to_follow(
         &mut self,
         plan: &HorsePlan,
         walk: &mut Walk,
         now_s: f64,
-        wish: Wish,
+        request: Request,
         reach: &Reachable,
         search: &mut Search,
     ) -> bool {
-        match (wish.gait, walk.strides) {
+        match (request.gait, walk.strides) {
             (None, None) => true,
             (Some(gait), None) => {
                 let mut begun = walk.clone();
                 begun.begin(plan, gait, now_s);
-                take(walk, change_speed(plan, &begun, now_s, wish.rates, reach, search))
+                take(walk, change_speed(plan, &begun, now_s, request.velocity, reach, search))
             }
             (gait, Some(strides)) => {
                 let present = strides.gait_at(now_s);
@@ -204,17 +207,17 @@ impl Planner {
                 steady.recount_lift_offs(now_s);
                 match gait {
                     Some(gait) if gait != present && !strides.is_changing(now_s) => {
-                        self.try_to_change_gait(plan, walk, (&steady, now_s), wish, reach, search)
+                        self.try_to_change_gait(plan, walk, (&steady, now_s), request, reach, search)
                     }
                     Some(gait) if gait != present => {
                         // A change of gait is under way: the speed can follow within that gait's limits.
-                        let rates = plan.limited(present, wish.rates, reach.half_excursion_m);
-                        let found = change_speed(plan, &steady, now_s, rates, reach, search);
+                        let velocity = plan.limited(present, request.velocity, reach.half_excursion_m);
+                        let found = change_speed(plan, &steady, now_s, velocity, reach, search);
                         // The next cycle does not improve on a way that was found.
                         search.is_over |= take(walk, found);
                         false
                     }
-                    _ => take(walk, change_speed(plan, &steady, now_s, wish.rates, reach, search)),
+                    _ => take(walk, change_speed(plan, &steady, now_s, request.velocity, reach, search)),
                 }
             }
         }
@@ -225,17 +228,17 @@ impl Planner {
         plan: &HorsePlan,
         walk: &mut Walk,
         (steady, now_s): (&Walk, f64),
-        wish: Wish,
+        request: Request,
         reach: &Reachable,
         search: &mut Search,
     ) -> bool {
-        let (Some(gait), Some(from)) = (wish.gait, steady.gait(now_s)) else { return false };
+        let (Some(gait), Some(from)) = (request.gait, steady.gait(now_s)) else { return false };
         while search.next_of(TRIES) {
             let (number, start) = (self.tries / STARTS.len(), self.tries % STARTS.len());
             self.tries = self.tries.wrapping_add(1);
-            let change = change_of_gait(plan, steady.rates(now_s), from, wish, gait, reach, number);
+            let change = change_of_gait(plan, steady.velocity(now_s), from, request, gait, reach, number);
             let start_s = starts(plan, steady, now_s)[start];
-            let changed = change_gait(plan, steady, (now_s, start_s), &change, gait, wish.rates);
+            let changed = change_gait(plan, steady, (now_s, start_s), &change, gait, request.velocity);
             let stays = |changed: &Walk| changed.stays_in_reach(now_s, reach, &mut search.looked);
             if take(walk, changed.filter(stays)) {
                 return true;
@@ -258,7 +261,7 @@ fn take(walk: &mut Walk, found: Option<Walk>) -> bool {
 /// A possible change of gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Change {
-    rates: Rates,
+    velocity: Velocity,
     strides: f64,
     /// Stretch of the ramps before and after the change.
     stretch: f64,
@@ -267,9 +270,9 @@ struct Change {
 /// The change of gait to try as number `number`: the quickest first, then all of them slower.
 fn change_of_gait(
     plan: &HorsePlan,
-    now: Rates,
+    now: Velocity,
     from: usize,
-    wish: Wish,
+    request: Request,
     gait: usize,
     reach: &Reachable,
     number: usize,
@@ -278,7 +281,7 @@ fn change_of_gait(
     let (a, b) = (&settings.gaits[from], &settings.gaits[gait]);
     let shift = largest_shift(a, b);
     let period_s = a.period_s(settings.swing_time_s).max(b.period_s(settings.swing_time_s));
-    let slowest = plan.slowest(now, wish.rates);
+    let slowest = plan.slowest(now, request.velocity);
     let (slower, option) = (number / STRIDES.len() % TIMES_SLOWER, number % STRIDES.len());
     #[allow(clippy::cast_precision_loss, reason = "a small number")]
     let slower = SLOWER.powf(slower as f64);
@@ -289,11 +292,12 @@ fn change_of_gait(
         let by_reach_m_s = plan.speed_by_reach_m_s(stance_s, period_s, reach_m);
         let by_legs_m_s =
             CHANGE_SPEED_SHARE * by_reach_m_s.min(plan.speed_by_swing_m_s(from, gait, interval_s));
-        let rates = plan.slowed_to(slowest, slower * by_legs_m_s.min(plan.fastest_plane_m_s(slowest)));
-        let rates = plan.limited(gait, plan.limited(from, rates, reach_m), reach_m);
-        let duration_s = plan.ramp_s(now, rates) + strides * period_s + plan.ramp_s(rates, wish.rates);
+        let velocity = plan.slowed_to(slowest, slower * by_legs_m_s.min(plan.fastest_plane_m_s(slowest)));
+        let velocity = plan.limited(gait, plan.limited(from, velocity, reach_m), reach_m);
+        let duration_s =
+            plan.ramp_s(now, velocity) + strides * period_s + plan.ramp_s(velocity, request.velocity);
         let fits = SMOOTH_STEP_SLOPE_MAX * shift / strides < 0.5;
-        (if fits { duration_s } else { f64::INFINITY }, Change { rates, strides, stretch })
+        (if fits { duration_s } else { f64::INFINITY }, Change { velocity, strides, stretch })
     });
     options.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     options[option].1
@@ -308,23 +312,23 @@ fn starts(plan: &HorsePlan, walk: &Walk, now_s: f64) -> [f64; STARTS.len()] {
 }
 
 /// Duration of a change of speed, s. To or from a stand it takes at least a stride, so that every leg takes part.
-fn ramp_s(plan: &HorsePlan, walk: &Walk, from: Rates, to: Rates) -> f64 {
+fn ramp_s(plan: &HorsePlan, walk: &Walk, from: Velocity, to: Velocity) -> f64 {
     let stride_s = walk.strides.map_or(0.0, |strides| strides.clock.settled_period_s());
     let is_start_or_stop = from.is_still() != to.is_still();
     plan.ramp_s(from, to).max(if is_start_or_stop { stride_s } else { 0.0 })
 }
 
-/// `walk` with its speed changed to `rates` as soon as possible, by one of the ways that this cycle tries.
+/// `walk` with its speed changed to `velocity` as soon as possible, by one of the ways that this cycle tries.
 fn change_speed(
     plan: &HorsePlan,
     walk: &Walk,
     now_s: f64,
-    rates: Rates,
+    velocity: Velocity,
     reach: &Reachable,
     search: &mut Search,
 ) -> Option<Walk> {
     // The way that ends first is tried first.
-    let shortest_s = ramp_s(plan, walk, walk.rates(now_s), rates);
+    let shortest_s = ramp_s(plan, walk, walk.velocity(now_s), velocity);
     let mut ways = [(0.0, 0.0); STARTS.len() * STRETCHES.len()];
     for (start, start_s) in starts(plan, walk, now_s).into_iter().enumerate() {
         for (place, stretch) in STRETCHES.into_iter().enumerate() {
@@ -336,8 +340,9 @@ fn change_speed(
         let (start_s, stretch) = ways[search.ways - 1];
         let mut changed = walk.clone();
         changed.profile = walk.profile.until(now_s, start_s);
-        let ramp_s = stretch * ramp_s(plan, walk, changed.profile.settled(), rates);
-        if changed.profile.ramp_to(rates, ramp_s) && changed.stays_in_reach(now_s, reach, &mut search.looked)
+        let ramp_s = stretch * ramp_s(plan, walk, changed.profile.settled(), velocity);
+        if changed.profile.ramp_to(velocity, ramp_s)
+            && changed.stays_in_reach(now_s, reach, &mut search.looked)
         {
             return Some(changed);
         }
@@ -345,7 +350,7 @@ fn change_speed(
     None
 }
 
-/// `walk` with its gait changed as `change` says from `start_s` on, and then its speed to `rates`; `None` if
+/// `walk` with its gait changed as `change` says from `start_s` on, and then its speed to `velocity`; `None` if
 /// its profile has no room.
 fn change_gait(
     plan: &HorsePlan,
@@ -353,7 +358,7 @@ fn change_gait(
     (now_s, start_s): (f64, f64),
     change: &Change,
     gait: usize,
-    rates: Rates,
+    velocity: Velocity,
 ) -> Option<Walk> {
     let Strides { clock, to: from, .. } = walk.strides?;
     let settings = &plan.settings;
@@ -361,12 +366,12 @@ fn change_gait(
     let profile = &mut changed.profile;
     *profile = profile.until(now_s, start_s);
     let is_whole =
-        profile.ramp_to(change.rates, change.stretch * plan.ramp_s(profile.settled(), change.rates));
+        profile.ramp_to(change.velocity, change.stretch * plan.ramp_s(profile.settled(), change.velocity));
     let change_s = profile.settled_s().max(now_s);
     let clock = clock.change_to(&settings.gaits[gait], settings.swing_time_s, change_s, change.strides);
     let is_whole = is_whole
         && profile.wait_until(clock.change_end_s())
-        && profile.ramp_to(rates, change.stretch * plan.ramp_s(change.rates, rates));
+        && profile.ramp_to(velocity, change.stretch * plan.ramp_s(change.velocity, velocity));
     changed.strides = Some(Strides::new(plan, clock, from, gait, false));
     is_whole.then_some(changed)
 }

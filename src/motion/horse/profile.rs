@@ -7,49 +7,49 @@ use std::ops::{Add, Mul, Sub};
 /// A leg works in one plane, fore and aft, at a fixed distance beside the trunk's middle. In a turn each
 /// plane has its own speed, `V - w y`, and so its own stride.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Rates {
+pub struct Velocity {
     /// Forward, m/s.
     pub speed_m_s: f64,
     /// To the left, rad/s.
     pub yaw_rate_rad_s: f64,
 }
 
-impl Rates {
+impl Velocity {
     /// Standing still.
-    pub const STILL: Rates = Rates { speed_m_s: 0.0, yaw_rate_rad_s: 0.0 };
+    pub const STILL: Velocity = Velocity { speed_m_s: 0.0, yaw_rate_rad_s: 0.0 };
 
     /// Speed of the plane `side_m` to the left of the trunk's middle, m/s.
     pub fn at_side_m_s(self, side_m: f64) -> f64 {
         self.speed_m_s - self.yaw_rate_rad_s * side_m
     }
 
-    /// True if both rates are zero.
+    /// True if both velocity are zero.
     pub fn is_still(self) -> bool {
         self.speed_m_s.abs() < f64::MIN_POSITIVE && self.yaw_rate_rad_s.abs() < f64::MIN_POSITIVE
     }
 }
 
-impl Add for Rates {
-    type Output = Rates;
-    fn add(self, other: Rates) -> Rates {
-        Rates {
+impl Add for Velocity {
+    type Output = Velocity;
+    fn add(self, other: Velocity) -> Velocity {
+        Velocity {
             speed_m_s: self.speed_m_s + other.speed_m_s,
             yaw_rate_rad_s: self.yaw_rate_rad_s + other.yaw_rate_rad_s,
         }
     }
 }
 
-impl Sub for Rates {
-    type Output = Rates;
-    fn sub(self, other: Rates) -> Rates {
+impl Sub for Velocity {
+    type Output = Velocity;
+    fn sub(self, other: Velocity) -> Velocity {
         self + other * -1.0
     }
 }
 
-impl Mul<f64> for Rates {
-    type Output = Rates;
-    fn mul(self, factor: f64) -> Rates {
-        Rates { speed_m_s: self.speed_m_s * factor, yaw_rate_rad_s: self.yaw_rate_rad_s * factor }
+impl Mul<f64> for Velocity {
+    type Output = Velocity;
+    fn mul(self, factor: f64) -> Velocity {
+        Velocity { speed_m_s: self.speed_m_s * factor, yaw_rate_rad_s: self.yaw_rate_rad_s * factor }
     }
 }
 
@@ -60,28 +60,28 @@ const PIECES: usize = 10;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Piece {
     start_s: f64,
-    /// Rates at its start.
-    rates: Rates,
-    /// Change of the rates per second.
-    gain: Rates,
+    /// Velocity at its start.
+    velocity: Velocity,
+    /// Change of the velocity per second.
+    gain: Velocity,
     /// Path length and heading of the trunk up to its start, m and rad.
-    way_m: f64,
+    distance_m: f64,
     turn_rad: f64,
 }
 
 impl Piece {
-    fn rates_at(&self, s: f64) -> Rates {
-        self.rates + self.gain * (s - self.start_s)
+    fn velocity_at(&self, s: f64) -> Velocity {
+        self.velocity + self.gain * (s - self.start_s)
     }
 
-    fn way_m(&self, s: f64) -> f64 {
+    fn distance_m(&self, s: f64) -> f64 {
         let t = s - self.start_s;
-        self.way_m + t * (self.rates.speed_m_s + 0.5 * t * self.gain.speed_m_s)
+        self.distance_m + t * (self.velocity.speed_m_s + 0.5 * t * self.gain.speed_m_s)
     }
 
     fn turn_rad(&self, s: f64) -> f64 {
         let t = s - self.start_s;
-        self.turn_rad + t * (self.rates.yaw_rate_rad_s + 0.5 * t * self.gain.yaw_rate_rad_s)
+        self.turn_rad + t * (self.velocity.yaw_rate_rad_s + 0.5 * t * self.gain.yaw_rate_rad_s)
     }
 }
 
@@ -93,10 +93,10 @@ pub struct SpeedProfile {
 }
 
 impl SpeedProfile {
-    /// The same rates for good; path length and heading are 0 at time 0.
-    pub fn constant(rates: Rates) -> SpeedProfile {
+    /// The same velocity for good; path length and heading are 0 at time 0.
+    pub fn constant(velocity: Velocity) -> SpeedProfile {
         let mut pieces = [Piece::default(); PIECES];
-        pieces[0].rates = rates;
+        pieces[0].velocity = velocity;
         SpeedProfile { pieces, count: 1 }
     }
 
@@ -110,13 +110,13 @@ impl SpeedProfile {
     }
 
     /// Speed and turn at time `s`.
-    pub fn rates_at(&self, s: f64) -> Rates {
-        self.piece(s).rates_at(s)
+    pub fn velocity_at(&self, s: f64) -> Velocity {
+        self.piece(s).velocity_at(s)
     }
 
     /// Path length of the trunk's middle up to time `s`, m.
-    pub fn way_m(&self, s: f64) -> f64 {
-        self.piece(s).way_m(s)
+    pub fn distance_m(&self, s: f64) -> f64 {
+        self.piece(s).distance_m(s)
     }
 
     /// Heading at time `s`, rad, to the left of the heading at time 0.
@@ -127,7 +127,7 @@ impl SpeedProfile {
     /// Path length up to time `s` of the plane `side_m` to the left of the trunk's middle, m.
     pub fn way_at_side_m(&self, s: f64, side_m: f64) -> f64 {
         let piece = self.piece(s);
-        piece.way_m(s) - piece.turn_rad(s) * side_m
+        piece.distance_m(s) - piece.turn_rad(s) * side_m
     }
 
     /// Time when the last change is over, s.
@@ -135,16 +135,16 @@ impl SpeedProfile {
         self.pieces[self.count - 1].start_s
     }
 
-    /// The final rates.
-    pub fn settled(&self) -> Rates {
-        self.pieces[self.count - 1].rates
+    /// The final velocity.
+    pub fn settled(&self) -> Velocity {
+        self.pieces[self.count - 1].velocity
     }
 
     /// Calls `f` with the time of every turning point of the plane at `side_m` between `from_s` and `to_s`.
     pub fn for_turning_points(&self, side_m: f64, from_s: f64, to_s: f64, mut f: impl FnMut(f64)) {
         for (index, piece) in self.pieces().iter().enumerate() {
             let end_s = self.pieces().get(index + 1).map_or(f64::INFINITY, |next| next.start_s);
-            let still_s = piece.start_s - piece.rates.at_side_m_s(side_m) / piece.gain.at_side_m_s(side_m);
+            let still_s = piece.start_s - piece.velocity.at_side_m_s(side_m) / piece.gain.at_side_m_s(side_m);
             if still_s > from_s.max(piece.start_s) && still_s < to_s.min(end_s) {
                 f(still_s);
             }
@@ -167,21 +167,21 @@ impl SpeedProfile {
         profile
     }
 
-    /// Adds a ramp from the end of the last one to `rates`, `duration_s` long. False if there is no room for it.
+    /// Adds a ramp from the end of the last one to `velocity`, `duration_s` long. False if there is no room for it.
     #[must_use]
-    pub fn ramp_to(&mut self, rates: Rates, duration_s: f64) -> bool {
+    pub fn ramp_to(&mut self, velocity: Velocity, duration_s: f64) -> bool {
         if self.count + 1 >= PIECES {
             return false;
         }
         let last = &mut self.pieces[self.count - 1];
         if duration_s <= 0.0 {
-            last.rates = rates;
+            last.velocity = velocity;
             return true;
         }
         let end_s = last.start_s + duration_s;
-        last.gain = (rates - last.rates) * (1.0 / duration_s);
+        last.gain = (velocity - last.velocity) * (1.0 / duration_s);
         self.hold(end_s);
-        self.pieces[self.count - 1].rates = rates;
+        self.pieces[self.count - 1].velocity = velocity;
         true
     }
 
@@ -197,14 +197,14 @@ impl SpeedProfile {
         true
     }
 
-    /// Adds a piece from `s` on that keeps the rates reached there.
+    /// Adds a piece from `s` on that keeps the velocity reached there.
     fn hold(&mut self, s: f64) {
         let last = self.pieces[self.count - 1];
         let held = Piece {
             start_s: s,
-            rates: last.rates_at(s),
-            gain: Rates::STILL,
-            way_m: last.way_m(s),
+            velocity: last.velocity_at(s),
+            gain: Velocity::STILL,
+            distance_m: last.distance_m(s),
             turn_rad: last.turn_rad(s),
         };
         if self.count < PIECES {
@@ -219,11 +219,11 @@ mod tests {
     use super::*;
 
     fn profile() -> SpeedProfile {
-        let start = Rates { speed_m_s: 0.4, yaw_rate_rad_s: -0.2 };
+        let start = Velocity { speed_m_s: 0.4, yaw_rate_rad_s: -0.2 };
         let mut profile = SpeedProfile::constant(start).until(0.0, 1.0);
-        assert!(profile.ramp_to(Rates { speed_m_s: -0.5, yaw_rate_rad_s: 0.3 }, 2.0));
+        assert!(profile.ramp_to(Velocity { speed_m_s: -0.5, yaw_rate_rad_s: 0.3 }, 2.0));
         assert!(profile.wait_until(4.0));
-        assert!(profile.ramp_to(Rates { speed_m_s: 1.0, yaw_rate_rad_s: 0.0 }, 0.5));
+        assert!(profile.ramp_to(Velocity { speed_m_s: 1.0, yaw_rate_rad_s: 0.0 }, 0.5));
         profile
     }
 
@@ -233,14 +233,14 @@ mod tests {
         let mut way = 0.0;
         for step in 0..60_000 {
             let s = f64::from(step) * dt;
-            let middle = profile.rates_at(s + 0.5 * dt);
+            let middle = profile.velocity_at(s + 0.5 * dt);
             way += middle.at_side_m_s(side) * dt;
             assert!((way - profile.way_at_side_m(s + dt, side)).abs() < 1e-7, "at {s} s");
             // 1.3 m/s in half a second is the steepest.
-            let change = profile.rates_at(s + dt).speed_m_s - profile.rates_at(s).speed_m_s;
+            let change = profile.velocity_at(s + dt).speed_m_s - profile.velocity_at(s).speed_m_s;
             assert!(change.abs() <= 3.0 * dt * (1.0 + 1e-6), "at {s} s");
         }
-        assert_eq!(profile.settled(), Rates { speed_m_s: 1.0, yaw_rate_rad_s: 0.0 });
+        assert_eq!(profile.settled(), Velocity { speed_m_s: 1.0, yaw_rate_rad_s: 0.0 });
         assert!((profile.settled_s() - 4.5).abs() < 1e-12);
     }
 
@@ -263,6 +263,6 @@ mod tests {
             assert!((kept.way_at_side_m(s, 0.1) - whole.way_at_side_m(s, 0.1)).abs() < 1e-15);
             assert!((kept.turn_rad(s) - whole.turn_rad(s)).abs() < 1e-15);
         }
-        assert_eq!(kept.settled(), whole.rates_at(4.2));
+        assert_eq!(kept.settled(), whole.velocity_at(4.2));
     }
 }

@@ -49,7 +49,7 @@ fn plan() -> HorsePlan {
                 half_excursion_m: REACH_M,
                 legs: [LegReach::UNLIMITED; 4],
                 levels_m: (0.0, LIFT_M),
-                half_bob_m: 0.0,
+                half_oscillation_m: 0.0,
             },
             stand_height_m: HEIGHT_M,
             heights_m: vec![],
@@ -114,7 +114,7 @@ impl Watched {
             self.furthest_m = self.furthest_m.max(excursion_m.abs());
             assert!(tip.is_finite() && (tip.y - neutral.y).abs() < 1e-12);
             assert!(excursion_m.abs() <= REACH_M * (1.0 + 1e-9), "leg {leg} at {excursion_m} m, {now_s} s");
-            let place = DVec2::new(tip.x + foot.plane_way_m, tip.z + self.targets.trunk_in_world.z);
+            let place = DVec2::new(tip.x + foot.plane_distance_m, tip.z + self.targets.trunk_in_world.z);
             assert!((-1e-12..=LIFT_M + 1e-12).contains(&place.y));
             if foot.is_swing {
                 if let Some((_, since_s)) = self.stance[leg].take() {
@@ -160,7 +160,7 @@ fn command(gait: usize, speed_m_s: f64) -> Command {
 fn reached(gait: usize, speed_m_s: f64) -> impl Fn(&Drive) -> bool {
     move |drive| {
         drive.gait() == Some(gait)
-            && (drive.rates().speed_m_s - speed_m_s).abs() < 1e-9
+            && (drive.velocity().speed_m_s - speed_m_s).abs() < 1e-9
             && drive.walk().strides.is_some_and(|strides| !strides.is_changing(drive.now_s()))
     }
 }
@@ -232,7 +232,7 @@ fn in_a_turn_every_leg_has_its_own_stride_and_none_slips_in_its_plane() {
     let mut horse = Watched::new(&plan);
     horse.step(Command::default());
     let turning = Command { yaw_rate_rad_s: 0.3, ..command(2, 2.0) };
-    horse.until(turning, 10.0, |drive| (drive.rates().yaw_rate_rad_s - 0.3).abs() < 1e-9);
+    horse.until(turning, 10.0, |drive| (drive.velocity().yaw_rate_rad_s - 0.3).abs() < 1e-9);
     let (from, from_s) = (horse.targets.trunk_in_world, horse.drive.now_s());
     // Once round a circle of radius V / w.
     while horse.drive.now_s() - from_s < std::f64::consts::TAU / 0.3 - 0.5 * DT_S {
@@ -256,7 +256,7 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
                 taken.push(gait);
             }
         }
-        assert!((horse.drive.rates().speed_m_s - speed_m_s).abs() < 1e-9, "{speed_m_s} is not reached");
+        assert!((horse.drive.velocity().speed_m_s - speed_m_s).abs() < 1e-9, "{speed_m_s} is not reached");
     }
     let name = |gait: &Option<usize>| gait.map_or("stand", |gait| plan.settings.gaits[gait].name.as_str());
     let names: Vec<&str> = taken.iter().map(name).collect();
@@ -267,7 +267,7 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
     );
 }
 
-/// However hard it is to find a way to follow a wish, no cycle checks more than the limit. The wish leaves hardly
+/// However hard it is to find a way to follow a request, no cycle checks more than the limit. The request leaves hardly
 /// any room in this horse's postures: a cycle that tried all ways would check 8141 stances and swings here.
 #[test]
 fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
@@ -302,7 +302,7 @@ fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
     assert!(most <= LOOKS_MAX + 2 * PLAN_LOOKS_MAX, "{most}");
 }
 
-/// Wishes of an operator who changes their mind.
+/// Requests of an operator who changes their mind.
 fn any_command() -> impl Strategy<Value = (f64, Command)> {
     let gait = prop_oneof![
         1 => Just(GaitChoice::Stand),
@@ -318,11 +318,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
     fn whatever_is_asked_and_whenever_every_foot_stays_in_its_place(
-        wishes in prop::collection::vec(any_command(), 1..12),
+        requests in prop::collection::vec(any_command(), 1..12),
     ) {
         let mut horse = Watched::new(&plan());
         horse.step(Command::default());
-        for (lasts_s, command) in wishes {
+        for (lasts_s, command) in requests {
             let until_s = horse.drive.now_s() + lasts_s;
             while horse.drive.now_s() < until_s {
                 horse.step(command);

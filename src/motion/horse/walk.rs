@@ -9,9 +9,9 @@ use glam::{DQuat, DVec2};
 
 use super::HorsePlan;
 use super::clock::StrideClock;
-use super::posture::Lean;
-use super::profile::{Rates, SpeedProfile};
-use crate::model::Bob;
+use super::posture::Attitude;
+use super::profile::{SpeedProfile, Velocity};
+use crate::model::VerticalOscillation;
 use crate::motion::curves::{SwingCurve, smooth_step};
 use crate::signals::{FootTarget, Targets};
 
@@ -78,7 +78,7 @@ pub struct FootPlace {
     /// Distance to the left of the trunk's middle, m.
     pub side_m: f64,
     /// Distance its plane has moved since the walk began, m.
-    pub plane_way_m: f64,
+    pub plane_distance_m: f64,
     /// True in swing.
     pub is_swing: bool,
     /// Fraction of its share of the weight that it should carry, 0 to 1.
@@ -116,7 +116,7 @@ impl Walk {
     pub fn standing(plan: &HorsePlan) -> Walk {
         Walk {
             swing: plan.swing(),
-            profile: SpeedProfile::constant(Rates::STILL),
+            profile: SpeedProfile::constant(Velocity::STILL),
             strides: None,
             legs: plan.neutral_in_body.map(|neutral| Leg {
                 neutral_m: neutral.x,
@@ -127,18 +127,18 @@ impl Walk {
         }
     }
 
-    /// A horse that has long been walking at `rates` in the gait with index `gait` at time 0; it is settled
+    /// A horse that has long been walking at `velocity` in the gait with index `gait` at time 0; it is settled
     /// after one stride.
-    pub fn cruising(plan: &HorsePlan, gait: usize, rates: Rates) -> Walk {
+    pub fn cruising(plan: &HorsePlan, gait: usize, velocity: Velocity) -> Walk {
         let mut walk = Walk::standing(plan);
-        walk.profile = SpeedProfile::constant(rates);
+        walk.profile = SpeedProfile::constant(velocity);
         walk.begin(plan, gait, 0.0);
         let settings = &plan.settings;
         let half_stance_s = 0.5 * settings.gaits[gait].stance_s(settings.swing_time_s);
         let Some(Strides { clock, .. }) = walk.strides else { return walk };
         for (index, leg) in walk.legs.iter_mut().enumerate() {
             let middle_s = clock.lift_off_s(index, leg.next_lift) - half_stance_s;
-            let at_m = leg.neutral_m + rates.at_side_m_s(leg.side_m) * middle_s;
+            let at_m = leg.neutral_m + velocity.at_side_m_s(leg.side_m) * middle_s;
             leg.foot = Foot::Stance { at_m, since_s: middle_s - half_stance_s };
         }
         walk
@@ -186,20 +186,23 @@ impl Walk {
     }
 
     /// Speed and turn of the trunk at time `s`.
-    pub fn rates(&self, s: f64) -> Rates {
-        self.profile.rates_at(s)
+    pub fn velocity(&self, s: f64) -> Velocity {
+        self.profile.velocity_at(s)
     }
 
-    /// Height of the trunk above its mean height at time `s`, from the bobs of the robot's gaits, m.
-    pub(super) fn bob_m(&self, plan: &HorsePlan, s: f64) -> f64 {
+    /// Height of the trunk above its mean height at time `s`, from the oscillations of the robot's gaits, m.
+    pub(super) fn vertical_oscillation_m(&self, plan: &HorsePlan, s: f64) -> f64 {
         let Some(Strides { clock, from, to, .. }) = self.strides else { return 0.0 };
-        let bob = |gait: usize| plan.settings.gaits[gait].bob;
-        if bob(from) == Bob::NONE && bob(to) == Bob::NONE {
+        let vertical_oscillation = |gait: usize| plan.settings.gaits[gait].vertical_oscillation;
+        if vertical_oscillation(from) == VerticalOscillation::NONE
+            && vertical_oscillation(to) == VerticalOscillation::NONE
+        {
             return 0.0;
         }
         let share = clock.share_changed(s);
         let [before, after] = clock.phases_since_left_hind(s);
-        bob(from).height_m(before) * (1.0 - share) + bob(to).height_m(after) * share
+        vertical_oscillation(from).height_m(before) * (1.0 - share)
+            + vertical_oscillation(to).height_m(after) * share
     }
 
     /// Lifts and lands feet up to time `s`, at the clock's exact times, also between cycles.
@@ -234,10 +237,10 @@ impl Walk {
     }
 
     fn is_centred(&self, leg: &Leg, at_m: f64, s: f64) -> bool {
-        (at_m - leg.neutral_m - self.way_m(leg, s)).abs() < CENTRED_M
+        (at_m - leg.neutral_m - self.distance_m(leg, s)).abs() < CENTRED_M
     }
 
-    fn way_m(&self, leg: &Leg, s: f64) -> f64 {
+    fn distance_m(&self, leg: &Leg, s: f64) -> f64 {
         self.profile.way_at_side_m(s, leg.side_m)
     }
 
@@ -254,7 +257,7 @@ impl Walk {
                 }
                 let next_s = strides.clock.lift_off_s(index, after.next_lift);
                 let middle_m =
-                    0.5 * (self.way_m(leg, lifted_s + self.swing.time_s) + self.way_m(leg, next_s));
+                    0.5 * (self.distance_m(leg, lifted_s + self.swing.time_s) + self.distance_m(leg, next_s));
                 after.foot = Foot::Swing { lifted_s, from_m: at_m, to_m: middle_m + leg.neutral_m };
                 Some((lifted_s, after))
             }
@@ -282,7 +285,7 @@ impl Walk {
                 from_m + (to_m - from_m) * self.swing.way((s - lifted_s) / self.swing.time_s)
             }
         };
-        at_m - self.way_m(leg, s) - leg.neutral_m
+        at_m - self.distance_m(leg, s) - leg.neutral_m
     }
 
     /// State of the feet at time `s`, in the order of [`crate::model::LEG_NAMES`].
@@ -299,7 +302,7 @@ impl Walk {
                 forward_m: excursion_m + leg.neutral_m,
                 up_m: self.up_m(&leg, s),
                 side_m: leg.side_m,
-                plane_way_m: self.way_m(&leg, s),
+                plane_distance_m: self.distance_m(&leg, s),
                 is_swing,
                 load_share: self.load_share(index, &leg, s),
                 swing_acceleration_m_s2,
@@ -317,30 +320,30 @@ impl Walk {
         smooth_step(from_end_s / (LOADING_SHARE * self.swing.time_s))
     }
 
-    /// Writes the tips and the plan at time `s` for a trunk with the lean `lean`, `sway_m` to the left of its
+    /// Writes the tips and the plan at time `s` for a trunk with the attitude `attitude`, `sway_m` to the left of its
     /// feet, with its middle over `trunk_m` on the ground.
     pub(super) fn write(
         &self,
         plan: &HorsePlan,
         s: f64,
-        lean: &Lean,
+        attitude: &Attitude,
         sway_m: f64,
         trunk_m: DVec2,
         targets: &mut Targets,
     ) {
         let heading = DQuat::from_rotation_z(self.profile.turn_rad(s));
-        targets.trunk_in_world = trunk_m.extend(lean.height_m);
-        targets.trunk_turn = heading * lean.tilt();
-        let (trunk_in_world, trunk_turn) = (targets.trunk_in_world, targets.trunk_turn);
+        targets.trunk_in_world = trunk_m.extend(attitude.height_m);
+        targets.trunk_orientation = heading * attitude.tilt();
+        let (trunk_in_world, trunk_orientation) = (targets.trunk_in_world, targets.trunk_orientation);
         let on_feet = targets.set_tips();
         for (foot, chain) in self.feet(s).iter().zip(plan.settings.legs) {
-            let tip = lean.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
+            let tip = attitude.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
             on_feet.tips_in_body[chain] = tip;
             on_feet.feet.push(FootTarget {
                 chain,
-                in_world: trunk_in_world + trunk_turn * tip,
+                in_world: trunk_in_world + trunk_orientation * tip,
                 excursion_m: foot.excursion_m,
-                plane_way_m: foot.plane_way_m,
+                plane_distance_m: foot.plane_distance_m,
                 is_swing: foot.is_swing,
                 load_share: foot.load_share,
                 swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
@@ -348,10 +351,10 @@ impl Walk {
         }
     }
 
-    /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's bob.
+    /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's vertical_oscillation.
     pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
-        let height_m = plan.settings.stand_height_m + self.bob_m(plan, s);
-        let lean = Lean { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
-        self.write(plan, s, &lean, 0.0, DVec2::new(self.profile.way_m(s), 0.0), targets);
+        let height_m = plan.settings.stand_height_m + self.vertical_oscillation_m(plan, s);
+        let attitude = Attitude { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        self.write(plan, s, &attitude, 0.0, DVec2::new(self.profile.distance_m(s), 0.0), targets);
     }
 }

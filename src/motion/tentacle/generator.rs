@@ -4,7 +4,7 @@ use super::TentaclePlan;
 use super::performer::Performer;
 use crate::model::{Robot, StopAction};
 use crate::motion::curves::smooth_step;
-use crate::motion::ends::Ends;
+use crate::motion::torque_phase::TorquePhase;
 use crate::motion::{Activity, Generate, Order, Stroke, StrokeCommand, pose_change, posture_pull};
 use crate::signals::{Permission, State, Targets};
 
@@ -16,11 +16,11 @@ use crate::signals::{Permission, State, Targets};
 ///            +-----------+----------+----------+   permission Stop, or StopAtOnce; before Performing, any stop
 /// ```
 /// `Gather` and `Fold` go to the parked pose joint by joint. An arm that is wound round a pole does not fold,
-/// because it would tear at the pole: it lets go where it is. The [`Ends`] (`Limp`, `TorqueUp`, `LetGo`, `Done`)
+/// because it would tear at the pole: it lets go where it is. The [`TorquePhase`] (`Limp`, `TorqueUp`, `LetGo`, `Done`)
 /// are those of every motion. With the stop action `hold` the arms stay as they are instead of folding: `Held`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
-    Ends(Ends),
+    Torque(TorquePhase),
     Gather { from: f64, duration: f64 },
     Performing { from: f64, is_ending: bool },
     Fold { from: f64, duration: f64 },
@@ -49,7 +49,7 @@ impl TentacleGenerator {
         TentacleGenerator {
             performer: Performer::new(robot, &plan),
             plan,
-            phase: Phase::Ends(Ends::Limp),
+            phase: Phase::Torque(TorquePhase::Limp),
             now_s: 0.0,
             start_pose_rad: vec![0.0; robot.joints.len()],
             perform_for_s,
@@ -64,10 +64,10 @@ impl TentacleGenerator {
         let must_fold = state.permission == Permission::Stop || order == Order::StopAtOnce;
         let must_end = order.is_stop() || must_fold;
         self.phase = match self.phase {
-            Phase::Ends(Ends::TorqueUp { .. }) if must_end => self.fold(state),
-            Phase::Ends(end) => {
+            Phase::Torque(TorquePhase::TorqueUp { .. }) if must_end => self.fold(state),
+            Phase::Torque(end) => {
                 match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
-                    Some(end) => Phase::Ends(end),
+                    Some(end) => Phase::Torque(end),
                     None => Phase::Gather { from: now, duration: self.fold_duration_s() },
                 }
             }
@@ -78,7 +78,7 @@ impl TentacleGenerator {
             Phase::Performing { .. } if must_fold => self.fold(state),
             Phase::Performing { is_ending: true, .. } if self.performer.is_still() => self.fold(state),
             Phase::Fold { from, duration } if now >= from + duration => {
-                Phase::Ends(Ends::let_go(now, 1.0, state, &mut self.start_pose_rad))
+                Phase::Torque(TorquePhase::let_go(now, 1.0, state, &mut self.start_pose_rad))
             }
             unchanged => unchanged,
         };
@@ -90,7 +90,7 @@ impl TentacleGenerator {
         match self.stop_action {
             StopAction::Hold => Phase::Held,
             StopAction::SitThenLimp if self.performer.is_wound() => {
-                Phase::Ends(Ends::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
+                Phase::Torque(TorquePhase::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad))
             }
             StopAction::SitThenLimp => Phase::Fold { from: self.now_s, duration: self.fold_duration_s() },
         }
@@ -103,12 +103,12 @@ impl TentacleGenerator {
 
     fn write_targets(&self, targets: &mut Targets) {
         targets.torque_share = match self.phase {
-            Phase::Ends(end) => end.torque_share(self.now_s, self.torque_ramp_s),
+            Phase::Torque(end) => end.torque_share(self.now_s, self.torque_ramp_s),
             _ => 1.0,
         };
         match self.phase {
-            Phase::Ends(end) if end.is_limp() => targets.set_limp(),
-            Phase::Ends(_) | Phase::Held => self.write_pose(0.0, targets),
+            Phase::Torque(end) if end.is_limp() => targets.set_limp(),
+            Phase::Torque(_) | Phase::Held => self.write_pose(0.0, targets),
             Phase::Gather { from, duration } | Phase::Fold { from, duration } => {
                 self.write_pose(smooth_step((self.now_s - from) / duration), targets);
             }
@@ -139,14 +139,14 @@ impl Generate for TentacleGenerator {
         self.write_targets(targets);
     }
 
-    fn begin_anew(&mut self, state: &State) {
+    fn restart(&mut self, state: &State) {
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         self.phase = Phase::Gather { from: self.now_s, duration: self.fold_duration_s() };
     }
 
     fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Ends(end) => end.activity(Activity::Rising),
+            Phase::Torque(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } => Activity::Rising,
             Phase::Performing { is_ending: true, .. } => Activity::Stopping,
             Phase::Performing { .. } if self.performer.is_still() => match self.performer.stroke() {

@@ -65,15 +65,15 @@ impl Route {
         6.0 * ((c - 2.0 * b + a) * (1.0 - s) + (d - 2.0 * c + b) * s)
     }
 
-    /// The parameter at the distance `way_m` along it; beyond an end, that end.
-    pub fn parameter_at(&self, way_m: f64) -> f64 {
-        let way_m = way_m.clamp(0.0, self.length_m());
-        let piece = self.lengths_m.partition_point(|begin| *begin <= way_m).clamp(1, PIECES) - 1;
+    /// The parameter at the distance `distance_m` along it; beyond an end, that end.
+    pub fn parameter_at(&self, distance_m: f64) -> f64 {
+        let distance_m = distance_m.clamp(0.0, self.length_m());
+        let piece = self.lengths_m.partition_point(|begin| *begin <= distance_m).clamp(1, PIECES) - 1;
         let [begin, end] = [piece, piece + 1].map(|piece| piece as f64 / PIECES as f64);
         let (low_m, high_m) = (self.lengths_m[piece], self.lengths_m[piece + 1]);
-        let mut s = begin + (end - begin) * (way_m - low_m) / (high_m - low_m).max(f64::MIN_POSITIVE);
+        let mut s = begin + (end - begin) * (distance_m - low_m) / (high_m - low_m).max(f64::MIN_POSITIVE);
         for _ in 0..NEWTON_STEPS {
-            let left_m = way_m - low_m - self.length_between(begin, s);
+            let left_m = distance_m - low_m - self.length_between(begin, s);
             let speed_m = self.velocity(s).length();
             // At a cusp, keep the linear guess.
             if speed_m > 1e-9 * self.length_m() {
@@ -88,9 +88,9 @@ impl Route {
         self.place(self.parameter_at(time_s * speed_m_s))
     }
 
-    /// Direction at the distance `way_m`, unit length; x if the direction is undefined there.
-    pub fn direction_at(&self, way_m: f64) -> DVec3 {
-        self.velocity(self.parameter_at(way_m)).try_normalize().unwrap_or(DVec3::X)
+    /// Direction at the distance `distance_m`, unit length; x if the direction is undefined there.
+    pub fn direction_at(&self, distance_m: f64) -> DVec3 {
+        self.velocity(self.parameter_at(distance_m)).try_normalize().unwrap_or(DVec3::X)
     }
 
     fn length_between(&self, from: f64, to: f64) -> f64 {

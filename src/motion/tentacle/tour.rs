@@ -49,14 +49,14 @@ impl Tour {
         self.length_m
     }
 
-    /// The point at the distance `way_m` along it; beyond an end, that end.
-    pub fn place(&self, way_m: f64) -> DVec3 {
+    /// The point at the distance `distance_m` along it; beyond an end, that end.
+    pub fn place(&self, distance_m: f64) -> DVec3 {
         let mut begin_m = 0.0;
         let mut place = self.start;
         for route in self.routes.iter().flatten() {
-            place = route.place(route.parameter_at(way_m - begin_m));
+            place = route.place(route.parameter_at(distance_m - begin_m));
             begin_m += route.length_m();
-            if way_m <= begin_m {
+            if distance_m <= begin_m {
                 break;
             }
         }

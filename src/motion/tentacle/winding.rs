@@ -182,9 +182,9 @@ impl Winding {
 
     /// Writes the ends of links of these lengths, body frame, m, when `wound_m` of the arm is wound.
     pub fn write(&self, wound_m: f64, links_m: impl Iterator<Item = f64>, places: &mut [DVec3]) {
-        let (mut way_m, mut place) = (0.0, self.root_m);
+        let (mut distance_m, mut place) = (0.0, self.root_m);
         for (link_m, end) in links_m.zip(places) {
-            let mut next_m = way_m + link_m / 1.0_f64.hypot(self.slope);
+            let mut next_m = distance_m + link_m / 1.0_f64.hypot(self.slope);
             for _ in 0..NEWTON_STEPS {
                 let (there, along) = self.at(next_m, wound_m);
                 let chord = there - place;
@@ -192,20 +192,20 @@ impl Winding {
                 next_m += (link_m - distance_m) * distance_m / chord.dot(along);
             }
             place = self.at(next_m, wound_m).0;
-            way_m = next_m;
+            distance_m = next_m;
             *end = place;
         }
     }
 
-    /// The position `way_m` from the root along the path as seen along the axis, and its derivative.
-    fn at(&self, way_m: f64, wound_m: f64) -> (DVec3, DVec3) {
-        let on_pole_m = (way_m - self.straight_m).clamp(0.0, wound_m.max(0.0));
-        let straight_m = way_m - self.straight_m - on_pole_m;
+    /// The position `distance_m` from the root along the path as seen along the axis, and its derivative.
+    fn at(&self, distance_m: f64, wound_m: f64) -> (DVec3, DVec3) {
+        let on_pole_m = (distance_m - self.straight_m).clamp(0.0, wound_m.max(0.0));
+        let straight_m = distance_m - self.straight_m - on_pole_m;
         let (sine, cosine) = (self.touches_rad + on_pole_m / self.radius_m).sin_cos();
         let tangent = self.round * cosine - self.out * sine;
         let touching = self.center_m + self.radius_m * (self.out * cosine + self.round * sine);
         let rise = self.up * self.slope;
-        (touching + tangent * straight_m + rise * way_m, tangent + rise)
+        (touching + tangent * straight_m + rise * distance_m, tangent + rise)
     }
 }
 

@@ -86,14 +86,14 @@ impl PoseInFrame<'_> {
         PoseInFrame {
             timestamp,
             frame_id: WORLD.into(),
-            pose: Pose::turned(sample.targets.trunk_in_world, sample.targets.trunk_turn),
+            pose: Pose::turned(sample.targets.trunk_in_world, sample.targets.trunk_orientation),
         }
     }
 
     /// Puts what the message holds into `sample`.
     pub(in crate::recording) fn read_into(&self, sample: &mut Sample) {
         sample.targets.trunk_in_world = self.pose.position.into();
-        sample.targets.trunk_turn = self.pose.orientation.into();
+        sample.targets.trunk_orientation = self.pose.orientation.into();
     }
 }
 
@@ -119,7 +119,7 @@ impl TrueBody {
     pub fn new(body: &signals::TrueBody, timestamp: Stamp) -> TrueBody {
         TrueBody {
             timestamp,
-            pose: Pose::turned(body.position_m, body.turn),
+            pose: Pose::turned(body.position_m, body.orientation),
             velocity: body.velocity_m_s.into(),
             height_m: body.height_m,
             trunk_contact_n: body.trunk_contact_n,
@@ -132,7 +132,7 @@ impl From<TrueBody> for signals::TrueBody {
     fn from(body: TrueBody) -> signals::TrueBody {
         signals::TrueBody {
             position_m: body.pose.position.into(),
-            turn: body.pose.orientation.into(),
+            orientation: body.pose.orientation.into(),
             velocity_m_s: body.velocity.into(),
             height_m: body.height_m,
             trunk_contact_n: body.trunk_contact_n,

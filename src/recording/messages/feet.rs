@@ -52,7 +52,8 @@ pub struct FootPlan {
     /// Distance ahead of the neutral foot point.
     pub excursion_m: f64,
     /// Distance that the plane of its leg has covered since the walk began.
-    pub plane_way_m: f64,
+    #[serde(alias = "plane_way_m")]
+    pub plane_distance_m: f64,
     /// True in swing.
     pub is_swing: bool,
     /// Largest acceleration of the swing.
@@ -63,7 +64,7 @@ impl<'a> Feet<'a> {
     /// The message of `sample` at `timestamp`.
     pub(in crate::recording) fn of(robot: &'a Robot, sample: &Sample, timestamp: Stamp) -> Feet<'a> {
         let targets = &sample.targets;
-        let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_turn * place;
+        let in_world = |place: DVec3| targets.trunk_in_world + targets.trunk_orientation * place;
         let is_placed = !targets.feet().is_empty();
         let foot = |(index, chain): (usize, &'a Chain)| {
             let target = targets.tip_in_body(index);
@@ -84,7 +85,7 @@ impl<'a> Feet<'a> {
                 plan: sample.targets.feet().iter().find(|foot| foot.chain == index).map(|foot| FootPlan {
                     in_world: foot.in_world.into(),
                     excursion_m: foot.excursion_m,
-                    plane_way_m: foot.plane_way_m,
+                    plane_distance_m: foot.plane_distance_m,
                     is_swing: foot.is_swing,
                     swing_acceleration_m_s2: foot.swing_acceleration_m_s2,
                 }),
@@ -110,7 +111,7 @@ impl<'a> Feet<'a> {
                     chain: index,
                     in_world: plan.in_world.into(),
                     excursion_m: plan.excursion_m,
-                    plane_way_m: plan.plane_way_m,
+                    plane_distance_m: plan.plane_distance_m,
                     is_swing: plan.is_swing,
                     load_share: f64::from(u8::from(!plan.is_swing)),
                     swing_acceleration_m_s2: plan.swing_acceleration_m_s2,

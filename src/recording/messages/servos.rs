@@ -8,7 +8,7 @@ use super::super::sample::Sample;
 use super::{Stamp, joint_named};
 use crate::bus::{ServoGoal, Slot};
 use crate::model::Robot;
-use crate::signals::{Feedback, Told};
+use crate::signals::{Feedback, ServoAnswer};
 
 /// `hippocamp.Servos`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub struct Servo<'a> {
     pub reply: Option<Feedback>,
     /// The answer, if it was asked a question instead of feedback.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub told: Option<Told>,
+    pub told: Option<ServoAnswer>,
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde wants a reference")]
@@ -79,7 +79,7 @@ impl<'a> Servos<'a> {
             let (result, reply, told) = match *slot {
                 Slot::Fresh(reply) if state.is_implausible => (SlotResult::Implausible, Some(reply), None),
                 Slot::Fresh(reply) => (SlotResult::Fresh, Some(reply), None),
-                Slot::Told(told) => (SlotResult::Told, None, Some(told)),
+                Slot::Answered(told) => (SlotResult::Told, None, Some(told)),
                 Slot::Missing => (SlotResult::Missing, None, None),
                 Slot::Corrupt => (SlotResult::Corrupt, None, None),
             };
@@ -106,7 +106,7 @@ impl<'a> Servos<'a> {
             }
             sample.state.joints[index].is_implausible = servo.result == SlotResult::Implausible;
             sample.slots[index] = match (servo.result, servo.reply) {
-                (SlotResult::Told, _) => Slot::Told(
+                (SlotResult::Told, _) => Slot::Answered(
                     servo.told.ok_or_else(|| format!("an answer of {} holds nothing", servo.joint))?,
                 ),
                 (SlotResult::Fresh | SlotResult::Implausible, Some(reply)) => Slot::Fresh(reply),

@@ -1,10 +1,10 @@
-//! The two ends of every motion: from limp to torque in place, and from torque to limp.
+//! The two torque_phase of every motion: from limp to torque in place, and from torque to limp.
 
 use super::Activity;
 use super::curves::smooth_step;
 use crate::signals::State;
 
-/// One of the two ends. `from` fields are motion time, s.
+/// One of the two torque_phase. `from` fields are motion time, s.
 ///
 /// ```text
 /// Limp -> Heard -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
@@ -12,7 +12,7 @@ use crate::signals::State;
 ///   +-----------------------------------------------------------------+   ordered to end before there was torque
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Ends {
+pub(super) enum TorquePhase {
     /// Waits until every servo has been heard.
     Limp,
     /// Every servo has been heard: in this cycle safety says where goals start.
@@ -25,7 +25,7 @@ pub(super) enum Ends {
     Done,
 }
 
-impl Ends {
+impl TorquePhase {
     /// The phase at time `now_s`; `None` once the torque has risen for `ramp_s` and the motion's own phases
     /// begin. Writes the pose at which the torque comes on into `pose_rad`.
     pub(super) fn next(
@@ -35,55 +35,55 @@ impl Ends {
         must_end: bool,
         state: &State,
         pose_rad: &mut [f64],
-    ) -> Option<Ends> {
+    ) -> Option<TorquePhase> {
         Some(match self {
-            Ends::Limp | Ends::Heard if must_end => Ends::Done,
+            TorquePhase::Limp | TorquePhase::Heard if must_end => TorquePhase::Done,
             // A limp joint may be moved by hand: torque comes on only where the joint was measured just now.
-            Ends::Heard if state.is_fresh() => {
+            TorquePhase::Heard if state.is_fresh() => {
                 // The start of the goals: each joint's position, or its border if it hangs a little outside.
                 pose_rad.copy_from_slice(&state.goal_rad);
-                Ends::TorqueUp { from: now_s }
+                TorquePhase::TorqueUp { from: now_s }
             }
-            Ends::Limp | Ends::Heard => {
+            TorquePhase::Limp | TorquePhase::Heard => {
                 if state.is_fresh() {
-                    Ends::Heard
+                    TorquePhase::Heard
                 } else {
-                    Ends::Limp
+                    TorquePhase::Limp
                 }
             }
-            Ends::TorqueUp { from } if now_s >= from + ramp_s => return None,
-            Ends::LetGo { from, .. } if now_s >= from + ramp_s => Ends::Done,
+            TorquePhase::TorqueUp { from } if now_s >= from + ramp_s => return None,
+            TorquePhase::LetGo { from, .. } if now_s >= from + ramp_s => TorquePhase::Done,
             unchanged => unchanged,
         })
     }
 
     /// Starts to let go, at time `now_s`, of a robot that holds its last goals with `share` of its torque.
     /// Writes them into `pose_rad`.
-    pub(super) fn let_go(now_s: f64, share: f64, state: &State, pose_rad: &mut [f64]) -> Ends {
+    pub(super) fn let_go(now_s: f64, share: f64, state: &State, pose_rad: &mut [f64]) -> TorquePhase {
         pose_rad.copy_from_slice(&state.goal_rad);
-        Ends::LetGo { from: now_s, share }
+        TorquePhase::LetGo { from: now_s, share }
     }
 
     /// Share of the permitted torque to request at time `now_s`.
     pub(super) fn torque_share(self, now_s: f64, ramp_s: f64) -> f64 {
         match self {
-            Ends::LetGo { from, share } => share * (1.0 - smooth_step((now_s - from) / ramp_s)),
-            Ends::Limp | Ends::Heard | Ends::TorqueUp { .. } | Ends::Done => 1.0,
+            TorquePhase::LetGo { from, share } => share * (1.0 - smooth_step((now_s - from) / ramp_s)),
+            TorquePhase::Limp | TorquePhase::Heard | TorquePhase::TorqueUp { .. } | TorquePhase::Done => 1.0,
         }
     }
 
     /// True if no joint should have torque.
     pub(super) fn is_limp(self) -> bool {
-        matches!(self, Ends::Limp | Ends::Heard | Ends::Done)
+        matches!(self, TorquePhase::Limp | TorquePhase::Heard | TorquePhase::Done)
     }
 
-    /// Activity of a robot whose activity between its ends is `moving`.
+    /// Activity of a robot whose activity between its torque_phase is `moving`.
     pub(super) fn activity(self, moving: Activity) -> Activity {
         match self {
-            Ends::Limp | Ends::Heard => Activity::Limp,
-            Ends::TorqueUp { .. } => moving,
-            Ends::LetGo { .. } => Activity::Stopping,
-            Ends::Done => Activity::Done,
+            TorquePhase::Limp | TorquePhase::Heard => Activity::Limp,
+            TorquePhase::TorqueUp { .. } => moving,
+            TorquePhase::LetGo { .. } => Activity::Stopping,
+            TorquePhase::Done => Activity::Done,
         }
     }
 }

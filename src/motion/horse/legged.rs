@@ -1,11 +1,11 @@
 //! A horse as a robot that stands up, acts on its feet, and stops.
 
 use super::Drive;
-use crate::motion::legged::{OnFeet, STAND_S};
+use crate::motion::legged::{LeggedMotion, STAND_S};
 use crate::motion::{Activity, Command, Order};
 use crate::signals::{State, Targets};
 
-impl OnFeet for Drive {
+impl LeggedMotion for Drive {
     type Command = Command;
 
     fn command(&self, order: Order, since_s: f64, move_for_s: f64) -> Option<Command> {
@@ -24,8 +24,8 @@ impl OnFeet for Drive {
         Drive::step(self, dt_s, command);
     }
 
-    fn stand_anew(&mut self) {
-        Drive::stand_anew(self);
+    fn reset_to_stand(&mut self) {
+        Drive::reset_to_stand(self);
     }
 
     fn is_standing(&self) -> bool {
@@ -49,7 +49,7 @@ impl OnFeet for Drive {
     }
 
     fn speed_m_s(&self) -> f64 {
-        self.rates().speed_m_s
+        self.velocity().speed_m_s
     }
 
     fn drive(&self) -> Option<&Drive> {

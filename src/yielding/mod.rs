@@ -11,6 +11,9 @@
 //! ```
 //! A load that is there at every return is no hand: safety handles a jam.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use crate::model::{Robot, YieldSettings};

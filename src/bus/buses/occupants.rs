@@ -8,19 +8,19 @@ use crate::model::Robot;
 
 /// Whose servos are on a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::bus) enum Company {
+pub(in crate::bus) enum Occupants {
     /// The servos of its bus, as far as they answer.
     Own,
     /// No servo answers.
     Nobody,
     /// The servos of another bus or robot: which, in words.
-    Stranger(String),
+    Foreign(String),
 }
 
 impl<P: Ports> Buses<P> {
     /// Whose servos are on the line of `bus`. Only reads, and asks each servo once: a lost reply does no harm,
     /// since one good reply is enough.
-    pub(in crate::bus) fn company(&mut self, robot: &Robot, bus: usize) -> Company {
+    pub(in crate::bus) fn occupants(&mut self, robot: &Robot, bus: usize) -> Occupants {
         self.tries = 1;
         let name = |bus: usize| &robot.buses[bus].name;
         let (mut own, mut missing) = (0, 0);
@@ -35,7 +35,7 @@ impl<P: Ports> Buses<P> {
                     });
                     let of =
                         twin.map_or_else(String::new, |(_, twin)| format!(", as on bus {}", name(twin.bus)));
-                    return Company::Stranger(format!(
+                    return Occupants::Foreign(format!(
                         "its servo {} is model number {found}{of}, not {} ({})",
                         servo.id, servo.model.model_number, servo.model.name
                     ));
@@ -44,7 +44,7 @@ impl<P: Ports> Buses<P> {
             }
         }
         if missing == 0 {
-            return Company::Own;
+            return Occupants::Own;
         }
         // Some servos are silent. Check whether a servo of another bus answers with an id that this bus lacks.
         let is_own = |id| servos(robot).any(|(_, own)| own.bus == bus && own.id == id);
@@ -56,10 +56,10 @@ impl<P: Ports> Buses<P> {
         });
         match stranger {
             Some((_, servo)) => {
-                Company::Stranger(format!("servo {} of bus {} answers there", servo.id, name(servo.bus)))
+                Occupants::Foreign(format!("servo {} of bus {} answers there", servo.id, name(servo.bus)))
             }
-            None if own == 0 => Company::Nobody,
-            None => Company::Own,
+            None if own == 0 => Occupants::Nobody,
+            None => Occupants::Own,
         }
     }
 
@@ -87,11 +87,11 @@ mod tests {
     }
 
     /// Whose servos are on the line of bus 0 of `robot`, which carries those of `built`.
-    fn company(robot: &Robot, built: &Robot, faults: &str) -> Company {
+    fn occupants(robot: &Robot, built: &Robot, faults: &str) -> Occupants {
         let pose: Vec<f64> = built.joints.iter().map(Joint::middle_rad).collect();
         let faults = FaultScript::from_toml(faults).unwrap();
         let world = simulation::world_from_pose(built, &pose, 1, &faults).unwrap();
-        Buses::new(robot, SimPorts::on_virtual_clock(world)).company(robot, 0)
+        Buses::new(robot, SimPorts::on_virtual_clock(world)).occupants(robot, 0)
     }
 
     fn moved(robot: &Robot, bus_of: impl Fn(usize, ServoId) -> usize) -> Robot {
@@ -105,19 +105,19 @@ mod tests {
     #[test]
     fn the_own_servos_are_known_with_one_of_them_silent_too() {
         let robot = horse();
-        assert_eq!(company(&robot, &robot, ""), Company::Own);
+        assert_eq!(occupants(&robot, &robot, ""), Occupants::Own);
         let silent = "[[fault]]\nkind = 'silent'\nat_s = 0\nbus = 'left_hind'\nid = 2\n";
-        assert_eq!(company(&robot, &robot, silent), Company::Own);
+        assert_eq!(occupants(&robot, &robot, silent), Occupants::Own);
         let none = "[[fault]]\nkind = 'silent'\nat_s = 0\nbus = 'left_hind'\n";
-        assert_eq!(company(&robot, &robot, none), Company::Nobody);
+        assert_eq!(occupants(&robot, &robot, none), Occupants::Nobody);
     }
 
     #[test]
     fn anothers_servos_are_told_by_their_ids() {
         let robot = horse();
         let swapped = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
-        let found = Company::Stranger("servo 5 of bus left_fore answers there".into());
-        assert_eq!(company(&robot, &swapped, ""), found);
+        let found = Occupants::Foreign("servo 5 of bus left_fore answers there".into());
+        assert_eq!(occupants(&robot, &swapped, ""), found);
     }
 
     /// All ids but one are the same on both buses.
@@ -128,15 +128,15 @@ mod tests {
             servo.id = ServoId((servo.id.0 - 1) % 4 + 1);
         }
         let swap = |robot: &Robot| moved(robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
-        assert_eq!(company(&robot, &swap(&robot), ""), Company::Own, "nothing tells them");
+        assert_eq!(occupants(&robot, &swap(&robot), ""), Occupants::Own, "nothing tells them");
 
         let mut other_id = robot.clone();
         other_id.joints[7].servo.as_mut().unwrap().id = ServoId(9);
-        let found = Company::Stranger("servo 9 of bus left_fore answers there".into());
-        assert_eq!(company(&other_id, &swap(&other_id), ""), found);
+        let found = Occupants::Foreign("servo 9 of bus left_fore answers there".into());
+        assert_eq!(occupants(&other_id, &swap(&other_id), ""), found);
 
         robot.joints[6].servo.as_mut().unwrap().model = ServoModel::named("XM430-W350").unwrap();
         let found = "its servo 3 is model number 1020, as on bus left_fore, not 1030 (XM430-W210)";
-        assert_eq!(company(&robot, &swap(&robot), ""), Company::Stranger(found.into()));
+        assert_eq!(occupants(&robot, &swap(&robot), ""), Occupants::Foreign(found.into()));
     }
 }

@@ -15,7 +15,7 @@ const TRIES: u8 = 3;
 
 /// The state of the settings of one line's servos.
 #[derive(Debug)]
-pub(super) struct Renewals {
+pub(super) struct SettingsResend {
     /// Value of the bus watchdogs; `None` while they are not armed.
     watchdog_units: Option<u8>,
     /// When each servo was last heard; `None` before the first time.
@@ -24,9 +24,9 @@ pub(super) struct Renewals {
     left: Vec<u8>,
 }
 
-impl Renewals {
-    pub(super) fn new(servos: usize) -> Renewals {
-        Renewals { watchdog_units: None, heard: vec![None; servos], left: vec![0; servos] }
+impl SettingsResend {
+    pub(super) fn new(servos: usize) -> SettingsResend {
+        SettingsResend { watchdog_units: None, heard: vec![None; servos], left: vec![0; servos] }
     }
 
     pub(super) fn arm_watchdog(&mut self, units: u8, now: Time) {

@@ -22,7 +22,7 @@ const QUESTIONS: u8 = 3;
 
 /// The state of one joint's servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Trip {
+pub(super) struct Shutdown {
     stage: Stage,
     /// How often it was asked for the cause since it went out.
     asked: u8,
@@ -46,8 +46,9 @@ impl Stage {
     const NONE: Stage = Stage::In { wrong_s: 0.0 };
 }
 
-impl Trip {
-    pub(super) const NONE: Trip = Trip { stage: Stage::NONE, asked: 0, was_tried: false, is_told: false };
+impl Shutdown {
+    pub(super) const NONE: Shutdown =
+        Shutdown { stage: Stage::NONE, asked: 0, was_tried: false, is_told: false };
 
     /// Looks at the servo `dt_s` after the last look. An alarm counts once it has lasted `delay_s`. A jammed joint
     /// may try again only while the robot is parked.
@@ -156,32 +157,32 @@ mod tests {
         JointState { alarms: 0x80, alarm_causes, ..well() }
     }
 
-    fn looked(trip: Trip, measured: &JointState, times: usize) -> Trip {
-        look(trip, measured, times, false)
+    fn looked(servo: Shutdown, measured: &JointState, times: usize) -> Shutdown {
+        look(servo, measured, times, false)
     }
 
-    fn look(trip: Trip, measured: &JointState, times: usize, is_parked: bool) -> Trip {
-        (0..times).fold(trip, |mut trip, _| {
-            trip.look(0.01, 0.5, is_parked, measured);
-            trip
+    fn look(servo: Shutdown, measured: &JointState, times: usize, is_parked: bool) -> Shutdown {
+        (0..times).fold(servo, |mut servo, _| {
+            servo.look(0.01, 0.5, is_parked, measured);
+            servo
         })
     }
 
-    fn restarted(mut trip: Trip, measured: &JointState) -> Trip {
-        assert!(trip.can_restart(measured));
-        trip.restart(measured);
-        trip
+    fn restarted(mut servo: Shutdown, measured: &JointState) -> Shutdown {
+        assert!(servo.can_restart(measured));
+        servo.restart(measured);
+        servo
     }
 
     #[test]
     fn an_overload_that_lasts_takes_it_out_and_a_restart_brings_it_back() {
         let overload = alarmed(0x20);
-        assert!(!looked(Trip::NONE, &overload, 49).is_out());
-        let out = looked(Trip::NONE, &overload, 52);
+        assert!(!looked(Shutdown::NONE, &overload, 49).is_out());
+        let out = looked(Shutdown::NONE, &overload, 52);
         assert!(out.is_out());
         let restarting = looked(restarted(out, &overload), &silent(), 100);
         assert!(restarting.is_out() && restarting.is_restarting());
-        assert_eq!(looked(restarting, &well(), 1), Trip::NONE);
+        assert_eq!(looked(restarting, &well(), 1), Shutdown::NONE);
     }
 
     #[test]
@@ -189,18 +190,18 @@ mod tests {
         // Causes that a restart does not clear: voltage, heat, encoder, shock; and an overload that came with heat.
         for causes in [0x01, 0x04, 0x08, 0x10, 0x24] {
             let measured = alarmed(causes);
-            let mut out = look(Trip::NONE, &measured, 100_000, true);
+            let mut out = look(Shutdown::NONE, &measured, 100_000, true);
             assert!(out.is_out() && !out.can_restart(&measured), "0x{causes:02X}");
             assert_eq!(out.take_news(&measured), Some(OutageCause::Alarm(causes)));
             assert_eq!(out.take_news(&measured), None, "told once");
-            assert_eq!(looked(out, &well(), 1), Trip::NONE, "heat passes");
+            assert_eq!(looked(out, &well(), 1), Shutdown::NONE, "heat passes");
         }
     }
 
     #[test]
     fn one_that_does_not_say_why_is_asked_three_times_and_restarted_once_a_park() {
         let measured = alarmed(0);
-        let mut out = look(Trip::NONE, &measured, 60, true);
+        let mut out = look(Shutdown::NONE, &measured, 60, true);
         for _ in 0..3 {
             assert!(out.is_to_be_asked(&measured) && !out.can_restart(&measured));
             assert_eq!(out.take_news(&measured), None, "it may yet say why");
@@ -217,30 +218,30 @@ mod tests {
     #[test]
     fn a_lost_reply_neither_ends_nor_adds_to_an_alarm() {
         let alternating = |times: usize| {
-            (0..times).fold(Trip::NONE, |trip, time| {
-                looked(trip, &if time % 2 == 0 { alarmed(0x20) } else { silent() }, 1)
+            (0..times).fold(Shutdown::NONE, |servo, time| {
+                looked(servo, &if time % 2 == 0 { alarmed(0x20) } else { silent() }, 1)
             })
         };
         assert!(!alternating(98).is_out(), "heard 49 times");
         assert!(alternating(104).is_out(), "heard 52 times");
-        assert_eq!(looked(alternating(98), &well(), 1), Trip::NONE);
+        assert_eq!(looked(alternating(98), &well(), 1), Shutdown::NONE);
     }
 
     #[test]
     fn what_was_jammed_stays_out_until_the_robot_is_parked() {
-        let mut trip = Trip::NONE;
-        trip.jam();
-        assert_eq!(trip.take_news(&well()), Some(OutageCause::Jam));
-        trip = looked(trip, &well(), 2000);
-        assert!(trip.is_out() && !trip.can_restart(&well()), "though its servo is well");
-        trip.look(0.01, 0.5, true, &well());
-        assert_eq!(trip, Trip::NONE);
+        let mut servo = Shutdown::NONE;
+        servo.jam();
+        assert_eq!(servo.take_news(&well()), Some(OutageCause::Jam));
+        servo = looked(servo, &well(), 2000);
+        assert!(servo.is_out() && !servo.can_restart(&well()), "though its servo is well");
+        servo.look(0.01, 0.5, true, &well());
+        assert_eq!(servo, Shutdown::NONE);
     }
 
     #[test]
     fn a_restart_in_vain_is_tried_again_and_not_at_once() {
         let overload = alarmed(0x20);
-        let out = looked(Trip::NONE, &overload, 52);
+        let out = looked(Shutdown::NONE, &overload, 52);
         let again = looked(restarted(out, &overload), &overload, 402);
         assert!(again.is_out() && !again.can_restart(&overload));
         assert!(looked(again, &overload, 1001).can_restart(&overload));
