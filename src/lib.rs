@@ -9,6 +9,7 @@
 //! balance   targets, state        -> feet moved against a fall
 //! ik        targets               -> joint angles, and the residual
 //! standing  targets, state        -> joint angles corrected for the sag of loaded joints
+//! yielding  joint angles, state   -> the same; the angles of an overloaded arm
 //! safety    joint angles, state   -> a command: move, hold, limp
 //! counts    command               -> goals in servo counts
 //! bus       goals                 -> one slot per servo: a reply, or the reason why there is none

@@ -19,21 +19,11 @@ pub struct RunPlan {
 impl RunPlan {
     /// The reason why a run ends that went as planned.
     pub fn done(&self) -> &'static str {
-        match &self.motion {
-            Plan::Horse(_) => "walked for the time asked",
-            Plan::Tentacle(_) => "moved for the time asked",
-            Plan::Figure(_) => "stood for the time asked",
-        }
+        self.motion.done()
     }
 
     /// Name of the gait that a horse was planned for, and its speed, m/s; none for other robots.
     pub fn gait_and_speed(&self) -> (Option<String>, Option<f64>) {
-        match &self.motion {
-            Plan::Horse(horse) => {
-                let gait = horse.gait_name(horse.command.gait).to_owned();
-                (Some(gait), Some(horse.command.speed_m_s))
-            }
-            Plan::Tentacle(_) | Plan::Figure(_) => (None, None),
-        }
+        self.motion.gait().map(|(gait, speed_m_s)| (gait.to_owned(), speed_m_s)).unzip()
     }
 }

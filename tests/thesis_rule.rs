@@ -73,7 +73,7 @@ fn walk_to_trot_adds_the_times_the_thesis_names() {
 
 #[test]
 fn a_change_of_speed_alone_adds_its_way_until_each_lift_off() {
-    // 3.4, 3.5: (V' - V) C on top of V' P / (1 - alpha); walk, T = 1 s, C = phase_offset T.
+    // 3.4, 3.5: (V' - V) C on top of V' P / (1 - alpha); walk, T = 1 s, C = phase offset T.
     let rule = change(("walk", 1.2), ("walk", 1.7), 0.0);
     let added_m = rule.legs().map(|leg| leg.stride_m - 1.7 * 1.0);
     assert_near(added_m, [0.0, 0.5 * 0.2, 0.5 * 0.5, 0.5 * 0.7], 1e-12);

@@ -12,8 +12,8 @@ mod guard;
 mod imu;
 mod interrupt;
 mod jog;
-mod kind;
 mod load;
+mod mode;
 mod monitor;
 mod operator;
 mod panics;
@@ -464,8 +464,8 @@ pub fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
-        Command::Run(options) => run::run(options, kind::Kind::Run),
-        Command::Show(options) => run::run(options, kind::Kind::Show),
+        Command::Run(options) => run::run(options, mode::RunMode::Run),
+        Command::Show(options) => run::run(options, mode::RunMode::Show),
         Command::Jog(options) => jog::jog(options),
         Command::Doctor(options) => doctor::doctor(options),
         Command::Imu(command) => imu::imu(command),

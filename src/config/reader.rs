@@ -161,24 +161,23 @@ impl<'a> Section<'a> {
         let found = self.entries?.get(key);
         let older = OLD_KEYS.iter().filter(|(_, now)| *now == key).find_map(|(old, _)| {
             let found = self.entries?.get(*old)?;
-            self.know(old);
-            Some((*old, found))
+            let is_first = self.know(old);
+            Some((*old, found, is_first))
         });
-        match (found, older) {
-            (Some(found), Some((old, _))) => {
-                self.fault(old, format!("no such key beside {key}, its name of today"));
-                Some(found)
-            }
-            (found, older) => found.or(older.map(|(_, found)| found)),
+        if let (Some(_), Some((old, _, true))) = (found, older) {
+            self.fault(old, format!("either {old}, an old name, or {key}, not both"));
         }
-        .map(Spanned::get_ref)
+        found.or(older.map(|(_, found, _)| found)).map(Spanned::get_ref)
     }
 
-    fn know(&self, key: &'static str) {
+    /// Makes `key` a known one; true if it was not.
+    fn know(&self, key: &'static str) -> bool {
         let mut known = self.known.borrow_mut();
-        if !known.contains(&key) {
+        let is_new = !known.contains(&key);
+        if is_new {
             known.push(key);
         }
+        is_new
     }
 
     fn required(&self, key: &'static str, expected: &str) -> Option<&'a DeValue<'a>> {

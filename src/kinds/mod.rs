@@ -2,7 +2,8 @@
 //! for what it does.
 //!
 //! The part of a kind that runs in the loop, its plan and generator, is in the folder of the same name in
-//! [`crate::motion`]. Commands, trials, pictures and the replay use the trait [`Kind`] and know no kind by name.
+//! [`crate::motion`]. Commands, trials, pictures and the replay use the trait [`Kind`]. They name a kind only where it alone has the thing: a
+//! gamepad drives horses, a show is of arms, `plot --thesis` is of gaits, and a trial looks at a figure's head.
 
 pub mod figure;
 pub mod horse;

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use super::{Gait, VerticalOscillation};
 
 impl Gait {
-    /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the phase_offsets of 3.3, and our own in
+    /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the phase offsets of 3.3, and our own in
     /// addition.
     ///
     /// `walk-steady` has a longer stance, which keeps a robot inside the triangle of its standing feet. The thesis'
     /// canter and gallop begin with the left hind foot and lead with the right feet; `-left` is the mirror image.
-    /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two phase_offsets give it: here it is the gallop with
+    /// The rotary gallop, LH RH RF LF, is only named in 2.2.4 and no two phase offsets give it: here it is the gallop with
     /// its fore feet exchanged, so that beats and flight stay the same; its fore feet lead on the other side.
     ///
     /// Walk, trot, canter and gallop are chosen by speed: trot above the Froude number 0.35 (horse-like
@@ -59,7 +59,7 @@ impl Gait {
         Gait { name: name.to_owned(), phase_offsets, auto_froude_max: None, ..self.clone() }
     }
 
-    /// Lift-off of each leg as shares of the period, from the thesis' two phase_offsets: D1 of the fore foot after the hind
+    /// Lift-off of each leg as shares of the period, from the thesis' two phase offsets: D1 of the fore foot after the hind
     /// foot of its side, D2 of the right feet after the left ones. LH 0, LF D1, RH D2, RF D1 + D2, modulo 1.
     pub fn phase_offsets_of_thesis(fore_hind_phase_offset: f64, left_right_phase_offset: f64) -> [f64; 4] {
         [
@@ -92,7 +92,7 @@ impl Gait {
 }
 
 impl VerticalOscillation {
-    /// No vertical_oscillation: the trunk stays at its height.
+    /// No vertical oscillation: the trunk stays at its height.
     pub const NONE: VerticalOscillation = VerticalOscillation { rise_m: 0.0, per_stride: 0, highest_at: 0.0 };
 
     /// Height above the mean at the clock's `phase`, m.

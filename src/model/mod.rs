@@ -259,7 +259,7 @@ pub struct Gait {
     pub name: String,
     /// Duty factor: share of the period that a foot is in stance, 0 < d < 1 (thesis: alpha).
     pub duty_factor: f64,
-    /// Phase offset of each leg's lift-off as a share of the period, 0 <= phase_offset < 1, in the order of [`LEG_NAMES`].
+    /// Phase offset of each leg's lift-off as a share of the period, 0 <= phase offset < 1, in the order of [`LEG_NAMES`].
     pub phase_offsets: [f64; 4],
     /// How the trunk rises and falls in this gait.
     pub vertical_oscillation: VerticalOscillation,

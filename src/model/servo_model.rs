@@ -56,7 +56,7 @@ pub struct Registers {
     pub return_delay: Option<Register>,
     /// Values written, in this order, before a run and again to a servo that may have restarted: torque off;
     /// no bus watchdog (one that has tripped rejects goals); no ramp of the servo's own (the goals are
-    /// already smooth, and a ramp would only make it phase_offset).
+    /// already smooth, and a ramp would only make it lag).
     pub preparation: &'static [(Register, i64)],
     /// Torque on (1) or off (0).
     pub torque_enable: Register,

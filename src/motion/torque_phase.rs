@@ -1,10 +1,10 @@
-//! The two torque_phase of every motion: from limp to torque in place, and from torque to limp.
+//! The two ends of every motion: from limp to torque in place, and from torque to limp.
 
 use super::Activity;
 use super::curves::smooth_step;
 use crate::signals::State;
 
-/// One of the two torque_phase. `from` fields are motion time, s.
+/// One of the two ends. `from` fields are motion time, s.
 ///
 /// ```text
 /// Limp -> Heard -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
@@ -77,7 +77,7 @@ impl TorquePhase {
         matches!(self, TorquePhase::Limp | TorquePhase::Heard | TorquePhase::Done)
     }
 
-    /// Activity of a robot whose activity between its torque_phase is `moving`.
+    /// Activity of a robot whose activity between its ends is `moving`.
     pub(super) fn activity(self, moving: Activity) -> Activity {
         match self {
             TorquePhase::Limp | TorquePhase::Heard => Activity::Limp,

@@ -48,7 +48,7 @@ impl Sample {
         self.goals.copy_from_slice(cycle.goals);
         self.slots.copy_from_slice(cycle.slots);
         self.state.clone_from(cycle.state);
-        self.buses.copy_from_slice(cycle.buses);
+        self.buses.iter_mut().zip(cycle.buses).for_each(|(bus, seen)| *bus = *seen);
     }
 
     /// The cycle, as the observers see it.

@@ -355,11 +355,6 @@ impl<'r> Reflex<'r> {
         }
     }
 
-    /// True once it has fallen and stays limp.
-    pub fn is_down(&self) -> bool {
-        self.phase == Phase::Limp
-    }
-
     /// Falls so far; `None` if the robot's file has no settings for them.
     pub fn report(&self) -> Option<ReflexReport> {
         self.settings.is_some().then_some(self.report)

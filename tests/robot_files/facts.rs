@@ -236,10 +236,8 @@ fn a_gait_may_use_the_old_names_of_its_keys_but_not_both() {
     assert!(wrong.contains("motion.gait[1].lags[0]"), "{wrong}");
     let both = old.replace("bob_mm = 3", "bob_mm = 3\nvertical_oscillation_mm = 4");
     let refused = config::parse(&both, "old").unwrap_err().to_string();
-    assert!(
-        refused.contains("motion.gait[1].bob_mm") && refused.contains("vertical_oscillation_mm"),
-        "{refused}"
-    );
+    assert!(refused.contains("either bob_mm, an old name, or vertical_oscillation_mm"), "{refused}");
+    assert_eq!(refused.matches("an old name").count(), 1, "{refused}");
 }
 
 #[test]

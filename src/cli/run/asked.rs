@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 
 use super::super::drivers::DriverArguments;
-use super::super::kind::Kind;
+use super::super::mode::RunMode;
 use super::super::ports::PortOption;
 use super::super::{BadInput, UnitArguments, seed, unit};
 use crate::config::UnitFile;
@@ -97,7 +97,7 @@ pub(super) struct Places {
 }
 
 /// Checks that `robot` can run at all, and for as long as `options` say.
-pub(super) fn check(options: &RunArguments, kind: Kind, robot: &Robot) -> Result<(), BadInput> {
+pub(super) fn check(options: &RunArguments, mode: RunMode, robot: &Robot) -> Result<(), BadInput> {
     if robot.buses.is_empty() {
         let path = options.robot.display();
         return Err(BadInput(format!(
@@ -105,11 +105,11 @@ pub(super) fn check(options: &RunArguments, kind: Kind, robot: &Robot) -> Result
             robot.name
         )));
     }
-    if kind == Kind::Run && options.driver.script().is_some() && options.walk_for_s.is_some() {
+    if mode == RunMode::Run && options.driver.script().is_some() && options.walk_for_s.is_some() {
         let said = "--for: cannot be used with --script, which says itself when it ends (end_s)";
         return Err(BadInput(said.to_owned()));
     }
-    let for_s = kind.for_s(options);
+    let for_s = mode.for_s(options);
     if !(for_s.is_finite() && for_s >= 0.0) {
         return Err(BadInput(format!("--for {for_s}: expected a time in seconds, 0 or more")));
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::super::drivers::{Driver, load_script};
-use super::super::kind::Kind;
 use super::super::load::Loaded;
+use super::super::mode::RunMode;
 use super::super::{BadInput, Several};
 use super::RunArguments;
 use crate::input::read_text;
@@ -17,7 +17,7 @@ use crate::operator::Script;
 use crate::simulation;
 
 /// The plan, its length, and the driver: drivers other than the plan start from a stand, for as long as they like.
-pub(super) fn plan(options: &RunArguments, command: Kind, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
+pub(super) fn plan(options: &RunArguments, mode: RunMode, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
     let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
     let asked = Asked {
         gait: options.gait.as_deref(),
@@ -26,19 +26,23 @@ pub(super) fn plan(options: &RunArguments, command: Kind, loaded: &Loaded) -> Re
         tempo: options.tempo,
         pose: options.pose.as_deref(),
     };
-    let for_s = command.for_s(options);
+    let for_s = mode.for_s(options);
     let is_alone = !options.driver.is_some() && !asked.is_some();
-    if command == Kind::Show || (is_alone && kind.shows_by_itself()) {
+    if mode == RunMode::Show || (is_alone && kind.shows_by_itself()) {
         return Ok((kind.plan_to_rest(robot), for_s, show(options, for_s, &asked, loaded)?));
     }
+    // What was asked for is refused before a driver takes the terminal.
+    let planned = match !options.driver.is_some() || asked.is_some() {
+        true => Some(kind.plan(robot, &asked).map_err(BadInput::from)?),
+        false => None,
+    };
     let driver = match asked.is_some() && kind.shows_by_itself() {
         true => Driver::Plan,
         false => Driver::start(&options.driver, robot, kind)?,
     };
-    if !matches!(driver, Driver::Plan) && !asked.is_some() {
+    let Some((plan, remark)) = planned else {
         return Ok((kind.plan_to_rest(robot), 0.0, driver));
-    }
-    let (plan, remark) = kind.plan(robot, &asked).map_err(BadInput::from)?;
+    };
     remark.iter().for_each(|remark| say!("{remark}"));
     Ok((plan, for_s, driver))
 }
@@ -47,6 +51,7 @@ pub(super) fn plan(options: &RunArguments, command: Kind, loaded: &Loaded) -> Re
 fn show(options: &RunArguments, for_s: f64, asked: &Asked<'_>, loaded: &Loaded) -> Result<Driver> {
     let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
     let all = kind.show(robot, for_s).map_err(BadInput::from)?;
+    kind.plan(robot, asked).map_err(BadInput::from)?;
     if asked.is_some() {
         return Err(BadInput("--stroke: a show has many; --script says which".to_owned()).into());
     }

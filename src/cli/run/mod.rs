@@ -8,8 +8,8 @@ use anyhow::Result;
 
 use super::drivers::Driver;
 use super::guard::Guard;
-use super::kind::Kind;
 use super::load::load;
+use super::mode::RunMode;
 use super::operator::{OnHardware, Signals, Terminal};
 use super::panics::said_afterwards;
 use super::ports::{self, Choice};
@@ -32,17 +32,17 @@ pub(super) use meaning::{fault_script, simulated_world};
 pub(super) use outcome::{exit_code, outcome_words};
 
 /// Runs the robot as `options` say; returns the exit code.
-pub(super) fn run(options: &RunArguments, kind: Kind) -> Result<u8> {
+pub(super) fn run(options: &RunArguments, mode: RunMode) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
     let places = asked::places(options, unit.as_ref())?;
     let mut loaded = load(&options.robot, unit.as_ref())?;
     options.unit.take_physics_off(&mut loaded.file.robot, unit.as_ref());
     let robot = &loaded.file.robot;
-    asked::check(options, kind, robot)?;
+    asked::check(options, mode, robot)?;
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     // Before a driver sets the terminal to keys: an uncaught signal would leave it so.
     let signals = Signals::catch()?;
-    let (motion, move_for_s, driver) = meaning::plan(options, kind, &loaded)?;
+    let (motion, move_for_s, driver) = meaning::plan(options, mode, &loaded)?;
     let ports = open(options, robot, &choice)?;
     // A page is made from a recording; one that the user did not ask for is deleted afterwards.
     let is_passing = places.record.is_none();

@@ -24,9 +24,9 @@ pub struct Drive {
     granted: Posture,
     /// Reach of the feet on the trunk's present way.
     way_reach: Reachable,
-    /// Share of the gaits' vertical_oscillation that the trunk makes, 0 to 1: it grows with the first stride and fades with
+    /// Share of the gaits' vertical oscillation that the trunk makes, 0 to 1: it grows with the first stride and fades with
     /// the last.
-    bob_share: f64,
+    oscillation_share: f64,
     /// Limit on speed, as a share of the gait's top speed, 0 to 1.
     speed_share: f64,
     now_s: f64,
@@ -44,7 +44,7 @@ impl Drive {
             asked: Posture::default(),
             granted: Posture::default(),
             way_reach: plan.reach.level,
-            bob_share: 0.0,
+            oscillation_share: 0.0,
             speed_share: 1.0,
             now_s: 0.0,
             trunk_m: DVec2::ZERO,
@@ -65,7 +65,7 @@ impl Drive {
         self.carriage = Carriage::level(self.plan.settings.stand_height_m);
         (self.asked, self.granted) = (Posture::default(), Posture::default());
         self.way_reach = self.plan.reach.level;
-        self.bob_share = 0.0;
+        self.oscillation_share = 0.0;
         self.now_s = 0.0;
         self.trunk_m = DVec2::ZERO;
     }
@@ -85,7 +85,7 @@ impl Drive {
         self.follow(command.filter(Command::is_finite).unwrap_or_default());
         self.move_trunk(before_s);
         self.breathe(dt_s);
-        if self.bob_share <= 0.0 {
+        if self.oscillation_share <= 0.0 {
             self.walk.end_if_settled(self.now_s);
         }
     }
@@ -183,12 +183,13 @@ impl Drive {
 
     fn breathe(&mut self, dt_s: f64) {
         let Some(strides) = self.walk.strides else {
-            self.bob_share = 0.0;
+            self.oscillation_share = 0.0;
             return;
         };
         let is_ending = strides.is_ending && self.now_s >= self.walk.profile.settled_s();
         let step = dt_s / strides.clock.settled_period_s();
-        self.bob_share = (self.bob_share + if is_ending { -step } else { step }).clamp(0.0, 1.0);
+        self.oscillation_share =
+            (self.oscillation_share + if is_ending { -step } else { step }).clamp(0.0, 1.0);
     }
 
     /// True once the horse stands level on its neutral points and will stay so.
@@ -250,7 +251,7 @@ impl Drive {
     pub fn write(&self, height_m: f64, targets: &mut Targets) {
         let posture = self.carriage.now();
         let vertical_oscillation_m =
-            smooth_step(self.bob_share) * self.walk.vertical_oscillation_m(&self.plan, self.now_s);
+            smooth_step(self.oscillation_share) * self.walk.vertical_oscillation_m(&self.plan, self.now_s);
         let attitude = Attitude {
             height_m: height_m + posture.rise_m + vertical_oscillation_m,
             pitch_rad: posture.pitch_rad,

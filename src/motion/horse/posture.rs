@@ -10,7 +10,7 @@ const RISE_RATE: f64 = 0.2;
 const TILT_RATE_RAD_S: f64 = 0.2;
 /// Time constant that rounds the corners of a change, s.
 const ROUNDING_S: f64 = 0.15;
-/// A posture has reached its goal once it is this close in time at those velocity, s.
+/// A posture has reached its goal once it is this close in time at those rates, s.
 const THERE_S: f64 = 1e-7;
 
 /// The present posture, on its straight way to a goal: at a constant rate, with rounded corners, so that no

@@ -23,7 +23,7 @@ impl Velocity {
         self.speed_m_s - self.yaw_rate_rad_s * side_m
     }
 
-    /// True if both velocity are zero.
+    /// True if speed and yaw rate are zero.
     pub fn is_still(self) -> bool {
         self.speed_m_s.abs() < f64::MIN_POSITIVE && self.yaw_rate_rad_s.abs() < f64::MIN_POSITIVE
     }
@@ -125,7 +125,7 @@ impl SpeedProfile {
     }
 
     /// Path length up to time `s` of the plane `side_m` to the left of the trunk's middle, m.
-    pub fn way_at_side_m(&self, s: f64, side_m: f64) -> f64 {
+    pub fn distance_at_side_m(&self, s: f64, side_m: f64) -> f64 {
         let piece = self.piece(s);
         piece.distance_m(s) - piece.turn_rad(s) * side_m
     }
@@ -235,7 +235,7 @@ mod tests {
             let s = f64::from(step) * dt;
             let middle = profile.velocity_at(s + 0.5 * dt);
             way += middle.at_side_m_s(side) * dt;
-            assert!((way - profile.way_at_side_m(s + dt, side)).abs() < 1e-7, "at {s} s");
+            assert!((way - profile.distance_at_side_m(s + dt, side)).abs() < 1e-7, "at {s} s");
             // 1.3 m/s in half a second is the steepest.
             let change = profile.velocity_at(s + dt).speed_m_s - profile.velocity_at(s).speed_m_s;
             assert!(change.abs() <= 3.0 * dt * (1.0 + 1e-6), "at {s} s");
@@ -260,7 +260,7 @@ mod tests {
         let whole = profile();
         let kept = whole.until(3.5, 4.2);
         for s in [3.5, 3.9, 4.0, 4.1, 4.2] {
-            assert!((kept.way_at_side_m(s, 0.1) - whole.way_at_side_m(s, 0.1)).abs() < 1e-15);
+            assert!((kept.distance_at_side_m(s, 0.1) - whole.distance_at_side_m(s, 0.1)).abs() < 1e-15);
             assert!((kept.turn_rad(s) - whole.turn_rad(s)).abs() < 1e-15);
         }
         assert_eq!(kept.settled(), whole.velocity_at(4.2));

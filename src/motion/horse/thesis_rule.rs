@@ -5,8 +5,8 @@
 //! none jumps, but nothing keeps a foot near its root, and a long stance may require a negative time.
 //!
 //! The thesis changes once a stride, and a stride begins with the left hind's lift-off. Here the change may
-//! begin anywhere in it: phase_offsets count from the left hind's next lift-off, so a leg that lifts before it has a
-//! negative phase_offset, and all four end up in the new gait together. If the change begins at the lift-off itself,
+//! begin anywhere in it: phase offsets count from the left hind's next lift-off, so a leg that lifts before it has a
+//! negative phase offset, and all four end up in the new gait together. If the change begins at the lift-off itself,
 //! this is exactly the thesis' rule.
 
 use crate::model::Gait;
@@ -89,7 +89,7 @@ impl ThesisRule {
         let (old, new) = (stride(from), stride(to));
         let share = start_share.rem_euclid(1.0);
         let until_left_hind = if share < SAME_MOMENT { 0.0 } else { 1.0 - share };
-        let (phase_offsets, new_lags) = (unreduced_lags(from.gait), unreduced_lags(to.gait));
+        let (phase_offsets, new_offsets) = (unreduced_offsets(from.gait), unreduced_offsets(to.gait));
         let legs = std::array::from_fn(|leg| {
             // The first lift-off that has not already begun at the change.
             let mut strides = 0.0;
@@ -98,7 +98,7 @@ impl ThesisRule {
             }
             let scheduled_s = (until_left_hind + phase_offsets[leg] + strides) * old.period_s;
             let added_s =
-                new.period_s * (new_lags[leg] + strides) - old.period_s * (phase_offsets[leg] + strides);
+                new.period_s * (new_offsets[leg] + strides) - old.period_s * (phase_offsets[leg] + strides);
             // 3.6; the first term is V' P / (1 - alpha').
             let stride_m = new.speed_m_s * new.period_s
                 + (new.speed_m_s - old.speed_m_s) * scheduled_s
@@ -161,7 +161,7 @@ impl ThesisRule {
 
 /// Lift-offs as shares of the period after the left hind's; the right fore's is the sum D1 + D2 that the
 /// thesis uses: in trot it is a whole period, not 0.
-fn unreduced_lags(gait: &Gait) -> [f64; 4] {
+fn unreduced_offsets(gait: &Gait) -> [f64; 4] {
     let [left_hind, left_fore, right_hind, right_fore] = gait.phase_offsets;
     let sum = left_fore + right_hind;
     let is_sum = (sum - 1.0 - right_fore).abs() < SAME_MOMENT;

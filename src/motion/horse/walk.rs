@@ -241,7 +241,7 @@ impl Walk {
     }
 
     fn distance_m(&self, leg: &Leg, s: f64) -> f64 {
-        self.profile.way_at_side_m(s, leg.side_m)
+        self.profile.distance_at_side_m(s, leg.side_m)
     }
 
     /// Time of the next lift-off or landing of `leg`, and its state after that; `None` if its state no longer
@@ -320,7 +320,7 @@ impl Walk {
         smooth_step(from_end_s / (LOADING_SHARE * self.swing.time_s))
     }
 
-    /// Writes the tips and the plan at time `s` for a trunk with the attitude `attitude`, `sway_m` to the left of its
+    /// Writes the tips and the plan at time `s` for a trunk in this attitude, `sway_m` to the left of its
     /// feet, with its middle over `trunk_m` on the ground.
     pub(super) fn write(
         &self,
@@ -351,7 +351,7 @@ impl Walk {
         }
     }
 
-    /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's vertical_oscillation.
+    /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's vertical oscillation.
     pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
         let height_m = plan.settings.stand_height_m + self.vertical_oscillation_m(plan, s);
         let attitude = Attitude { height_m, pitch_rad: 0.0, roll_rad: 0.0 };

@@ -52,7 +52,7 @@ pub struct FootPlan {
     /// Distance ahead of the neutral foot point.
     pub excursion_m: f64,
     /// Distance that the plane of its leg has covered since the walk began.
-    #[serde(alias = "plane_way_m")]
+    #[serde(rename = "plane_way_m")]
     pub plane_distance_m: f64,
     /// True in swing.
     pub is_swing: bool,

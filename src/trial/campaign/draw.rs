@@ -64,7 +64,7 @@ impl Episode {
         let sits = chance.is(SITS_SHARE);
         let stop_action = if chance.is(0.75) { StopAction::SitThenLimp } else { StopAction::Hold };
         // Only arms can continue without a joint.
-        let may_freeze = subject.kind().falls().is_none();
+        let may_freeze = !robot.motion.is_on_legs();
         let on_trip = if may_freeze && chance.is(0.6) { OnTrip::Freeze } else { OnTrip::Stop };
         let end_s = if chance.is(0.2) { chance.between(0.3, 10.0) } else { chance.between(10.0, 30.0) };
         let plan = subject.kind().any_plan(robot, &mut chance);
