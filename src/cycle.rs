@@ -43,7 +43,7 @@ pub struct Controller<'r> {
     interventions: u32,
 }
 
-/// Who makes the targets of a cycle.
+/// The stage that makes the targets of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Lead {
     /// The generator, as ordered.

@@ -1,4 +1,4 @@
-//! What looks on at a run: the trait, what an observer sees of each cycle, and what it hears at the end.
+//! Observers of a run: their trait, the record of a cycle that they see, and the end of the run that they hear of.
 //!
 //! An observer changes nothing of what the robot does; it may only ask that the run stops. One that has much to do hands
 //! what it saw to a thread of its own over a bounded channel, as the recorder and the status line do.
@@ -39,7 +39,7 @@ pub trait Observer {
 /// One cycle, as the observers see it.
 #[derive(Debug, Clone, Copy)]
 pub struct CycleRecord<'a> {
-    /// What fits in plain values.
+    /// Its plain values.
     pub facts: Facts,
     /// The robot as the operator saw it when he gave the order of this cycle.
     pub status: Status,
@@ -57,7 +57,7 @@ pub struct CycleRecord<'a> {
     pub buses: &'a [BusFacts],
 }
 
-/// What a cycle was, in plain values.
+/// The plain values of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facts {
     /// When it was, and how long its parts took; all zero without buses.
@@ -86,7 +86,7 @@ pub struct Facts {
     pub is_held: bool,
     /// Joints whose goal safety changed.
     pub interventions: u32,
-    /// What made safety hold or stop the robot last; `None` if nothing did so far.
+    /// The last cause for which safety held or stopped the robot; `None` if it has done neither so far.
     pub cause: Option<Finding>,
     /// Restarts of tripped servos so far.
     pub servo_restarts: u64,

@@ -1,4 +1,4 @@
-//! What looks on at a run: each observer sees every cycle, may stop the run, and hears how it ended.
+//! Observers of a run: each sees every cycle, may stop the run, and hears how it ended.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;

@@ -25,7 +25,7 @@ static MODELS: LazyLock<Vec<Model>> =
     LazyLock::new(|| KINDS.iter().flat_map(|kind| (kind.models)()).collect());
 
 impl Protocol {
-    /// What servos of this protocol do.
+    /// Behaviour of the servos of this protocol.
     pub(crate) fn kind(self) -> &'static Kind {
         KINDS[self as usize]
     }

@@ -14,7 +14,7 @@ use crate::motor::{Drive, Motor};
 use crate::registers::RegisterFile;
 use crate::reply::Slot;
 
-/// What a protocol knows of a servo besides its registers.
+/// The state that a protocol keeps of a servo besides its registers.
 pub(crate) type State = Box<dyn Any + Send>;
 
 /// A request: id, instruction, and parameters without stuffing or checksum.
@@ -36,7 +36,7 @@ pub(crate) trait Ear: fmt::Debug + Send {
     fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot>;
 }
 
-/// What the servos of one protocol do.
+/// The behaviour of the servos of one protocol.
 #[derive(Debug)]
 pub(crate) struct Kind {
     pub(crate) protocol: Protocol,
@@ -67,13 +67,13 @@ pub(crate) struct Kind {
     pub(crate) forget: fn(&mut Servo),
     /// False if its settings keep it from understanding any packet.
     pub(crate) is_understanding: fn(&Servo) -> bool,
-    /// What its controller asks of the bridge, at this speed of the shaft (rad/s) and supply (V).
+    /// The drive that its controller asks of the bridge, at this speed of the shaft (rad/s) and supply (V).
     pub(crate) drive: fn(&mut Servo, f64, f64) -> Drive,
     /// Writes what it measures into its registers, at this speed of the shaft, rad/s.
     pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
     /// True if the bridge is closed.
     pub(crate) is_torque_on: fn(&Servo) -> bool,
-    /// What hears a line for its servos.
+    /// Makes the ear of a line, which hears for its servos.
     pub(crate) ear: fn() -> Box<dyn Ear>,
 }
 

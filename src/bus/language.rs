@@ -108,7 +108,7 @@ pub(crate) enum Introduction {
     Read {
         /// As many bytes as identify it.
         brief: u8,
-        /// As many as tell the units of its registers, too.
+        /// As many bytes as identify it and give the units of its registers.
         whole: u8,
     },
 }
@@ -127,7 +127,7 @@ pub(crate) struct FastRead {
 }
 
 impl Protocol {
-    /// What the program knows of this protocol.
+    /// The description of this protocol.
     pub(crate) fn language(self) -> &'static Language {
         LANGUAGES[self as usize]
     }

@@ -44,7 +44,7 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// What it has to say goes to `notes`, if there is a status line.
+    /// Its messages go to `notes`, if there is a status line.
     pub(super) fn new(
         signals: Signals,
         driver: Driver,

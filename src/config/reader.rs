@@ -118,9 +118,9 @@ impl<'a> Section<'a> {
     /// A key goes by the name that the file uses, which may be an old one.
     fn path(&self, key: &str) -> String {
         let end = key.find(['.', '[']).unwrap_or(key.len());
-        let has = |name: &str| self.entries.is_some_and(|entries| entries.contains_key(name));
-        let older = OLD_KEYS.iter().find(|(old, now)| *now == &key[..end] && has(old) && !has(now));
-        let name = older.map_or(&key[..end], |(old, _)| *old);
+        let now = &key[..end];
+        let is_set = self.entries.is_some_and(|entries| entries.contains_key(now));
+        let name = self.older(now).filter(|_| !is_set).unwrap_or(now);
         let dot = if self.path.is_empty() { "" } else { "." };
         format!("{}{dot}{name}{}", self.path, &key[end..])
     }
@@ -158,16 +158,21 @@ impl<'a> Section<'a> {
 
     fn optional(&self, key: &'static str) -> Option<&'a DeValue<'a>> {
         self.know(key);
-        let found = self.entries?.get(key);
-        let older = OLD_KEYS.iter().filter(|(_, now)| *now == key).find_map(|(old, _)| {
-            let found = self.entries?.get(*old)?;
-            let is_first = self.know(old);
-            Some((*old, found, is_first))
-        });
-        if let (Some(_), Some((old, _, true))) = (found, older) {
+        let entries = self.entries?;
+        let (found, older) = (entries.get(key), self.older(key));
+        if let Some(old) = older
+            && self.know(old)
+            && found.is_some()
+        {
             self.fault(old, format!("either {old}, an old name, or {key}, not both"));
         }
-        found.or(older.map(|(_, found, _)| found)).map(Spanned::get_ref)
+        found.or_else(|| entries.get(older?)).map(Spanned::get_ref)
+    }
+
+    /// The old name of the key `now`, if the file uses it.
+    fn older(&self, now: &str) -> Option<&'static str> {
+        let old = OLD_KEYS.iter().find(|(_, known)| *known == now)?.0;
+        self.entries?.contains_key(old).then_some(old)
     }
 
     /// Makes `key` a known one; true if it was not.

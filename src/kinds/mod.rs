@@ -40,7 +40,7 @@ pub fn of(robot: &Robot) -> Result<Box<dyn Kind>, CapabilityError> {
 /// One kind of robot: its settings from the robot file, and what it can do. The robot is an argument where its
 /// joints or chains matter.
 pub trait Kind: fmt::Debug + Send + Sync {
-    /// What the kind is called, with its article: "a horse".
+    /// Name of the kind, with its article: "a horse".
     fn name(&self) -> &'static str;
 
     /// The order at which it stands, or its arms rest.
@@ -65,7 +65,9 @@ pub trait Kind: fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If this kind gives no shows.
-    fn show(&self, robot: &Robot, for_s: f64) -> Result<Script, Refusal>;
+    fn show(&self, robot: &Robot, _for_s: f64) -> Result<Script, Refusal> {
+        Err(Refusal(format!("show: expected arms; {} is {}: use run --script", robot.name, self.name())))
+    }
 
     /// True if it performs a show where the user names neither a motion nor a driver.
     fn shows_by_itself(&self) -> bool {
@@ -76,21 +78,25 @@ pub trait Kind: fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If the script asks for what the robot cannot do at all; the message has the line, too.
-    fn check_script(&self, script: &Script, file_name: &str) -> Result<Vec<String>, Refusal>;
+    fn check_script(&self, _script: &Script, _file_name: &str) -> Result<Vec<String>, Refusal> {
+        Ok(Vec::new())
+    }
 
     /// The keys that drive it.
     fn keys(&self) -> Box<dyn KeyDriver>;
 
-    /// What a gamepad can ask of it.
+    /// The gaits, speeds and turns that a gamepad can ask of it.
     ///
     /// # Errors
     /// If a gamepad does not drive this kind.
     fn repertoire(&self) -> Result<Repertoire, Refusal>;
 
     /// Faults of the robot beyond those of its file's syntax: the key at fault, and what was expected.
-    fn faults(&self, robot: &Robot) -> Vec<(String, String)>;
+    fn faults(&self, _robot: &Robot) -> Vec<(String, String)> {
+        Vec::new()
+    }
 
-    /// What the robot can do, for people: lines of a table, without units to convert.
+    /// The capability of the robot for people, as lines of tables.
     fn describe(&self, robot: &Robot) -> String;
 
     /// The words of the status line.
@@ -125,7 +131,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
     fn any_order(&self, robot: &Robot, chance: &mut Chance) -> Order;
 }
 
-/// What a user asked for by options; the kind says which of them it takes.
+/// The wishes of a user, from options; each kind takes some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Asked<'a> {
     /// Name of a gait.

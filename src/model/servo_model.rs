@@ -1,4 +1,4 @@
-//! What the robot has of its servos: model, performance, counts, limits and the registers the controller uses.
+//! Servo models as the robot has them: performance, counts, limits and the registers that the controller uses.
 //!
 //! The models themselves are data of their protocols, in `src/bus/dynamixel/models.rs` and its likes.
 

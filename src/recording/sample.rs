@@ -10,7 +10,7 @@ use crate::signals::{JointTargets, State, Status, Targets};
 /// A [`CycleRecord`] by value, without what the operator saw.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// What fits in plain values.
+    /// Its plain values.
     pub facts: Facts,
     /// The generator's targets.
     pub targets: Targets,

@@ -133,7 +133,7 @@ impl<'r, P: Ports> Cycle<'r, P> {
         self.last.map_or(0, |(number, ..)| number + 1)
     }
 
-    /// What the clock showed of its cycles.
+    /// The times of its cycles.
     pub(super) fn stopwatch(&self) -> &Stopwatch {
         &self.stopwatch
     }

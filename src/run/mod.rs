@@ -51,7 +51,7 @@ impl<F: FnMut(&Status) -> Order> Operator for F {
     }
 }
 
-/// What caused a stop before the plan was done.
+/// The cause of a stop before the plan was done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stopper {
     Nobody,
@@ -190,7 +190,7 @@ fn repeat<P: Ports>(
     }
 }
 
-/// What an operator sees of the robot after the cycle of this `record`.
+/// The status that an operator sees after the cycle of this `record`.
 fn status(robot: &Robot, record: &CycleRecord<'_>) -> Status {
     let (facts, state) = (&record.facts, record.state);
     let known = || state.joints.iter().filter(|joint| joint.is_known);

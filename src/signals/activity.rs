@@ -3,11 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 /// The robot's activity, for display.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activity {
     /// Without torque.
-    #[default]
     Limp,
     /// Getting up.
     Rising,

@@ -24,7 +24,7 @@ pub enum Aim {
     Joint(usize),
 }
 
-/// What the generator wants of the joints.
+/// The wishes of the generator for the joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wanted<'a> {
     /// No torque.
@@ -119,7 +119,7 @@ impl Targets {
         self.aim
     }
 
-    /// What is wanted, with the data that belong to it.
+    /// The targets that the generator has set, as one variant with its data.
     pub fn wanted(&self) -> Wanted<'_> {
         match self.aim {
             Aim::Limp => Wanted::Limp,
@@ -193,7 +193,7 @@ impl Targets {
         is_walking.then_some((&self.feet[..], &mut self.tips_in_body[..]))
     }
 
-    /// What a recording holds of targets, to restore them from one.
+    /// The part of the targets that a recording holds, to restore them from one.
     pub fn recorded_mut(&mut self) -> (&mut Aim, FeetMut<'_>) {
         let Targets { aim, tips_in_body, sole_orientations, feet, pose_rad, .. } = self;
         (aim, FeetMut { tips_in_body, sole_orientations, feet, pose_rad })

@@ -1,4 +1,4 @@
-//! What Dynamixel servos do, for the rest of the simulator.
+//! Hands the behaviour of Dynamixel servos to the rest of the simulator.
 
 use super::packet::{Decoder, Heard};
 use super::x_series::{BAUD, GOAL_POSITION, GOAL_PWM, ID, PROTOCOL_TYPE, RETURN_DELAY};

@@ -1,4 +1,4 @@
-//! What Feetech servos do, for the rest of the simulator.
+//! Hands the behaviour of Feetech servos to the rest of the simulator.
 
 use super::packet::{Decoder, Request};
 use super::sts::{BAUD, GOAL_POSITION, ID, MAX_TORQUE, RETURN_DELAY, TORQUE_LIMIT};

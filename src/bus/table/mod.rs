@@ -71,7 +71,7 @@ pub struct Series {
     pub(super) table: fn(u16) -> Vec<RegisterInfo>,
     /// One count of a current register of the model with this number, A; `None` if it does not measure current.
     pub(super) current_unit_a: fn(u16) -> Option<f64>,
-    /// What a new servo needs beside id, line rate and return delay, in the order of writing.
+    /// Settings that a new servo needs beside id, line rate and return delay, in the order of writing.
     pub(crate) setup: &'static [Target],
     /// The offset that a servo adds to its position, if it has one.
     pub(crate) offset: Option<Offset>,
@@ -80,7 +80,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// What the setting of this name is set to; `None` if it stays as it is.
+    /// The new value of the setting of this name; `None` if it stays as it is.
     pub(crate) fn wanted(&self, name: &str) -> Option<i64> {
         self.setup.iter().find(|target| target.name == name).and_then(|target| match target.want {
             Want::Count(count) => Some(count),
@@ -130,7 +130,7 @@ pub(crate) const fn count(name: &'static str, count: i64) -> Target {
     Target { name, want: Want::Count(count), is_for_new: false }
 }
 
-/// What a servo reports about itself.
+/// The facts that a servo reports about itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// Its control table.

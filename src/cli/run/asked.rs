@@ -1,4 +1,4 @@
-//! What was asked: the options of `run`, and whether they can go together.
+//! The options of `run`, and whether they can go together.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What was asked means: the plan of the run, its driver, and the world of simulated servos.
+//! From the options to the plan of the run, its driver, and the world of simulated servos.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub(super) fn plan(options: &RunArguments, mode: RunMode, loaded: &Loaded) -> Re
     if mode == RunMode::Show || (is_alone && kind.shows_by_itself()) {
         return Ok((kind.plan_to_rest(robot), for_s, show(options, for_s, &asked, loaded)?));
     }
-    // What was asked for is refused before a driver takes the terminal.
+    // Refuse a wish that the robot cannot carry out before a driver takes the terminal.
     let planned = match !options.driver.is_some() || asked.is_some() {
         true => Some(kind.plan(robot, &asked).map_err(BadInput::from)?),
         false => None,

@@ -1,4 +1,4 @@
-//! What comes out of a run: its report, its summary, its exit code.
+//! The results of a run: its report, its summary, its exit code.
 
 use anyhow::{Context, Result};
 

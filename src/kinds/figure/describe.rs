@@ -1,4 +1,4 @@
-//! What a figure can do, in words: its poses, and the weight on its joints.
+//! Describes in words the poses of a figure, and the weight on its joints.
 
 use std::fmt::{self, Write};
 

@@ -8,7 +8,6 @@ use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskErr
 use crate::chance::Chance;
 use crate::model::{FigureMotion, FigurePose, Robot};
 use crate::motion::{Order, Plan};
-use crate::operator::Script;
 use crate::recording::Task;
 use crate::signals::{Activity, Status};
 pub use capability::{FigureCapability, PoseError};
@@ -23,7 +22,7 @@ pub const IMPULSES_NS_KG: [f64; 3] = [0.08, 0.25, 0.8];
 pub struct Figure {
     /// Its settings.
     pub settings: FigureMotion,
-    /// What it can do.
+    /// Its capability.
     pub capability: FigureCapability,
 }
 
@@ -77,24 +76,12 @@ impl Kind for Figure {
         Ok(self.capability.plan(pose).into())
     }
 
-    fn show(&self, robot: &Robot, _for_s: f64) -> Result<Script, Refusal> {
-        Err(Refusal(format!("show: expected arms; {} is a figure: use run --script", robot.name)))
-    }
-
-    fn check_script(&self, _script: &Script, _file_name: &str) -> Result<Vec<String>, Refusal> {
-        Ok(Vec::new())
-    }
-
     fn keys(&self) -> Box<dyn KeyDriver> {
         Box::new(PoseKeys::new(&self.settings))
     }
 
     fn repertoire(&self) -> Result<Repertoire, Refusal> {
         Err(Refusal("--gamepad: a figure is driven by --keys or --script".to_owned()))
-    }
-
-    fn faults(&self, _robot: &Robot) -> Vec<(String, String)> {
-        Vec::new()
     }
 
     fn describe(&self, robot: &Robot) -> String {

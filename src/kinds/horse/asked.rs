@@ -19,7 +19,7 @@ pub(super) fn plan(
         let said = "--stroke, --pose: those are for arms and figures; a horse goes by --gait and --speed";
         return Err(Refusal(said.to_owned()));
     }
-    let standing = horse.plan_to(Command::default());
+    let standing = horse.standing();
     let choice = gait(asked.gait, &standing)?;
     let plan = standing.at_share(choice, DEFAULT_SPEED_SHARE);
     let top_m_s = plan.top_speed_m_s(choice);

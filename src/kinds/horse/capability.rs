@@ -1,4 +1,4 @@
-//! What a horse can do: how far its legs reach, and how fast each gait goes.
+//! The capability of a horse: how far its legs reach, and how fast each gait goes.
 
 use super::postures;
 use super::reach::{self, Reach, ReachError};

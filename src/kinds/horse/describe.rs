@@ -1,4 +1,4 @@
-//! What a horse can do, in words: the reach of its legs and the speeds of its gaits.
+//! Describes in words the reach of a horse's legs, and the speeds of its gaits.
 
 use std::fmt::{self, Write};
 

@@ -17,6 +17,7 @@ mod words;
 use super::{Asked, Falls, FootRange, KeyDriver, Kind, Picture, Refusal, TaskError, Words};
 use crate::chance::Chance;
 use crate::model::{HorseMotion, Robot};
+use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Order, Plan};
 use crate::operator::Script;
 use crate::recording::{Task, gait_is_of};
@@ -35,7 +36,7 @@ const TRIED_GAITS: [&str; 3] = ["stand", "walk-steady", "trot"];
 pub struct Horse {
     /// Its settings.
     pub settings: HorseMotion,
-    /// What it can do.
+    /// Its capability.
     pub capability: HorseCapability,
 }
 
@@ -49,8 +50,13 @@ impl Horse {
     }
 
     /// The plan to carry out `command`.
-    fn plan_to(&self, command: Command) -> crate::motion::horse::HorsePlan {
+    fn plan_to(&self, command: Command) -> HorsePlan {
         self.capability.plan(&self.settings, command)
+    }
+
+    /// The plan to stand.
+    fn standing(&self) -> HorsePlan {
+        self.plan_to(Command::default())
     }
 }
 
@@ -64,7 +70,7 @@ impl Kind for Horse {
     }
 
     fn plan_to_rest(&self, _robot: &Robot) -> Plan {
-        self.plan_to(Command::default()).into()
+        self.standing().into()
     }
 
     fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
@@ -80,24 +86,16 @@ impl Kind for Horse {
         Ok(self.plan_to(*command).into())
     }
 
-    fn show(&self, robot: &Robot, _for_s: f64) -> Result<Script, Refusal> {
-        Err(Refusal(format!("show: expected arms; {} is a horse: use run --script", robot.name)))
-    }
-
     fn check_script(&self, script: &Script, file_name: &str) -> Result<Vec<String>, Refusal> {
-        script::check(script, file_name, &Repertoire::of(&self.plan_to(Command::default())))
+        script::check(script, file_name, &Repertoire::of(&self.standing()))
     }
 
     fn keys(&self) -> Box<dyn KeyDriver> {
-        Box::new(Keys::new(Repertoire::of(&self.plan_to(Command::default()))))
+        Box::new(Keys::new(Repertoire::of(&self.standing())))
     }
 
     fn repertoire(&self) -> Result<Repertoire, Refusal> {
-        Ok(Repertoire::of(&self.plan_to(Command::default())))
-    }
-
-    fn faults(&self, _robot: &Robot) -> Vec<(String, String)> {
-        Vec::new()
+        Ok(Repertoire::of(&self.standing()))
     }
 
     fn describe(&self, robot: &Robot) -> String {
@@ -126,18 +124,19 @@ impl Kind for Horse {
     }
 
     fn falls(&self) -> Option<Falls> {
-        let plan = self.plan_to(Command::default());
+        let plan = self.standing();
         let gaits = TRIED_GAITS.iter().filter_map(|name| plan.gait_choice(name));
         let doable = |choice: &GaitChoice| *choice == GaitChoice::Stand || plan.top_speed_m_s(*choice) > 0.0;
         Some(Falls::AtRandom(gaits.filter(doable).collect()))
     }
 
     fn any_plan(&self, _robot: &Robot, chance: &mut Chance) -> Plan {
-        let command = by_chance::command(chance, &self.plan_to(Command::default()));
-        self.plan_to(command).into()
+        let plan = self.standing();
+        let command = by_chance::command(chance, &plan);
+        HorsePlan { command, ..plan }.into()
     }
 
     fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
-        Order::Drive(by_chance::command(chance, &self.plan_to(Command::default())))
+        Order::Drive(by_chance::command(chance, &self.standing()))
     }
 }

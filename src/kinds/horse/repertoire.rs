@@ -1,10 +1,10 @@
-//! What a horse can do, as a person who drives it needs to know it.
+//! The capability of a horse, as a person who drives it needs to know it.
 
 use crate::model::Gait;
 use crate::motion::horse::{HorsePlan, Pace};
 use crate::motion::{Command, GaitChoice, Posture};
 
-/// What a robot can do, as an operator needs to know it.
+/// The capability of a robot, as an operator needs to know it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repertoire {
     /// Its gaits, in the order of [`crate::model::HorseMotion::gaits`].

@@ -1,4 +1,4 @@
-//! What arms can do: how heavy they are, and how fast their strokes go.
+//! The capability of arms: how heavy they are, and how fast their strokes go.
 
 use super::tempo;
 use crate::kinds::loads::{self, Load};

@@ -1,4 +1,4 @@
-//! What arms can do, in words: their lengths, the tempo of their strokes, and the weight on their joints.
+//! Describes in words the lengths of arms, the tempo of their strokes, and the weight on their joints.
 
 use std::fmt::{self, Write};
 

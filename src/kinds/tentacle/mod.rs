@@ -25,7 +25,7 @@ pub use show::Show;
 pub struct Tentacle {
     /// Its settings.
     pub settings: TentacleMotion,
-    /// What it can do.
+    /// Its capability.
     pub capability: TentacleCapability,
 }
 

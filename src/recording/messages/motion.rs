@@ -24,7 +24,7 @@ pub struct Motion {
     pub aim: Aim,
     /// Planned speed, m/s.
     pub speed_m_s: f64,
-    /// What safety permits from now on.
+    /// Permission of safety from now on.
     pub permission: Permission,
     /// True if motion time stood still in this cycle.
     pub is_held: bool,
