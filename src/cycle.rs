@@ -12,7 +12,7 @@ use crate::observe::{CycleRecord, Facts};
 use crate::reflex::{Control, Reflex};
 use crate::safety::Safety;
 use crate::signals::{ImuReading, JointTargets, Permission, State, Status, Targets};
-use crate::standing::Sag;
+use crate::standing::{Pacing, Sag};
 use crate::stopwatch::Stage;
 use crate::yielding::Yielding;
 
@@ -27,6 +27,8 @@ pub struct Controller<'r> {
     limbs: Limbs,
     /// `None` if sag correction is off, or no known load makes the joints sag.
     sag: Option<Sag>,
+    /// `None` if nothing corrects the robot on its feet.
+    pacing: Option<Pacing>,
     yielding: Yielding,
     safety: Safety,
     estimator: Estimator,
@@ -69,6 +71,7 @@ impl<'r> Controller<'r> {
             balance: Balance::new(robot),
             limbs: Limbs::new(robot, method),
             sag: Sag::new(robot),
+            pacing: Pacing::new(robot),
             yielding: Yielding::new(robot),
             safety: Safety::new(robot),
             estimator: Estimator::new(robot),
@@ -112,6 +115,9 @@ impl<'r> Controller<'r> {
         ended(Stage::Kinematics);
         if let Some(sag) = &mut self.sag {
             sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
+        }
+        if let Some(pacing) = &mut self.pacing {
+            pacing.step(dt_s, &self.targets, &self.state, &mut self.joints);
         }
         ended(Stage::Sag);
         self.yielding.step(dt_s, &self.state, &mut self.joints);

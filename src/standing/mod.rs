@@ -10,6 +10,7 @@
 //! forces stay inside friction cones, each a pyramid of four edges. All bodies count as moving as one with
 //! the trunk: no joint accelerations, and no velocity terms, which are small at these speeds.
 
+mod pacing;
 mod sag;
 mod share;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod tests;
 use glam::{DQuat, DVec3};
 
 use crate::model::{Chain, Foot, Posture, Robot};
+pub use pacing::Pacing;
 pub use sag::Sag;
 use share::Sharing;
 

@@ -1,0 +1,47 @@
+//! Corrections on feet keep to the pace of the joints.
+//!
+//! Input: joint angles with the corrections of balance and sag in them, and the last goals. Output: the offsets of
+//! [`JointTargets::sag_rad`], shortened so that no joint is asked to turn or to speed up more than safety permits. The
+//! plan keeps these limits by itself; feedback on a trunk that a touch-down has jolted does not, and must not make
+//! safety the stage that limits it. A plan without corrections is left alone, so that a fault of the plan shows.
+
+use crate::model::{Pace, Robot};
+use crate::signals::{JointTargets, Permission, State, Targets};
+
+/// The pace of one robot's joints.
+#[derive(Debug, Clone)]
+pub struct Pacing {
+    paces: Vec<Pace>,
+    /// The goal before the last one, rad, a value per joint.
+    before_rad: Vec<f64>,
+}
+
+impl Pacing {
+    /// The pace of the joints of `robot`; `None` if nothing corrects it on its feet.
+    pub fn new(robot: &Robot) -> Option<Pacing> {
+        robot.balance.filter(|_| robot.bears_weight)?;
+        let pace = |joint: &crate::model::Joint| Pace {
+            rate_rad_s: robot.safety.rate_share * joint.no_load_speed_rad_s(),
+            acceleration_rad_s2: robot.safety.acceleration_rad_s2,
+        };
+        Some(Pacing {
+            paces: robot.joints.iter().map(pace).collect(),
+            before_rad: vec![0.0; robot.joints.len()],
+        })
+    }
+
+    /// Shortens the corrections of this cycle, `dt_s` after the last one.
+    pub fn step(&mut self, dt_s: f64, targets: &Targets, state: &State, joints: &mut JointTargets) {
+        let is_on_feet = !targets.feet().is_empty() && state.permission == Permission::Move;
+        let all = self.paces.iter().zip(&mut self.before_rad).zip(&state.goal_rad).enumerate();
+        for (index, ((pace, before_rad), goal_rad)) in all {
+            let speed_rad_s = (goal_rad - *before_rad) / dt_s;
+            *before_rad = *goal_rad;
+            let way_rad = joints.angles_rad[index] + joints.sag_rad[index] - goal_rad;
+            if is_on_feet && way_rad.is_finite() && !state.is_out[index] {
+                let step_rad = pace.speed_towards(way_rad, speed_rad_s, dt_s) * dt_s;
+                joints.sag_rad[index] += step_rad - way_rad;
+            }
+        }
+    }
+}
