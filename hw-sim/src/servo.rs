@@ -52,11 +52,12 @@ pub(crate) struct Kind {
     pub(crate) id_max: u8,
     /// Time from power-on or a restart until a servo hears and answers, ns.
     pub(crate) start_ns: u64,
-    /// Addresses of registers that all servos of the protocol have. The delay counts 2 µs.
+    /// Addresses of registers that all servos of the protocol have.
     pub(crate) id: u16,
     pub(crate) baud: u16,
-    pub(crate) return_delay: u16,
     pub(crate) goal_position: u16,
+    /// Address of the register of a model that delays its replies, in units of 2 µs; `None` if none does.
+    pub(crate) return_delay: fn(&Model) -> Option<u16>,
     /// Address of a model's torque limit.
     pub(crate) torque_limit: fn(&Model) -> u16,
     /// The state of a servo as shipped.
@@ -260,7 +261,7 @@ impl Servo {
 
     /// From the request's last bit to the reply's first, ns.
     pub(crate) fn return_delay_ns(&self) -> u64 {
-        2_000 * u64::from(self.byte(self.kind.return_delay))
+        (self.kind.return_delay)(&self.model).map_or(0, |address| 2_000 * u64::from(self.byte(address)))
     }
 
     /// Its goal register, counts.

@@ -30,7 +30,7 @@ pub(crate) static KIND: Kind = Kind {
     start_ns: 400_000_000,
     id: ID,
     baud: BAUD,
-    return_delay: RETURN_DELAY,
+    return_delay: |_| Some(RETURN_DELAY),
     goal_position: GOAL_POSITION,
     torque_limit: |_| GOAL_PWM,
     state: |_| Box::new(State::default()),

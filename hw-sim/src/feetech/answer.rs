@@ -36,11 +36,13 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool], no
             let mut slots = Vec::new();
             for index in asked {
                 let servo = &mut servos[index];
-                // A request to the old id gets an answer with the new id that the servo has just been given.
+                // The write of an id is answered by the old id: clients that set up real arms wait for that one
+                // (huggingface/lerobot#1384).
+                let id = servo.id();
                 if let Some(data) =
                     obey(servo, request.instruction, &request.parameters, is_broadcast, now_ns)
                 {
-                    slots.push(talk(index, servo, &data));
+                    slots.push(talk(index, servo, id, &data));
                 }
             }
             slots
@@ -48,14 +50,14 @@ pub(crate) fn answer(request: &Request, servos: &mut [Servo], hears: &[bool], no
     }
 }
 
-fn talk(index: usize, servo: &Servo, data: &[u8]) -> Slot {
-    let bytes = status(servo.id(), servo.byte(STATUS), data);
+fn talk(index: usize, servo: &Servo, id: u8, data: &[u8]) -> Slot {
+    let bytes = status(id, servo.byte(STATUS), data);
     Slot::Talk { servo: index, bytes, delay_ns: servo.return_delay_ns(), starts_packet: true }
 }
 
 fn sync_read_slot(id: u8, address: u8, count: u8, servos: &[Servo], hears: &[bool]) -> Slot {
     match listener(id, servos, hears).filter(|&index| answers_sync_read(&servos[index])) {
-        Some(index) => talk(index, &servos[index], &read(&servos[index], address, count)),
+        Some(index) => talk(index, &servos[index], id, &read(&servos[index], address, count)),
         None => Slot::Missing { bytes: 6 + usize::from(count) },
     }
 }

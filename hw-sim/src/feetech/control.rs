@@ -77,7 +77,7 @@ fn rest(servo: &mut Servo) {
     let present = present_counts(servo);
     let run = &mut own_mut(&mut servo.state).run;
     run.profile = Profile::rest_at(present as f64);
-    run.step_goal = present;
+    run.own_goal = present;
     (run.last_error, run.speed_drive, run.is_under_way) = (0.0, 0.0, false);
 }
 
@@ -117,7 +117,9 @@ pub(super) fn present_counts(servo: &Servo) -> i64 {
     if servo.model.is_scs {
         return counts;
     }
-    let counts = counts - servo.get(OFFSET);
+    // The offset acts in position mode only (servolab; STS_servos#9).
+    let offset = if is_position_mode(servo) { servo.get(OFFSET) } else { 0 };
+    let counts = counts - offset;
     if has_phase(servo, PHASE_FULL_ANGLE) { counts } else { counts.rem_euclid(COUNTS_PER_TURN) }
 }
 
@@ -126,12 +128,19 @@ fn resolution(servo: &Servo) -> i64 {
     if servo.model.is_scs { 1 } else { servo.get(ANGLE_RESOLUTION).max(1) }
 }
 
-/// Goal position of the servo, counts.
+/// Goal position of the servo, counts. A goal beyond the angle limits stays in its register as written; the servo
+/// goes to the limit (huggingface/lerobot#3585). Both limits 0: multi-turn, without limits. A servo that has had no
+/// goal since its power came on stays where it is (likely: our reading).
 fn goal_counts(servo: &Servo) -> i64 {
-    match mode(servo) {
-        MODE_STEP => own(&servo.state).run.step_goal,
-        _ => servo.get(GOAL_POSITION) * resolution(servo),
+    let run = &own(&servo.state).run;
+    if mode(servo) == MODE_STEP || !run.has_goal {
+        return run.own_goal;
     }
+    let goal = servo.get(GOAL_POSITION);
+    let (low, high) = (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE));
+    let has_limits = is_position_mode(servo) && (low, high) != (0, 0);
+    let goal = if has_limits { goal.clamp(low, high.max(low)) } else { goal };
+    goal * resolution(servo)
 }
 
 pub(super) fn observe_position(servo: &mut Servo) {
@@ -165,9 +174,11 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
         GOAL_POSITION => {
             servo.note_goal(servo.get(GOAL_POSITION));
             if mode(servo) == MODE_STEP {
-                own_mut(&mut servo.state).run.step_goal += servo.get(GOAL_POSITION) * resolution(servo);
+                own_mut(&mut servo.state).run.own_goal += servo.get(GOAL_POSITION) * resolution(servo);
             }
             servo.registers.set(GOAL_READ_BACK, servo.get(GOAL_POSITION));
+            let run = &mut own_mut(&mut servo.state).run;
+            (run.has_goal, run.is_woken) = (true, true);
             let goal = goal_counts(servo);
             let is_elsewhere = goal != present_counts(servo);
             let run = &mut own_mut(&mut servo.state).run;
@@ -184,6 +195,7 @@ pub(super) fn written(servo: &mut Servo, address: u16, before: i64) {
 
 /// What the bridge does in this step, at shaft speed `speed_rad_s`.
 pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
+    wake(servo);
     let demand = match (servo.get(TORQUE_SWITCH), mode(servo)) {
         (0, _) => {
             own_mut(&mut servo.state).run.demand = 0.0;
@@ -201,11 +213,22 @@ pub(crate) fn drive(servo: &mut Servo, speed_rad_s: f64) -> Drive {
     Drive::Duty(if has_phase(servo, PHASE_DRIVE_REVERSED) { -drive } else { drive })
 }
 
-/// The open-loop drive; the SCS series keeps it in the register of the running time, with its sign in bit 10.
+/// A goal written to a limp servo switches its torque on, at the next tick of its control loop
+/// (huggingface/lerobot#3585; Feetech's protocol page, 4.3, example 4).
+fn wake(servo: &mut Servo) {
+    let is_woken = std::mem::take(&mut own_mut(&mut servo.state).run.is_woken);
+    if is_woken && servo.get(TORQUE_SWITCH) == 0 && matches!(mode(servo), MODE_POSITION | MODE_STEP) {
+        servo.registers.set(TORQUE_SWITCH, 1);
+        written(servo, TORQUE_SWITCH, 0);
+    }
+}
+
+/// The open-loop drive. The STS series turns to smaller counts at a positive value (huggingface/lerobot#4547, measured
+/// with firmware 3.10). The SCS series keeps it in the register of the running time, with its sign in bit 10.
 fn pwm(servo: &Servo) -> f64 {
     let raw = servo.get(if servo.model.is_scs { RUNNING_TIME } else { GOAL_PWM });
     let signed = match (servo.model.is_scs, raw & 0x400) {
-        (false, _) => raw,
+        (false, _) => -raw,
         (true, 0) => raw & 0x3FF,
         (true, _) => -(raw & 0x3FF),
     };

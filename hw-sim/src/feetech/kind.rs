@@ -30,7 +30,8 @@ pub(crate) static KIND: Kind = Kind {
     start_ns: 1_800_000_000,
     id: ID,
     baud: BAUD,
-    return_delay: RETURN_DELAY,
+    // "No function" in the STS series, by Feetech's table.
+    return_delay: |model| model.is_scs.then_some(RETURN_DELAY),
     goal_position: GOAL_POSITION,
     torque_limit: |model| if model.is_scs { MAX_TORQUE } else { TORQUE_LIMIT },
     state: |registers| Box::new(State::new(registers)),

@@ -3,12 +3,12 @@
 //! EPROM registers take effect at once, locked or not; only values written while unlocked survive a restart of the
 //! servo.
 
-use super::control::{self, is_position_mode, present_counts};
+use super::control::{self, present_counts};
 use super::instruction::is_unlocked;
 use super::sts::*;
 use super::{State, own_mut};
 use crate::model::COUNTS_PER_TURN;
-use crate::registers::{Access, Register};
+use crate::registers::Access;
 use crate::servo::Servo;
 
 /// The count in the middle of a turn.
@@ -29,21 +29,13 @@ pub(super) fn write(servo: &mut Servo, address: u8, data: &[u8]) {
         if let Some(bytes) = rest.get(..size)
             && register.access == Access::ReadWrite
         {
-            let (low, high) = range(servo, &register);
-            let value = register.decode(bytes).clamp(low, high.max(low));
+            let value = register.decode(bytes).clamp(register.min, register.max);
             let before = servo.get(here);
             set(servo, here, value);
             control::written(servo, here, before);
         }
         offset += size;
     }
-}
-
-/// Range of a register: goals stay inside the angle limits, unless both limits are 0 (multi-turn).
-fn range(servo: &Servo, register: &Register) -> (i64, i64) {
-    let limits = (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE));
-    let has_limits = register.address == GOAL_POSITION && limits != (0, 0) && is_position_mode(servo);
-    if has_limits { limits } else { (register.min, register.max) }
 }
 
 /// Sets a register, and stores it if EPROM should keep it.

@@ -41,8 +41,12 @@ struct Run {
     profile: Profile,
     /// Distance to the goal when the goal came, counts.
     way: f64,
-    /// Goal of step mode, counts.
-    step_goal: i64,
+    /// Goal of step mode, and of a servo that has had none since its power came on, counts.
+    own_goal: i64,
+    /// True once a host has written a goal since its power came on.
+    has_goal: bool,
+    /// True from the write of a goal to the next tick of the control loop.
+    is_woken: bool,
     /// A goal was written and has not been reached.
     is_under_way: bool,
     /// How long the shaft has stood still, s.

@@ -63,7 +63,7 @@ pub(super) static TABLE: &[Register] = &[
     ro(MODEL_NUMBER, 2, "Model Number", 777),
     rw(ID, 1, "ID", (1, 0, 253)),
     rw(BAUD, 1, "Baud Rate", (0, 0, 7)),
-    // Reserved on STS by the wiki; used here as in the SMS series and by common clients, 2 µs a unit.
+    // Kept, but without a function in this series.
     rw(RETURN_DELAY, 1, "Return Delay", (0, 0, 254)),
     rw(RESPONSE_LEVEL, 1, "Response Level", (1, 0, 1)),
     rw(MIN_ANGLE, 2, "Min Angle Limit", (0, 0, 4094)),
