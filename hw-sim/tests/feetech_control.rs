@@ -149,12 +149,24 @@ fn step_mode_goes_on_from_its_last_goal_and_shows_the_way_left() {
     assert!((shaft.position_counts - 8048.0).abs() < 20.0, "{}", shaft.position_counts);
 }
 
+/// huggingface/lerobot#3585: the register keeps the goal, the servo stops at the limit.
+#[test]
+fn a_goal_beyond_the_angle_limit_is_kept_and_reached_as_far_as_the_limit() {
+    let mut world = world(sts(2048.0));
+    write(&mut world, 9, &[0xE8, 0x03, 0xB8, 0x0B]);
+    write_word(&mut world, 42, 3900);
+    let shaft = after(&mut world, 2 * S);
+    assert_eq!(word(&world, 42), 3900);
+    assert!((shaft.position_counts - 3000.0).abs() < 20.0, "{}", shaft.position_counts);
+}
+
 #[test]
 fn pwm_mode_drives_by_its_share_either_way() {
     let mut world = world(sts(0.0));
     write(&mut world, 33, &[2]);
     write(&mut world, 40, &[1]);
-    for (raw, sign) in [(500, 1.0), (0x400 | 500, -1.0)] {
+    // A positive value turns to smaller counts (huggingface/lerobot#4547, firmware 3.10).
+    for (raw, sign) in [(500, -1.0), (0x400 | 500, 1.0)] {
         write_word(&mut world, 44, raw);
         let shaft = after(&mut world, S);
         // Half of 45 rpm, less friction.

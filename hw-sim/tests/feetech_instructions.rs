@@ -52,10 +52,34 @@ fn the_wiki_s_broadcast_write_of_an_id_is_taken_and_not_answered() {
 }
 
 #[test]
-fn the_answer_to_a_new_id_carries_it() {
+fn a_new_id_is_answered_by_the_old_one() {
     let mut world = one();
-    assert_eq!(feetech_write(&mut world, 1, 5, &[9]), feetech(9, 0, &[]));
+    // FF FF 01 04 03 05 06 EC: LeRobot waits for the answer of id 1 to this (huggingface/lerobot#1384).
+    assert_eq!(exchange(&mut world, &[0xFF, 0xFF, 1, 4, 3, 5, 6, 0xEC]), DONE);
     assert_eq!(exchange(&mut world, &feetech(1, 1, &[])), []);
+    assert_eq!(exchange(&mut world, &feetech(6, 1, &[])), feetech(6, 0, &[]));
+}
+
+/// huggingface/lerobot#3585, and Feetech's protocol page, section 4.3, example 4, which moves without a torque write.
+#[test]
+fn a_goal_written_to_a_limp_servo_switches_its_torque_on() {
+    let mut world = one_at(2048.0);
+    let request = [0xFF, 0xFF, 1, 9, 3, 0x2A, 0, 8, 0, 0, 0xE8, 3, 0xD5];
+    assert_eq!(exchange(&mut world, &request), DONE);
+    assert!(world.shaft(0, 1).unwrap().torque_on && byte(&world, 40) == 1);
+    feetech_write(&mut world, 1, 40, &[0]);
+    feetech_write(&mut world, 1, 42, &[0xB8, 0x0B]);
+    world.advance_to(world.now_ns() + 2 * S);
+    assert!((world.shaft(0, 1).unwrap().position_counts - 3000.0).abs() < 20.0, "it goes to 3000");
+}
+
+/// servolab; LeRobot's `connect()` relies on it. Likely, not measured by the project.
+#[test]
+fn a_servo_without_a_goal_since_power_on_stays_where_it_is() {
+    let mut world = one_at(700.0);
+    feetech_write(&mut world, 1, 40, &[1]);
+    world.advance_to(world.now_ns() + S);
+    assert!((world.shaft(0, 1).unwrap().position_counts - 700.0).abs() < 10.0);
 }
 
 #[test]
@@ -164,6 +188,9 @@ fn an_offset_that_is_written_moves_the_present_position_the_other_way() {
     assert_eq!(word(&world, 56), 900);
     feetech_write(&mut world, 1, 31, &[100, 8]);
     assert_eq!(word(&world, 56), 1100);
+    // In position mode only (servolab).
+    feetech_write(&mut world, 1, 33, &[1]);
+    assert_eq!(word(&world, 56), 1000);
 }
 
 #[test]

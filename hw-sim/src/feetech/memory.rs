@@ -8,7 +8,7 @@ use super::instruction::is_unlocked;
 use super::sts::*;
 use super::{State, own_mut};
 use crate::model::COUNTS_PER_TURN;
-use crate::registers::Access;
+use crate::registers::{Access, Register};
 use crate::servo::Servo;
 
 /// The count in the middle of a turn.
@@ -29,13 +29,22 @@ pub(super) fn write(servo: &mut Servo, address: u8, data: &[u8]) {
         if let Some(bytes) = rest.get(..size)
             && register.access == Access::ReadWrite
         {
-            let value = register.decode(bytes).clamp(register.min, register.max);
+            let (low, high) = range(servo, &register);
+            let value = register.decode(bytes).clamp(low, high.max(low));
             let before = servo.get(here);
             set(servo, here, value);
             control::written(servo, here, before);
         }
         offset += size;
     }
+}
+
+/// Range of a register. The SCS series keeps goals inside its angle limits, unless both are 0; the STS series keeps
+/// them as written.
+fn range(servo: &Servo, register: &Register) -> (i64, i64) {
+    let limits = (servo.get(MIN_ANGLE), servo.get(MAX_ANGLE));
+    let has_limits = servo.model.is_scs && register.address == GOAL_POSITION && limits != (0, 0);
+    if has_limits { limits } else { (register.min, register.max) }
 }
 
 /// Sets a register, and stores it if EPROM should keep it.
