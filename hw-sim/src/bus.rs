@@ -194,8 +194,12 @@ impl Bus {
             requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters: parameters.to_vec() });
         }
         self.mistake_ids(now_ns);
-        for hears in self.hearers(now_ns) {
+        for (number, hears) in self.hearers(now_ns).into_iter().enumerate() {
             let slots = self.ear.answer(&mut self.servos, &hears, now_ns);
+            // A twin that talks at the same time: now and then the line carries the other's answer whole.
+            if number > 0 && self.rng.random_bool(self.protocol.kind().drowned_twin_share) {
+                continue;
+            }
             self.schedule(now_ns, slots);
         }
         self.note_misled();

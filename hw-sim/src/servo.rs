@@ -74,6 +74,8 @@ pub(crate) struct Kind {
     pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
     /// True if the bridge is closed.
     pub(crate) is_torque_on: fn(&Servo) -> bool,
+    /// Share of requests to two servos of one id in which the host can read an answer.
+    pub(crate) drowned_twin_share: f64,
     /// Makes the ear of a line, which hears for its servos.
     pub(crate) ear: fn() -> Box<dyn Ear>,
 }

@@ -41,6 +41,7 @@ pub(crate) static KIND: Kind = Kind {
     drive: control::drive,
     observe: control::observe,
     is_torque_on: control::is_torque_on,
+    drowned_twin_share: 0.0,
     ear: || Box::new(Line::default()),
 };
 
