@@ -63,13 +63,13 @@ fn response_level_0_answers_only_reads_and_pings() {
 #[test]
 fn goals_stay_as_written_and_read_only_registers_stay() {
     let mut world = world(feetech_bus(vec![servo("STS3215-12V", 1)]));
+    feetech_write(&mut world, 1, 56, &[0, 0]);
+    assert_eq!(exchange(&mut world, &feetech(1, 2, &[56, 2])), feetech(1, 0, &[0x00, 0x08]));
     feetech_write(&mut world, 1, 9, &[0xE8, 0x03, 0xB8, 0x0B]);
     feetech_write(&mut world, 1, 42, &[0xFF, 0x0F]);
     assert_eq!(exchange(&mut world, &feetech(1, 2, &[42, 2])), feetech(1, 0, &[0xFF, 0x0F]));
     feetech_write(&mut world, 1, 42, &[0x05, 0x80]);
     assert_eq!(exchange(&mut world, &feetech(1, 2, &[42, 2])), feetech(1, 0, &[0x05, 0x80]));
-    feetech_write(&mut world, 1, 56, &[0, 0]);
-    assert_eq!(exchange(&mut world, &feetech(1, 2, &[56, 2])), feetech(1, 0, &[0x00, 0x08]));
 }
 
 #[test]

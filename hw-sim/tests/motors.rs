@@ -43,7 +43,7 @@ fn torque_on(world: &mut World, model: &Model) {
     };
 }
 
-/// Full duty in PWM mode.
+/// Full duty in PWM mode, to larger counts. The STS series turns that way at a negative value, whose sign is bit 10.
 fn full_duty(world: &mut World, model: &Model) {
     match model.protocol {
         Protocol::Feetech if is_scs(model) => {
@@ -52,7 +52,7 @@ fn full_duty(world: &mut World, model: &Model) {
         }
         Protocol::Feetech => {
             feetech_write(world, 1, 33, &[2]);
-            feetech_write(world, 1, 44, &1000u16.to_le_bytes());
+            feetech_write(world, 1, 44, &(0x400 | 1000u16).to_le_bytes());
         }
         Protocol::Dynamixel => {
             dynamixel_write(world, 1, 11, &[16]);
@@ -149,7 +149,10 @@ fn torque_limit_limits_torque() {
 fn a_limp_shaft_does_not_move_by_itself() {
     for model in Model::all() {
         let mut world = world(bus_for(model, 1000.25));
-        write(&mut world, model, 42, 116, counts(model, 3000));
+        // A goal would wake a Feetech servo.
+        if model.protocol == Protocol::Dynamixel {
+            dynamixel_write(&mut world, 1, 116, &3000i32.to_le_bytes());
+        }
         let limp = after(&mut world, 2 * S);
         assert!(!limp.torque_on);
         assert!((limp.position_counts - 1000.25).abs() < 1e-9, "{}", model.name);
@@ -269,7 +272,7 @@ fn a_shaft_that_turns_back_stands_still_first() {
     let mut world = world(bus_for(model, 0.0));
     full_duty(&mut world, model);
     after(&mut world, S);
-    world.host_send(0, &feetech(1, 3, &[44, 0xE8, 0x07])).unwrap();
+    world.host_send(0, &feetech(1, 3, &[44, 0xE8, 0x03])).unwrap();
     let mut still_ms = 0;
     loop {
         let speed = after(&mut world, MS).speed_rad_s;
@@ -311,7 +314,7 @@ fn the_supply_of_a_bus_sags_with_the_current_of_all_its_servos() {
     assert!((volts(&world) - 12.0).abs() < 1e-9);
     for (id, stalled) in [(1, 1.0), (2, 2.0)] {
         feetech_write(&mut world, id, 33, &[2]);
-        feetech_write(&mut world, id, 44, &1000u16.to_le_bytes());
+        feetech_write(&mut world, id, 44, &(0x400 | 1000u16).to_le_bytes());
         feetech_write(&mut world, id, 40, &[1]);
         // Ohm's law: 2.7 A at 12 V are 4.44 ohm each.
         let expected = 12.0 / (1.0 + stalled * 0.5 * 2.7 / 12.0);
