@@ -27,8 +27,7 @@ pub struct Controller<'r> {
     limbs: Limbs,
     /// `None` if sag correction is off, or no known load makes the joints sag.
     sag: Option<Sag>,
-    /// `None` if nothing corrects the robot on its feet.
-    pacing: Option<Pacing>,
+    pacing: Pacing,
     yielding: Yielding,
     safety: Safety,
     estimator: Estimator,
@@ -113,12 +112,11 @@ impl<'r> Controller<'r> {
             self.limbs.solve(&self.targets, &mut self.joints);
         }
         ended(Stage::Kinematics);
-        if let Some(sag) = &mut self.sag {
-            sag.step(dt_s, &self.targets, &self.state, &mut self.joints);
+        match &mut self.sag {
+            Some(sag) => sag.step(dt_s, &self.targets, &self.state, &mut self.joints),
+            None => self.joints.offset_rad.fill(0.0),
         }
-        if let Some(pacing) = &mut self.pacing {
-            pacing.step(dt_s, &self.targets, &self.state, &mut self.joints);
-        }
+        self.pacing.step(dt_s, &self.targets, &self.state, &mut self.joints);
         ended(Stage::Sag);
         self.yielding.step(dt_s, &self.state, &mut self.joints);
         ended(Stage::Yielding);

@@ -58,6 +58,7 @@ impl Estimator {
                 _ => known.is_damaged |= *slot == Slot::Corrupt,
             }
         }
+        note_starts(robot, state);
     }
 }
 
@@ -91,6 +92,14 @@ pub fn at_goals(robot: &Robot, state: &mut State) {
         };
     }
     state.body.is_known = true;
+    note_starts(robot, state);
+}
+
+/// Notes where goals would start, should torque come on.
+fn note_starts(robot: &Robot, state: &mut State) {
+    for ((start_rad, joint), known) in state.start_rad.iter_mut().zip(&robot.joints).zip(&state.joints) {
+        *start_rad = joint.start_goal_rad(known.position_rad);
+    }
 }
 
 #[cfg(test)]

@@ -132,6 +132,9 @@ impl Chain {
 const STOP_SHARE: f64 = 0.1;
 const STOP_RAD: f64 = 0.035;
 
+/// Play, sag and the horn's error may take a limp joint out of its range by this much, rad.
+pub(crate) const ALMOST_INSIDE_RAD: f64 = 0.1;
+
 impl Joint {
     /// Middle of the joint's range, rad.
     pub fn middle_rad(&self) -> f64 {
@@ -149,6 +152,14 @@ impl Joint {
         let highest = (a.max(b) + 1e-9).floor().min(f64::from(high));
         let (p, q) = (servo.angle_of(lowest), servo.angle_of(highest));
         (p.min(q), p.max(q))
+    }
+
+    /// The angle, rad, from which the first goals of a limp joint go that is measured at `position_rad`: that angle,
+    /// or the end of its range if it hangs just outside.
+    pub fn start_goal_rad(&self, position_rad: f64) -> f64 {
+        let (low, high) = self.goal_range_rad();
+        let inside_rad = position_rad.clamp(low, high);
+        if (position_rad - inside_rad).abs() <= ALMOST_INSIDE_RAD { inside_rad } else { position_rad }
     }
 
     /// The joint's mechanical stops, rad: a tenth of its range beyond it, at least two degrees. They are not

@@ -34,6 +34,7 @@ pub use ball_joint::BallJoint;
 pub use figure::{FigureMotion, FigurePose};
 pub use firmware::Firmware;
 pub use imu::{IMU_BAUDS, IMU_LINE, IMU_RATES_HZ, IMU_SAMPLE_BYTES, ImuNoise, ImuSettings};
+pub(crate) use kinematics::ALMOST_INSIDE_RAD;
 pub use pace::Pace;
 pub use physics::{Foot, Ground, Physics, Step};
 pub use posture::Posture;

@@ -7,16 +7,14 @@ use crate::signals::State;
 /// One of the two ends. `from` fields are motion time, s.
 ///
 /// ```text
-/// Limp -> Heard -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
-///   |                                                                 ^
-///   +-----------------------------------------------------------------+   ordered to end before there was torque
+/// Limp -> TorqueUp -> (the motion's own phases) -> LetGo -> Done
+///   |                                                        ^
+///   +--------------------------------------------------------+   ordered to end before there was torque
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TorquePhase {
     /// Waits until every servo has been heard.
     Limp,
-    /// Every servo has been heard: in this cycle safety says where goals start.
-    Heard,
     /// The torque rises at a rate that safety limits, with every joint where it is.
     TorqueUp { from: f64 },
     /// The torque falls to zero from this share of what is permitted, with every joint where it is.
@@ -37,20 +35,13 @@ impl TorquePhase {
         pose_rad: &mut [f64],
     ) -> Option<TorquePhase> {
         Some(match self {
-            TorquePhase::Limp | TorquePhase::Heard if must_end => TorquePhase::Done,
+            TorquePhase::Limp if must_end => TorquePhase::Done,
             // A limp joint may be moved by hand: torque comes on only where the joint was measured just now.
-            TorquePhase::Heard if state.is_fresh() => {
-                // The start of the goals: each joint's position, or its border if it hangs a little outside.
-                pose_rad.copy_from_slice(&state.goal_rad);
+            TorquePhase::Limp if state.is_fresh() => {
+                pose_rad.copy_from_slice(&state.start_rad);
                 TorquePhase::TorqueUp { from: now_s }
             }
-            TorquePhase::Limp | TorquePhase::Heard => {
-                if state.is_fresh() {
-                    TorquePhase::Heard
-                } else {
-                    TorquePhase::Limp
-                }
-            }
+            TorquePhase::Limp => TorquePhase::Limp,
             TorquePhase::TorqueUp { from } if now_s >= from + ramp_s => return None,
             TorquePhase::LetGo { from, .. } if now_s >= from + ramp_s => TorquePhase::Done,
             unchanged => unchanged,
@@ -68,19 +59,19 @@ impl TorquePhase {
     pub(super) fn torque_share(self, now_s: f64, ramp_s: f64) -> f64 {
         match self {
             TorquePhase::LetGo { from, share } => share * (1.0 - smooth_step((now_s - from) / ramp_s)),
-            TorquePhase::Limp | TorquePhase::Heard | TorquePhase::TorqueUp { .. } | TorquePhase::Done => 1.0,
+            TorquePhase::Limp | TorquePhase::TorqueUp { .. } | TorquePhase::Done => 1.0,
         }
     }
 
     /// True if no joint should have torque.
     pub(super) fn is_limp(self) -> bool {
-        matches!(self, TorquePhase::Limp | TorquePhase::Heard | TorquePhase::Done)
+        matches!(self, TorquePhase::Limp | TorquePhase::Done)
     }
 
     /// Activity of a robot whose activity between its ends is `moving`.
     pub(super) fn activity(self, moving: Activity) -> Activity {
         match self {
-            TorquePhase::Limp | TorquePhase::Heard => Activity::Limp,
+            TorquePhase::Limp => Activity::Limp,
             TorquePhase::TorqueUp { .. } => moving,
             TorquePhase::LetGo { .. } => Activity::Stopping,
             TorquePhase::Done => Activity::Done,

@@ -1,11 +1,9 @@
 //! One joint's goal: finite, in range, within rate and acceleration.
 
-use crate::model::{Joint, Pace, SafetySettings};
+use crate::model::{ALMOST_INSIDE_RAD, Joint, Pace, SafetySettings};
 
 /// Differences smaller than this, rad, are rounding, not interventions.
 const ROUNDING_RAD: f64 = 1e-9;
-/// Play, sag and the horn's error may take a limp joint out of its range by this much, rad.
-const ALMOST_RAD: f64 = 0.1;
 /// A stop gives way by this much, rad, and the horn may be off by as much.
 const STOP_SLACK_RAD: f64 = 0.1;
 
@@ -84,7 +82,7 @@ impl Limiter {
 
     /// True if a joint is so near its range that the torque, as it rises from zero, may pull it inside.
     pub(super) fn is_almost_inside(&self, measured_rad: f64) -> bool {
-        is_within(self.range_rad, ALMOST_RAD, measured_rad)
+        is_within(self.range_rad, ALMOST_INSIDE_RAD, measured_rad)
     }
 
     /// True if a joint can be at this angle without having broken its stops.

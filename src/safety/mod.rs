@@ -184,7 +184,7 @@ impl Safety {
                 self.let_go(index, state);
                 continue;
             }
-            let wanted_rad = targets.angles_rad[index] + targets.sag_rad[index];
+            let wanted_rad = targets.angles_rad[index] + targets.offset_rad[index];
             let (angle_rad, differs) = if state.permission == Permission::Hold {
                 joint.limiter.hold(wanted_rad, joint.held_rad, dt_s)
             } else {

@@ -184,8 +184,8 @@ fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
     // A joint that turns half as far as it should is weak, not jammed.
     assert_eq!(first_hold(swing_rad, |_, goal| 0.5 * (goal + stands)), None);
     // A joint that is a little off a still goal carries a load.
-    let sag_rad = 0.9 * robot.safety.tracking_error_rad;
-    assert_eq!(first_hold(0.0, |s, goal| goal + sag_rad * s.min(1.0)), None);
+    let offset_rad = 0.9 * robot.safety.tracking_error_rad;
+    assert_eq!(first_hold(0.0, |s, goal| goal + offset_rad * s.min(1.0)), None);
 }
 
 #[test]

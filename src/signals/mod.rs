@@ -36,8 +36,9 @@ pub struct JointTargets {
     pub not_finite: Option<usize>,
     /// Joint angles, rad.
     pub angles_rad: Vec<f64>,
-    /// Offset added to each angle to make the goal, so that the joint stands at its angle under load, rad.
-    pub sag_rad: Vec<f64>,
+    /// Offset added to each angle to make the goal, rad: so that the joint stands at its angle under load, and so that
+    /// the goal keeps to the pace of the joint.
+    pub offset_rad: Vec<f64>,
     /// Distance of each chain's tip from its target, m; 0 if the target is a pose.
     pub residual_m: Vec<f64>,
     /// Largest distance of an arm's group ends from their targets, per chain, m; 0 if the targets are others.
@@ -68,6 +69,8 @@ pub struct State {
     pub joints: Vec<JointState>,
     /// The last goals that safety passed on, rad; valid only once torque has been on.
     pub goal_rad: Vec<f64>,
+    /// Where the goals of each joint start if its torque comes on now, rad ([`crate::model::Joint::start_goal_rad`]).
+    pub start_rad: Vec<f64>,
     /// Safety's permission.
     pub permission: Permission,
     /// Joints whose servo has tripped: they stay without torque, and their goals follow their positions.
@@ -279,7 +282,7 @@ impl JointTargets {
             may_restart: false,
             not_finite: None,
             angles_rad: vec![0.0; robot.joints.len()],
-            sag_rad: vec![0.0; robot.joints.len()],
+            offset_rad: vec![0.0; robot.joints.len()],
             residual_m: vec![0.0; robot.chains.len()],
             group_residual_m: vec![0.0; robot.chains.len()],
             saturated: vec![0; robot.chains.len()],
@@ -293,6 +296,7 @@ impl State {
         State {
             joints: vec![JointState::default(); robot.joints.len()],
             goal_rad: vec![0.0; robot.joints.len()],
+            start_rad: vec![0.0; robot.joints.len()],
             permission: Permission::Move,
             is_out: vec![false; robot.joints.len()],
             outage: None,

@@ -1,9 +1,10 @@
-//! Corrections on feet keep to the pace of the joints.
+//! Goals of a robot on its feet keep to the pace of its joints.
 //!
 //! Input: joint angles with the corrections of balance and sag in them, and the last goals. Output: the offsets of
-//! [`JointTargets::sag_rad`], shortened so that no joint is asked to turn or to speed up more than safety permits. The
-//! plan keeps these limits by itself; feedback on a trunk that a touch-down has jolted does not, and must not make
-//! safety the stage that limits it. A plan without corrections is left alone, so that a fault of the plan shows.
+//! [`JointTargets::offset_rad`], shortened so that no joint is asked to turn or to speed up more than safety permits.
+//! The planned feet keep these limits, but two things do not: feedback on a trunk that a touch-down has jolted, and a
+//! joint that meets the end of its range, whose speed the others of its leg have to take over at once. Safety must not
+//! be the stage that limits them.
 
 use crate::model::{Pace, Robot};
 use crate::signals::{JointTargets, Permission, State, Targets};
@@ -12,22 +13,24 @@ use crate::signals::{JointTargets, Permission, State, Targets};
 #[derive(Debug, Clone)]
 pub struct Pacing {
     paces: Vec<Pace>,
+    /// Range of the goals of each joint, rad.
+    ranges_rad: Vec<(f64, f64)>,
     /// The goal before the last one, rad, a value per joint.
     before_rad: Vec<f64>,
 }
 
 impl Pacing {
-    /// The pace of the joints of `robot`; `None` if nothing corrects it on its feet.
-    pub fn new(robot: &Robot) -> Option<Pacing> {
-        robot.balance.filter(|_| robot.bears_weight)?;
+    /// The pace of the joints of `robot`.
+    pub fn new(robot: &Robot) -> Pacing {
         let pace = |joint: &crate::model::Joint| Pace {
             rate_rad_s: robot.safety.rate_share * joint.no_load_speed_rad_s(),
             acceleration_rad_s2: robot.safety.acceleration_rad_s2,
         };
-        Some(Pacing {
+        Pacing {
             paces: robot.joints.iter().map(pace).collect(),
+            ranges_rad: robot.joints.iter().map(crate::model::Joint::goal_range_rad).collect(),
             before_rad: vec![0.0; robot.joints.len()],
-        })
+        }
     }
 
     /// Shortens the corrections of this cycle, `dt_s` after the last one.
@@ -37,10 +40,12 @@ impl Pacing {
         for (index, ((pace, before_rad), goal_rad)) in all {
             let speed_rad_s = (goal_rad - *before_rad) / dt_s;
             *before_rad = *goal_rad;
-            let way_rad = joints.angles_rad[index] + joints.sag_rad[index] - goal_rad;
+            let way_rad = joints.angles_rad[index] + joints.offset_rad[index] - goal_rad;
             if is_on_feet && way_rad.is_finite() && !state.is_out[index] {
                 let step_rad = pace.speed_towards(way_rad, speed_rad_s, dt_s) * dt_s;
-                joints.sag_rad[index] += step_rad - way_rad;
+                let (low_rad, high_rad) = self.ranges_rad[index];
+                let paced_rad = (goal_rad + step_rad).clamp(low_rad.min(*goal_rad), high_rad.max(*goal_rad));
+                joints.offset_rad[index] = paced_rad - joints.angles_rad[index];
             }
         }
     }

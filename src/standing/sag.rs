@@ -1,7 +1,7 @@
 //! Sag correction: joints on position servos give way under load, and their goals compensate for it.
 //!
 //! Input: the desired joint angles, the load on each foot, and the trunk's attitude. Output:
-//! [`JointTargets::sag_rad`]. A servo turns its error into torque, so a joint that must hold a torque stands
+//! [`JointTargets::offset_rad`]. A servo turns its error into torque, so a joint that must hold a torque stands
 //! off its goal by that torque over the servo's stiffness: the correction moves the goal by the same amount
 //! to the other side. No goal leaves its joint's range for this; the other joints of a leg compensate, as far
 //! as possible for the foot, what one joint cannot.
@@ -76,7 +76,7 @@ impl Sag {
         if !is_on_feet || !joints.angles_rad.iter().all(|angle| angle.is_finite()) {
             self.share = 0.0;
             self.lead_rad.fill(0.0);
-            joints.sag_rad.fill(0.0);
+            joints.offset_rad.fill(0.0);
             return;
         }
         self.loads.fill(0.0);
@@ -88,7 +88,7 @@ impl Sag {
         self.work_out(joints, state);
         self.share = (self.share + dt_s / FADE_S).min(1.0);
         let pace = 1.0 - (-dt_s / SMOOTHING_S).exp();
-        for (index, sag) in joints.sag_rad.iter_mut().enumerate() {
+        for (index, sag) in joints.offset_rad.iter_mut().enumerate() {
             let lead = &mut self.lead_rad[index];
             *lead += pace * (self.share * self.wanted_rad[index] - *lead);
             // The last correction may be too large for the joint's present angle.

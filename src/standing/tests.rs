@@ -110,21 +110,21 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
         (Targets::new(&robot), JointTargets::new(&robot), State::new(&robot));
     joints.angles_rad.copy_from_slice(&pose);
     sag.step(0.01, &targets, &state, &mut joints);
-    assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0), "nothing on a robot off its feet");
+    assert!(joints.offset_rad.iter().all(|sag| sag.abs() <= 0.0), "nothing on a robot off its feet");
     targets.set_tips().feet.extend((0..4).map(|chain| FootTarget {
         chain,
         load_share: 1.0,
         ..FootTarget::default()
     }));
-    let mut before = joints.sag_rad.clone();
+    let mut before = joints.offset_rad.clone();
     for _ in 0..200 {
         sag.step(0.01, &targets, &state, &mut joints);
-        for (now, before) in joints.sag_rad.iter().zip(&before) {
+        for (now, before) in joints.offset_rad.iter().zip(&before) {
             assert!((now - before).abs() < 0.001, "it comes in slowly");
         }
-        before.copy_from_slice(&joints.sag_rad);
+        before.copy_from_slice(&joints.offset_rad);
     }
-    let goals: Vec<f64> = pose.iter().zip(&joints.sag_rad).map(|(angle, sag)| angle + sag).collect();
+    let goals: Vec<f64> = pose.iter().zip(&joints.offset_rad).map(|(angle, sag)| angle + sag).collect();
     for (joint, goal) in robot.joints.iter().zip(&goals) {
         let (low, high) = joint.goal_range_rad();
         assert!((low - 1e-12..=high + 1e-12).contains(goal), "{}", joint.name);
@@ -139,13 +139,13 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
         let tip = |angle: &dyn Fn(usize) -> f64| robot.tip_in_body(chain, chain.joints.clone().map(angle));
         let told = tip(&|index| pose[index]);
         let corrected = (tip(&stands) - told).length();
-        let sagging = (tip(&|index| stands(index) - joints.sag_rad[index]) - told).length();
+        let sagging = (tip(&|index| stands(index) - joints.offset_rad[index]) - told).length();
         assert!(corrected < 1e-4 && sagging > 1e-3, "{}: {corrected} m, {sagging} m", chain.name);
     }
     // Off its feet, the correction is zero at once.
     targets.set_pose();
     sag.step(0.01, &targets, &state, &mut joints);
-    assert!(joints.sag_rad.iter().all(|sag| sag.abs() <= 0.0));
+    assert!(joints.offset_rad.iter().all(|sag| sag.abs() <= 0.0));
 }
 
 /// The correction for the robot's weight does not depend on whether a simulator has a body for it.
