@@ -46,8 +46,8 @@ fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     }
 }
 
-/// Limp exchanges of a run: one until all servos are heard, five at the end.
-const LIMP_EXCHANGES: u64 = 8;
+/// Limp exchanges of a run: two until all servos have been heard and believed, five at the end.
+const LIMP_EXCHANGES: u64 = 7;
 /// Plain exchanges a Dynamixel bus makes before it asks for fast replies.
 const PLAIN_EXCHANGES: u64 = 50;
 

@@ -6,13 +6,12 @@ use std::f64::consts::PI;
 
 use common::{ROBOTS, Scenario, goal_counts, is_full, plan, rate_counts_s, servo, shipped};
 use hippocamp::bus::ServoGoal;
-use hippocamp::counts::{self, Goals};
-use hippocamp::ik::{Limbs, Method};
+use hippocamp::cycle::Controller;
+use hippocamp::ik::Method;
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::horse::HorsePlan;
-use hippocamp::motion::{Activity, Generator, Order};
-use hippocamp::safety::Safety;
-use hippocamp::signals::{JointState, JointTargets, Permission, State, Targets};
+use hippocamp::motion::{Activity, Order};
+use hippocamp::signals::{Feedback, ImuReading, Permission, Slot};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -81,6 +80,13 @@ fn is_first_goal(range: (f64, f64), measured: f64, goal: f64) -> bool {
     (goal - measured).abs() <= 1.0 || is_near && (goal - border).abs() <= 1.0
 }
 
+/// The count of a joint's servo that is nearest to `angle_rad`.
+fn count(joint: &Joint, angle_rad: f64) -> i32 {
+    #[allow(clippy::cast_possible_truncation, reason = "a count of a servo")]
+    let count = servo(joint).count_of(angle_rad).round() as i32;
+    count
+}
+
 /// How far outside `range` a count is.
 fn outside((low, high): (f64, f64), count: f64) -> f64 {
     (low - count).max(count - high).max(0.0)
@@ -91,41 +97,31 @@ fn towards((low, high): (f64, f64), count: f64) -> f64 {
     (0.5 * (low + high) - count).signum()
 }
 
-/// Gets `robot` up from `pose` through all stages but the buses: its servos are where they are told to be.
+/// Gets `robot` up from `pose` by its controller, without buses: its servos reach their goals at once.
 /// Returns how many of its joints began outside their range.
 fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String> {
-    let mut generator = Generator::new(robot, plan.clone(), 1.0);
-    let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
-    let mut safety = Safety::new(robot);
-    let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
-    let (mut goals, mut state) = (Goals::limp(robot), State::new(robot));
-    for (known, angle) in state.joints.iter_mut().zip(pose) {
-        *known = JointState {
-            is_known: true,
-            position_rad: *angle,
-            voltage_v: 12.0,
-            temperature_c: 30.0,
-            ..Default::default()
-        };
-    }
+    let mut controller = Controller::new(robot, plan.clone(), Method::CcdThenFinish, 1.0);
+    let feedback = |position: i32| {
+        Slot::Fresh(Feedback { position, voltage_decivolt: 120, temperature_c: 30, ..Feedback::default() })
+    };
+    let mut slots: Vec<Slot> =
+        robot.joints.iter().zip(pose).map(|(joint, angle)| feedback(count(joint, *angle))).collect();
     let mut ways: Vec<Way> = robot
         .joints
         .iter()
         .zip(pose)
-        .map(|(joint, angle)| Way::new(robot, joint, servo(joint).count_of(*angle)))
+        .map(|(joint, angle)| Way::new(robot, joint, f64::from(count(joint, *angle))))
         .collect();
     let (mut is_first, mut torque, dt_s) = (true, 0.0, robot.period_s());
     let full = robot.safety.torque_share;
     for cycle in 0_u32.. {
         let time_s = f64::from(cycle) * dt_s;
-        generator.step(dt_s, &state, Order::Go, &mut targets);
-        limbs.solve(&targets, &mut joints);
-        let command = safety.check(dt_s, dt_s, &joints, &mut state);
-        counts::goals(robot, command, &mut goals);
+        let goals = controller.decide(dt_s, Order::Go);
         for (index, (joint, goal)) in robot.joints.iter().zip(goals.servos()).enumerate() {
             let ServoGoal::Move { position, torque_limit } = *goal else { continue };
             let (servo, way) = (servo(joint), &mut ways[index]);
             let goal = f64::from(position);
+            slots[index] = feedback(position);
             if is_first {
                 if !is_first_goal(way.range, way.last, goal) {
                     return Err(format!("{}: first goal {goal}, measured {}", joint.name, way.last));
@@ -133,7 +129,6 @@ fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String
                 way.last = goal;
             }
             way.next(goal).map_err(|error| format!("{} at {time_s:.2} s: {error}", joint.name))?;
-            state.joints[index].position_rad = servo.angle_of(goal);
             let share = f64::from(torque_limit) / f64::from(servo.model.torque_limit_full);
             let most = if is_first { 0.02 } else { torque + 2.0 * dt_s / robot.safety.torque_ramp_s };
             if share > most {
@@ -143,10 +138,13 @@ fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String
                 (is_first, torque) = (false, share);
             }
         }
-        if state.permission != Permission::Move || time_s > LONGEST_START_S {
-            return Err(format!("{:?} after {time_s} s", state.permission));
+        controller.learn(dt_s, &slots, &ImuReading::default());
+        let record = controller.record(&slots);
+        let permission = record.state.permission;
+        if permission != Permission::Move || time_s > LONGEST_START_S {
+            return Err(format!("{permission:?} after {time_s} s"));
         }
-        if generator.activity() == Activity::Walking {
+        if record.facts.activity == Activity::Walking {
             break;
         }
     }
@@ -158,12 +156,8 @@ fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String
     if (torque - full).abs() > 0.001 {
         return Err(format!("stands with {torque} of its torque"));
     }
-    assert_stands(
-        robot,
-        plan,
-        &state.joints.iter().map(|joint| joint.position_rad).collect::<Vec<_>>(),
-        1e-3,
-    );
+    let stands = controller.record(&slots).state.joints.iter().map(|joint| joint.position_rad);
+    assert_stands(robot, plan, &stands.collect::<Vec<_>>(), 1e-3);
     Ok(ways.iter().filter(|way| way.began_outside).count())
 }
 

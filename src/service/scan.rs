@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::error::{Address, ServiceError};
 use super::line::ServicePort;
-use crate::bus::ask::Ask;
+use crate::bus::ask::{Answer, Ask};
 use crate::bus::frame::{Heard, Listener, exchange_bytes, request, status_bytes};
 use crate::bus::language::Introduction;
 use crate::bus::table::Identity;
@@ -26,6 +26,13 @@ const LONG_SLACK: Duration = Duration::from_millis(12);
 /// Time to wait for answers after the last request: FTDI adapters hold them back for up to 16 ms.
 const LINGER: Duration = Duration::from_millis(40);
 const PIECE_BYTES: usize = 512;
+
+/// How often a servo that answered is asked again, since one of two servos with one id is at times understood; and, once
+/// an answer did not come whole, how often in all.
+const AGAIN: u32 = 5;
+const AGAIN_IN_DOUBT: u32 = 15;
+/// Share of answers that do not come whole from which two servos are the cause, not a bad line.
+const TWIN_SHARE: f64 = 0.3;
 
 /// Rates to try, likely ones first.
 pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
@@ -73,18 +80,40 @@ impl ServicePort {
     ) -> Result<Pass, ServiceError> {
         self.set_baud(baud)?;
         let mut first = self.scan_once(protocol, baud, ids, SLACK, stop)?;
-        if !first.has_noise || first.pass.is_interrupted {
+        if first.pass.is_interrupted {
+            return Ok(first.pass);
+        }
+        for found in first.pass.found.iter_mut().filter(|found| !found.is_twin) {
+            found.is_twin = self.is_twin(found.address)?;
+        }
+        if !first.has_noise {
             return Ok(first.pass);
         }
         // Two servos have talked at once, or the line is bad. Do not ask servos again that answered.
         let is_heard = |id: &ServoId| first.pass.found.iter().any(|found| found.address.id == *id);
         let unheard: Vec<ServoId> = ids.iter().copied().filter(|id| !is_heard(id)).collect();
         let second = self.scan_once(protocol, baud, &unheard, LONG_SLACK, stop)?;
-        first.pass.found.extend(second.pass.found);
+        for mut found in second.pass.found {
+            found.is_twin |= self.is_twin(found.address)?;
+            first.pass.found.push(found);
+        }
         first.pass.found.sort_by_key(|found| found.address.id);
         first.pass.damaged = second.pass.damaged;
         first.pass.is_interrupted = second.pass.is_interrupted;
         Ok(first.pass)
+    }
+
+    /// True if two servos answer at `address`. They talk at the same time, so that many of their answers are lost.
+    fn is_twin(&mut self, address: Address) -> Result<bool, ServiceError> {
+        let ask = question(address.protocol);
+        let mut lost = 0;
+        let mut asked = 0;
+        while asked < if lost == 0 { AGAIN } else { AGAIN_IN_DOUBT } {
+            asked += 1;
+            let answer = self.ask_raw(address, &ask)?;
+            lost += u32::from(!matches!(answer, Answer::Data(_)));
+        }
+        Ok(f64::from(lost) > TWIN_SHARE * f64::from(asked))
     }
 
     fn scan_once(
