@@ -11,7 +11,8 @@ use divan::{Bencher, black_box};
 use glam::DVec3;
 use hippocamp::bus::{Buses, PortError, Ports, SimPorts, Slot};
 use hippocamp::config;
-use hippocamp::counts::{self, Goals};
+use hippocamp::counts::Goals;
+use hippocamp::cycle::Controller;
 use hippocamp::ik::{ArmSolver, Limbs, Method, Solver};
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::horse::HorseCapability;
@@ -23,8 +24,7 @@ use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
 use hippocamp::observe::Observer;
 use hippocamp::run::Cycle;
-use hippocamp::safety::Safety;
-use hippocamp::signals::{ArmAim, ArmTarget, JointState, JointTargets, State, Targets};
+use hippocamp::signals::{ArmAim, ArmTarget, JointTargets, Targets};
 use hippocamp::simulation;
 use hippocamp::standing::{Sole, Standing, TrunkMotion};
 use hippocamp::telemetry::Telemetry;
@@ -292,39 +292,20 @@ fn a_second_in_physics(bencher: Bencher, step_ms: u32) {
     bencher.bench_local(second);
 }
 
-/// Walk, inverse kinematics, safety and counts of 16 joints: a cycle without its exchange and records.
+/// Everything from the state to goals of 16 joints: a cycle without its exchange and records.
 #[divan::bench]
 fn stages_to_the_bus(bencher: Bencher) {
-    let (robot, plan, mut walk) = trotting();
-    let dt_s = robot.period_s();
-    let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);
-    let (mut targets, mut joints) = (Targets::new(&robot), JointTargets::new(&robot));
-    targets.posture_pull = posture_pull(dt_s);
-    joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
-    let mut safety = Safety::new(&robot);
-    let mut goals = Goals::limp(&robot);
-    let mut state = State::new(&robot);
-    for (joint, position_rad) in state.joints.iter_mut().zip(&plan.sit_pose_rad) {
-        *joint = JointState {
-            is_known: true,
-            position_rad: *position_rad,
-            voltage_v: 12.0,
-            temperature_c: 30.0,
-            ..JointState::default()
-        };
-    }
-    let mut s = 1.8;
-    bencher.bench_local(|| {
-        s += dt_s;
-        walk.advance(s);
-        walk.write_level(&plan, s, &mut targets);
-        limbs.solve(&targets, &mut joints);
-        let command = safety.check(dt_s, dt_s, &joints, &mut state);
-        counts::goals(&robot, command, &mut goals);
-        for (joint, goal) in state.joints.iter_mut().zip(&state.goal_rad) {
-            joint.position_rad = *goal;
-        }
-    });
+    let (robot, plan, _) = trotting();
+    let trot = plan.settings.gaits.iter().position(|gait| gait.name == "trot").unwrap();
+    let order = Order::Drive(Command::ahead(trot, 0.13));
+    let mut controller = Controller::new(&robot, plan, Method::CcdThenFinish, f64::MAX);
+    let mut cycle = || {
+        controller.learn_from_goals();
+        black_box(controller.decide(robot.period_s(), order));
+    };
+    // It gets up, and trots as fast as it was asked to.
+    (0..2000).for_each(|_| cycle());
+    bencher.bench_local(cycle);
 }
 
 /// The thesis' arm of 12 joints of two hinges, its solver, and a swimming stroke's targets, cycle by cycle.

@@ -200,6 +200,11 @@ impl<'r> Controller<'r> {
         }
     }
 
+    /// Its generator.
+    pub fn generator(&self) -> &Generator {
+        &self.generator
+    }
+
     /// Its generator, as it is at the end.
     pub(crate) fn into_generator(self) -> Generator {
         self.generator

@@ -12,7 +12,7 @@ use hippocamp::model::Robot;
 use hippocamp::telemetry::Verdict;
 
 fn assert_healthy(robot: &Robot, gait: &str, seed: u64) {
-    let mut scenario = Scenario::new(robot, gait, 8.0);
+    let mut scenario = Scenario::new(robot, gait, if is_full() { 20.0 } else { 5.0 });
     scenario.seed = seed;
     let report = scenario.run();
     let what = format!("{} {gait}, seed {seed}: {:?}", robot.name, report.findings);

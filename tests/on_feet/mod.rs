@@ -1,16 +1,15 @@
-//! A horse on its feet without buses: generator, inverse kinematics and safety at the loop's rate, servos that
-//! are where they are told to be. Everything that must always hold is judged in every cycle.
+//! A horse on its feet without buses: its controller at the loop's rate, and servos that reach their goals at once. What
+//! must always hold is judged in every cycle.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use hippocamp::counts::{self, Goals};
-use hippocamp::ik::{Limbs, Method};
+use hippocamp::cycle::Controller;
+use hippocamp::ik::Method;
 use hippocamp::model::Robot;
 use hippocamp::motion::horse::{Drive, HorsePlan};
-use hippocamp::motion::{Activity, Command, Order, posture_pull};
-use hippocamp::observe::{CycleRecord, Facts, Observer};
-use hippocamp::safety::Safety;
-use hippocamp::signals::{JointState, JointTargets, Permission, Slot, State, Status, Targets};
+use hippocamp::motion::{Activity, Command, Order};
+use hippocamp::observe::Observer;
+use hippocamp::signals::{Permission, Slot};
 use hippocamp::telemetry::Telemetry;
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
@@ -21,16 +20,10 @@ const RESIDUAL_MAX_M: f64 = 1e-4;
 /// The horse, and what was seen of it.
 pub(crate) struct OnFeet<'r> {
     pub(crate) robot: &'r Robot,
-    pub(crate) drive: Drive,
-    limbs: Limbs,
-    safety: Safety,
-    targets: Targets,
-    joints: JointTargets,
-    goals: Goals,
-    state: State,
+    controller: Controller<'r>,
     slots: Vec<Slot>,
     pub(crate) telemetry: Telemetry<'r>,
-    /// Joints that safety told something else than was asked, summed over the cycles.
+    /// Goals that safety changed, summed over the cycles.
     pub(crate) interventions: u64,
     landed_s: [f64; 4],
     was_swing: [bool; 4],
@@ -42,13 +35,7 @@ impl<'r> OnFeet<'r> {
     pub(crate) fn new(robot: &'r Robot, plan: &HorsePlan) -> OnFeet<'r> {
         let mut horse = OnFeet {
             robot,
-            drive: Drive::standing(plan.clone()),
-            limbs: Limbs::new(robot, Method::CcdThenFinish),
-            safety: Safety::new(robot),
-            targets: Targets::new(robot),
-            joints: JointTargets::new(robot),
-            goals: Goals::limp(robot),
-            state: State::new(robot),
+            controller: Controller::new(robot, plan.clone(), Method::CcdThenFinish, f64::MAX),
             slots: vec![Slot::Missing; robot.joints.len()],
             telemetry: Telemetry::new(robot),
             interventions: 0,
@@ -56,23 +43,17 @@ impl<'r> OnFeet<'r> {
             was_swing: [false; 4],
             shortest_stance_s: f64::INFINITY,
         };
-        // The pose of the stand, settled in its joints to spare.
-        horse.joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
-        horse.targets.posture_pull = posture_pull(robot.period_s());
-        for _ in 0..200 {
-            horse.drive.write(plan.settings.stand_height_m, &mut horse.targets);
-            horse.limbs.solve(&horse.targets, &mut horse.joints);
+        // It gets up first.
+        while horse.controller.record(&horse.slots).facts.activity != Activity::Standing {
+            horse.controller.learn_from_goals();
+            horse.controller.decide(robot.period_s(), Order::Drive(Command::default()));
         }
-        for (known, angle) in horse.state.joints.iter_mut().zip(&horse.joints.angles_rad) {
-            *known = JointState {
-                is_known: true,
-                position_rad: *angle,
-                voltage_v: 12.0,
-                temperature_c: 30.0,
-                ..JointState::default()
-            };
-        }
+        horse.controller.learn_from_goals();
         horse
+    }
+
+    pub(crate) fn drive(&self) -> &Drive {
+        self.controller.generator().drive().unwrap()
     }
 
     /// One cycle.
@@ -80,53 +61,32 @@ impl<'r> OnFeet<'r> {
     /// # Panics
     /// When something does not hold that must.
     pub(crate) fn step(&mut self, command: Command) {
-        let dt_s = self.robot.period_s();
-        self.drive.step(dt_s, Some(command));
-        self.drive.write(self.drive.plan().settings.stand_height_m, &mut self.targets);
-        self.limbs.solve(&self.targets, &mut self.joints);
-        let goals = self.safety.check(dt_s, dt_s, &self.joints, &mut self.state);
-        let interventions = goals.interventions();
-        self.interventions += u64::from(interventions);
-        counts::goals(self.robot, goals, &mut self.goals);
+        self.controller.decide(self.robot.period_s(), Order::Drive(command));
         self.judge(command);
-        for (known, goal) in self.state.joints.iter_mut().zip(&self.state.goal_rad) {
-            known.position_rad = *goal;
-        }
-        let facts = Facts {
-            order: Order::Drive(command),
-            activity: Activity::Walking,
-            speed_m_s: self.drive.velocity().speed_m_s,
-            interventions,
-            ..Facts::limp(dt_s)
-        };
-        self.telemetry.observe(&CycleRecord {
-            facts,
-            status: Status::LIMP,
-            targets: &self.targets,
-            joints: &self.joints,
-            goals: self.goals.servos(),
-            slots: &self.slots,
-            state: &self.state,
-            buses: &[],
-        });
+        let record = self.controller.record(&self.slots);
+        self.interventions += u64::from(record.facts.interventions);
+        self.telemetry.observe(&record);
+        self.controller.learn_from_goals();
     }
 
     fn judge(&mut self, command: Command) {
-        let now_s = self.drive.now_s();
+        let (record, drive) =
+            (self.controller.record(&self.slots), self.controller.generator().drive().unwrap());
+        let now_s = drive.now_s();
         let what = || format!("{command:?} at {now_s:.2} s");
-        assert_eq!(self.state.permission, Permission::Move, "{}", what());
-        for (joint, angle) in self.robot.joints.iter().zip(&self.joints.angles_rad) {
+        assert_eq!(record.state.permission, Permission::Move, "{}", what());
+        for (joint, angle) in self.robot.joints.iter().zip(&record.joints.angles_rad) {
             let (low, high) = joint.range_rad;
             assert!((low..=high).contains(angle), "{} at {angle}: {}", joint.name, what());
         }
-        let reach_m = self.drive.plan().reach.level.half_excursion_m;
-        for (leg, foot) in self.targets.feet().iter().enumerate() {
-            let residual_m = self.joints.residual_m[foot.chain];
+        let reach_m = drive.plan().reach.level.half_excursion_m;
+        for (leg, foot) in record.targets.feet().iter().enumerate() {
+            let residual_m = record.joints.residual_m[foot.chain];
             assert!(
                 residual_m <= RESIDUAL_MAX_M,
                 "leg {leg} misses by {residual_m} m, {foot:?}, trunk {} turned {:?}: {}",
-                self.targets.trunk_in_world,
-                self.targets.trunk_orientation.to_euler(glam::EulerRot::ZYX),
+                record.targets.trunk_in_world,
+                record.targets.trunk_orientation.to_euler(glam::EulerRot::ZYX),
                 what()
             );
             assert!(foot.excursion_m.abs() <= reach_m + ROUNDING_M, "leg {leg}: {}", what());

@@ -1,11 +1,12 @@
 //! A walk over pseudo-terminals, in real time, by the real program: the exchange takes as long as its wire and the
 //! terminal do, and not longer.
 //!
-//! With `HIPPOCAMP_FULL` set each robot walks for a minute, which the figures of docs/hardware.md need; else for three
-//! seconds: medians need no more.
+//! It needs a quiet machine. With `HIPPOCAMP_FULL` set each robot walks for a minute, which the figures of
+//! docs/hardware.md need; else for three seconds: medians need no more.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
+#[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,8 +40,8 @@ const LOST_SHARE: f64 = 0.0005;
 /// Exchanges looked at to find out when they begin.
 const CYCLES: usize = 51;
 
-#[test]
-fn an_exchange_takes_as_long_as_its_wire_and_the_terminal() {
+/// An exchange takes as long as its wire and the terminal.
+fn main() {
     for file in ROBOTS {
         let first = walk(file);
         let Some(why) = first.fault(SHARE) else { continue };

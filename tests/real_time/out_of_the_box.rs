@@ -220,9 +220,8 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
         Break::Kill("left_hind.stifle: turns "),
         Break::Pull("right_fore.elbow", "right_hind.hip: turns "),
     ];
-    for broken in
-        breaks.into_iter().filter(|broken| is_full() || *broken != Break::Kill("left_fore.carpus: now "))
-    {
+    let by_default = [breaks[0], breaks[1], breaks[3]];
+    for broken in breaks.into_iter().filter(|broken| is_full() || by_default.contains(broken)) {
         let (code, words) = shop.run("calibrate", &["--yes"], broken);
         assert_ne!(code, Some(0), "{broken:?}: {words}");
         shop.assert_files_whole();

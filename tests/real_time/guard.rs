@@ -1,7 +1,4 @@
 //! Controller and guard watch each other: either of them dead or hung, on pseudo-terminals, in real time.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod rig;
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -9,8 +6,8 @@ use std::os::fd::OwnedFd;
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Output, Stdio};
 
+use crate::rig::{PATIENCE, Rig, processes_with, signal};
 use hippocamp::platform::monotonic;
-use rig::{PATIENCE, Rig, processes_with, signal};
 use rustix::pipe::PipeFlags;
 
 /// The guard of `controller`.

@@ -1,12 +1,10 @@
 //! Two adapters that are swapped while they are unplugged, in real time over pseudo-terminals.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod rig;
 
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 
+use crate::rig::Rig;
 use hippocamp::bus::SerialPorts;
 use hippocamp::bus::serial::Device;
 use hippocamp::ik::Method;
@@ -15,7 +13,6 @@ use hippocamp::motion::{Command, Order};
 use hippocamp::plan::RunPlan;
 use hippocamp::run::run;
 use hippocamp::telemetry::Outcome;
-use rig::Rig;
 
 #[test]
 fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
