@@ -114,7 +114,15 @@ mod tests {
     use crate::bus::feetech::{FEETECH_SCS, FEETECH_STS};
 
     fn bus(protocol: Protocol, baud: u32, return_delay_us: u32) -> Bus {
-        Bus { name: "bus".into(), protocol, baud, adapter_latency_us: 1000, return_delay_us, supply_ohm: 0.0 }
+        Bus {
+            name: "bus".into(),
+            protocol,
+            baud,
+            adapter_latency_us: 1000,
+            return_delay_us,
+            voltage_min_v: 0.0,
+            supply_ohm: 0.0,
+        }
     }
 
     /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).

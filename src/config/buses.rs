@@ -1,5 +1,6 @@
 //! `[[bus]]`: the serial buses.
 
+use super::number::Limits;
 use super::reader::Section;
 use super::unique::Unique;
 use crate::model::{Bus, Protocol};
@@ -23,12 +24,14 @@ pub(super) struct BusEntry<'a> {
     pub(super) name: Option<&'a str>,
     pub(super) protocol: Option<Protocol>,
     pub(super) bus: Option<Bus>,
+    /// The lowest supply voltage that its table sets, V.
+    pub(super) voltage_min_v: Option<f64>,
 }
 
 /// Reads all buses, in file order.
 pub(super) fn read<'a>(file: &Section<'a>) -> Vec<BusEntry<'a>> {
     let mut names = Unique::default();
-    let faulty = BusEntry { name: None, protocol: None, bus: None };
+    let faulty = BusEntry { name: None, protocol: None, bus: None, voltage_min_v: None };
     let buses = file.list("bus", "the buses", BUSES_MAX, |section| Some(read_bus(section, &mut names)));
     if buses.iter().any(Option::is_none) {
         // The value is not a list: references to its entries cannot be checked.
@@ -63,17 +66,30 @@ fn read_bus<'a>(section: &Section<'a>, names: &mut Unique<'a>) -> BusEntry<'a> {
         0..=SUPPLY_LARGEST_MOHM,
         SUPPLY_MOHM,
     );
+    section.describe_default(
+        "voltage_min_v",
+        "the lowest supply voltage of the bus's servos in V, within what they allow",
+        "that of [safety], or the highest of its servo models' own",
+    );
+    let is_set = section.has("voltage_min_v");
+    let meaning = "the lowest supply voltage in V, within what the servos allow";
+    let voltage_min_v =
+        if is_set { section.number("voltage_min_v", meaning, Limits::FromTo(0.0, 1000.0)) } else { None };
     let bus = || {
+        if is_set && voltage_min_v.is_none() {
+            return None;
+        }
         Some(Bus {
             name: name?.to_owned(),
             protocol: protocol?,
             baud: baud?,
             adapter_latency_us: adapter_latency_us?,
             return_delay_us: return_delay_us?,
+            voltage_min_v: 0.0,
             supply_ohm: f64::from(supply_mohm?) / 1000.0,
         })
     };
-    BusEntry { name, protocol, bus: bus() }
+    BusEntry { name, protocol, bus: bus(), voltage_min_v }
 }
 
 fn read_baud(section: &Section<'_>, protocol: Option<Protocol>) -> Option<u32> {

@@ -52,6 +52,7 @@ mod imu;
 mod keys;
 mod legs;
 mod limb;
+mod mixups;
 mod motion;
 mod nearest;
 mod number;
@@ -77,7 +78,7 @@ use toml::de::DeTable;
 
 use crate::ik::Clearance;
 use crate::input::{self, InputError};
-use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction, TentacleMotion};
+use crate::model::{Bus, IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction, TentacleMotion};
 use crate::motion::StrokeCommand;
 use crate::motion::tentacle::{TentaclePlan, winder};
 pub use fault::{ConfigError, Fault};
@@ -197,7 +198,10 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
             "another name: the inertial measurement unit's line has this one",
         );
     }
-    let safety = safety::read(file, &servos.models);
+    let models = std::mem::take(&mut servos.models);
+    let (safety, voltage_min_v) = safety::read(file, &models).unzip();
+    let voltages_v = safety::voltages(file, &buses, &models, voltage_min_v.flatten());
+    mixups::refuse(file, &chains);
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
     let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
@@ -224,7 +228,11 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
         trunk_center_m,
         chains,
         joints,
-        buses: buses.into_iter().map(|entry| entry.bus).collect::<Option<_>>()?,
+        buses: buses
+            .into_iter()
+            .zip(voltages_v)
+            .map(|(entry, voltage_min_v)| Some(Bus { voltage_min_v, ..entry.bus? }))
+            .collect::<Option<_>>()?,
         motion: motion?,
         safety: safety?,
         physics: physics?,

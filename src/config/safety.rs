@@ -1,5 +1,6 @@
 //! `[safety]`: limits that hold for every motion; every key has a default.
 
+use super::buses::BusEntry;
 use super::number::Limits;
 use super::reader::Section;
 use crate::model::{OnTrip, SafetySettings, ServoModel};
@@ -85,15 +86,22 @@ const FAULT_DELAY: Setting = Setting {
 /// Margin below the temperature at which the first servo would switch off: the robot stops before that.
 const TEMPERATURE_MARGIN_C: f64 = 5.0;
 
-/// Reads `[safety]`; `models` are the servo models in use.
+/// Reads `[safety]`, and its voltage limit for buses that set none, V; `models` are the servo models in use, each with its
+/// bus.
 ///
-/// The temperature limit defaults to a little below the lowest of the models' own limits, the voltage limit to the
-/// highest of their minima. Without servos neither limits anything: infinity and 0 V.
-pub(super) fn read(file: &Section<'_>, models: &[&ServoModel]) -> Option<SafetySettings> {
+/// The temperature limit defaults to a little below the lowest of the models' own limits. Without servos it is infinite.
+pub(super) fn read(
+    file: &Section<'_>,
+    models: &[(usize, &ServoModel)],
+) -> Option<(SafetySettings, Option<f64>)> {
     file.section_or_empty("safety", "the safety limits", |section| read_settings(section, models))
 }
 
-fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<SafetySettings> {
+fn read_settings(
+    section: &Section<'_>,
+    models: &[(usize, &ServoModel)],
+) -> Option<(SafetySettings, Option<f64>)> {
+    let voltage_min_v = read_voltage(section);
     let number =
         |setting: &Setting| section.number_or(setting.key, setting.meaning, setting.limits, setting.default);
     let rate_share = number(&RATE_SHARE);
@@ -118,9 +126,8 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
         ),
         false => Some(OnTrip::Stop),
     };
-    Some(SafetySettings {
+    let settings = SafetySettings {
         temperature_c: read_temperature(section, models)?,
-        voltage_v: read_voltage(section, models)?,
         rate_share: rate_share?,
         acceleration_rad_s2: acceleration?.to_radians(),
         slow_rate_rad_s: slow_rate?.to_radians(),
@@ -131,12 +138,14 @@ fn read_settings(section: &Section<'_>, models: &[&ServoModel]) -> Option<Safety
         tracking_error_rad: tracking_error?.to_radians(),
         fault_delay_s: fault_delay_s?,
         on_trip: on_trip?,
-    })
+    };
+    Some((settings, voltage_min_v?))
 }
 
 /// A servo shuts itself off at its own limit, so a higher one would never act.
-fn read_temperature(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64> {
-    let lowest = models.iter().map(|model| f64::from(model.temperature_max_c)).fold(f64::INFINITY, f64::min);
+fn read_temperature(section: &Section<'_>, models: &[(usize, &ServoModel)]) -> Option<f64> {
+    let lowest =
+        models.iter().map(|(_, model)| f64::from(model.temperature_max_c)).fold(f64::INFINITY, f64::min);
     let limits =
         if models.is_empty() { Limits::AboveToMost(0.0, 1000.0) } else { Limits::AboveToMost(0.0, lowest) };
     section.describe_default("temperature_max_c", "", "5 below the lowest of the servo models' own");
@@ -144,25 +153,55 @@ fn read_temperature(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64
     section.number_or("temperature_max_c", meaning, limits, lowest - TEMPERATURE_MARGIN_C)
 }
 
-/// One voltage limit watches all servos, so it must lie within what each of them allows.
-fn read_voltage(section: &Section<'_>, models: &[&ServoModel]) -> Option<f64> {
-    let highest = |a: &&&ServoModel, b: &&&ServoModel| a.voltage_min_v.total_cmp(&b.voltage_min_v);
-    let lowest = |a: &&&ServoModel, b: &&&ServoModel| a.voltage_max_v.total_cmp(&b.voltage_max_v);
-    section.describe_default("voltage_min_v", "", "the highest of the servo models' own");
+/// The limit for the buses that set none themselves, V; `Some(None)` if it is not set either.
+fn read_voltage(section: &Section<'_>) -> Option<Option<f64>> {
     let meaning = "the lowest supply voltage in V, within what the servos allow";
-    let (Some(most), Some(least)) = (models.iter().max_by(highest), models.iter().min_by(lowest)) else {
-        return section.number_or("voltage_min_v", meaning, Limits::FromTo(0.0, 1000.0), 0.0);
-    };
-    if most.voltage_min_v >= least.voltage_max_v {
-        section.fault(
-            "voltage_min_v",
-            format!(
-                "servos that one voltage limit can watch: {} needs {} V or more, {} takes {} V or less",
-                most.name, most.voltage_min_v, least.name, least.voltage_max_v
-            ),
-        );
-        return None;
+    section.describe_default("voltage_min_v", meaning, "on each bus the highest of its servo models' own");
+    if !section.has("voltage_min_v") {
+        return Some(None);
     }
-    let limits = Limits::FromToBelow(most.voltage_min_v, least.voltage_max_v);
-    section.number_or("voltage_min_v", meaning, limits, most.voltage_min_v)
+    section.number("voltage_min_v", meaning, Limits::FromTo(0.0, 1000.0)).map(Some)
+}
+
+/// The lowest supply voltage of each bus, V. It must lie within what each of the bus's servos allows.
+pub(super) fn voltages(
+    file: &Section<'_>,
+    buses: &[BusEntry<'_>],
+    models: &[(usize, &ServoModel)],
+    of_all: Option<f64>,
+) -> Vec<f64> {
+    let limit = |(place, bus): (usize, &BusEntry<'_>)| {
+        let models = || models.iter().filter(|(on, _)| *on == place).map(|(_, model)| *model);
+        let most = models().max_by(|a, b| a.voltage_min_v.total_cmp(&b.voltage_min_v))?;
+        let least = models().min_by(|a, b| a.voltage_max_v.total_cmp(&b.voltage_max_v))?;
+        let name = bus.name.unwrap_or_default();
+        if most.voltage_min_v >= least.voltage_max_v {
+            file.fault(
+                &format!("bus[{place}].name"),
+                format!(
+                    "servos that one supply can feed: {} needs {} V or more, {} takes {} V or less; give them buses and \
+                     supplies of their own",
+                    most.name, most.voltage_min_v, least.name, least.voltage_max_v
+                ),
+            );
+            return None;
+        }
+        let fits = |limit_v: f64| (most.voltage_min_v..least.voltage_max_v).contains(&limit_v);
+        let (key, limit_v) = match (bus.voltage_min_v, of_all) {
+            (Some(limit_v), _) => (format!("bus[{place}].voltage_min_v"), limit_v),
+            (None, Some(limit_v)) => ("safety.voltage_min_v".to_owned(), limit_v),
+            (None, None) => return Some(most.voltage_min_v),
+        };
+        if !fits(limit_v) {
+            file.fault(
+                &key,
+                format!(
+                    "from {} to below {} V for the servos of bus {name}; each [[bus]] may have a voltage_min_v of its own",
+                    most.voltage_min_v, least.voltage_max_v
+                ),
+            );
+        }
+        Some(limit_v)
+    };
+    buses.iter().enumerate().map(|entry| limit(entry).unwrap_or(0.0)).collect()
 }

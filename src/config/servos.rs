@@ -21,8 +21,8 @@ pub(super) struct ServoPlaces<'b> {
     series: Vec<Option<&'static ServoModel>>,
     /// Models that do not speak their bus's protocol, each reported once.
     strangers: Vec<(usize, &'static str)>,
-    /// Every model in use.
-    pub(super) models: Vec<&'static ServoModel>,
+    /// Every model in use, with its bus.
+    pub(super) models: Vec<(usize, &'static ServoModel)>,
 }
 
 impl<'b> ServoPlaces<'b> {
@@ -91,7 +91,7 @@ impl<'b> ServoPlaces<'b> {
             self.check_language(servo, model, bus);
             self.check_series(servo, model, bus);
             check_baud(servo, model, self.buses[bus].bus.as_ref());
-            self.models.push(model);
+            self.models.push((bus, model));
         }
         (model, bus)
     }

@@ -297,13 +297,11 @@ fn state(
         );
     }
     let volts = of.read("present_input_voltage")?.physical;
-    if volts < robot.safety.voltage_v || servo.model.is_too_much(volts) {
+    let lowest_v = robot.buses[servo.bus].voltage_min_v;
+    if volts < lowest_v || servo.model.is_too_much(volts) {
         lines.fault(
             who,
-            format!(
-                "it sees {volts:.1} V, and needs {:.1} to {:.1} V",
-                robot.safety.voltage_v, servo.model.voltage_max_v
-            ),
+            format!("it sees {volts:.1} V, and needs {lowest_v:.1} to {:.1} V", servo.model.voltage_max_v),
             "charge the battery, or check the supply, its wires, and that the servo is the right model",
         );
     }

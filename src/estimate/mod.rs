@@ -87,7 +87,7 @@ pub fn at_goals(robot: &Robot, state: &mut State) {
             is_known: true,
             position_rad,
             speed_rad_s: (position_rad - known.position_rad) * robot.rate_hz,
-            voltage_v: robot.safety.voltage_v,
+            voltage_v: robot.voltage_min_v(joint),
             ..JointState::default()
         };
     }

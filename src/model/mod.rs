@@ -82,6 +82,11 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Lowest supply voltage of a joint's servo, V; 0 for a joint without one.
+    pub fn voltage_min_v(&self, joint: &Joint) -> f64 {
+        joint.servo.map_or(0.0, |servo| self.buses[servo.bus].voltage_min_v)
+    }
+
     /// The same robot with joints that turn freely, as on simulated buses without a body.
     #[must_use]
     pub fn without_body(self) -> Robot {
@@ -162,6 +167,8 @@ pub struct Bus {
     pub adapter_latency_us: u32,
     /// Delay of a servo's reply, microseconds.
     pub return_delay_us: u32,
+    /// Lowest supply voltage, V; 0 without servos.
+    pub voltage_min_v: f64,
     /// Resistance of the simulated supply, including wires and plugs, ohm.
     pub supply_ohm: f64,
 }
@@ -303,8 +310,6 @@ pub struct SafetySettings {
     pub fault_delay_s: f64,
     /// Highest servo temperature, degrees Celsius.
     pub temperature_c: f64,
-    /// Lowest supply voltage, V.
-    pub voltage_v: f64,
     /// Response to a servo that raises an alarm.
     pub on_trip: OnTrip,
 }

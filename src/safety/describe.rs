@@ -60,7 +60,9 @@ impl Finding {
                 format!("is at {temperature_c:.0} C, its limit is {:.0} C", robot.safety.temperature_c)
             }
             Fault::LowVoltage { voltage_v } => {
-                format!("sees {voltage_v:.1} V, at least {:.1} V are needed", robot.safety.voltage_v)
+                let joint = self.joint.and_then(|joint| robot.joints.get(joint));
+                let lowest_v = joint.map_or(0.0, |joint| robot.voltage_min_v(joint));
+                format!("sees {voltage_v:.1} V, at least {lowest_v:.1} V are needed")
             }
             Fault::HighVoltage { voltage_v } => format!("sees {voltage_v:.1} V, more than it takes"),
             Fault::OutOfCounts { position_rad } => {

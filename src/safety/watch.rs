@@ -102,6 +102,8 @@ pub(super) struct Watch {
     cause: Option<Finding>,
     /// Each joint's servo; `None` on a robot that exists only on paper.
     servos: Vec<Option<Servo>>,
+    /// Lowest supply voltage of each joint's servo, V.
+    voltage_min_v: Vec<f64>,
 }
 
 /// Rate at which fault-free time makes up for held time: the time of a recurring fault adds up.
@@ -113,6 +115,7 @@ impl Watch {
         Watch {
             settings: robot.safety.clone(),
             servos: robot.joints.iter().map(|joint| joint.servo).collect(),
+            voltage_min_v: robot.joints.iter().map(|joint| robot.voltage_min_v(joint)).collect(),
             wrong_s: vec![0.0; joints],
             stalls: vec![Stall::default(); joints],
             jammed: vec![false; joints],
@@ -248,7 +251,7 @@ impl Watch {
         // Heat and voltage come first: they name the fault in plain words, which the alarm bits with them do not.
         if joint.temperature_c > self.settings.temperature_c {
             Some(Fault::Hot { temperature_c: joint.temperature_c })
-        } else if joint.voltage_v < self.settings.voltage_v {
+        } else if joint.voltage_v < self.voltage_min_v[index] {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
         } else if self.servos[index].is_some_and(|servo| servo.model.is_too_much(joint.voltage_v)) {
             Some(Fault::HighVoltage { voltage_v: joint.voltage_v })

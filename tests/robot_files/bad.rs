@@ -244,7 +244,7 @@ const SAFETY: &[Bad] = &[
         "@voltage_min_v = 9",
         "safety.voltage_min_v",
         "9",
-        &["at least 10", "below 12.6"],
+        &["from 10 to below", "servos of bus", "voltage_min_v of its own"],
     ),
     bad("rate_share = 0.5", "@hold_s = -1", "safety.hold_s", "-1", &["above 0"]),
     bad("rate_share = 0.5", "@hold_s = 1000", "safety.hold_s", "1000", &["heat up", "at most 30"]),
@@ -306,13 +306,6 @@ const SAFETY: &[Bad] = &[
         "65",
         &["did you mean temperature_max_c"],
     ),
-    Bad {
-        old: "\"STS3250\"",
-        new: "\"STS3215-7V4\"",
-        key: "safety.voltage_min_v",
-        value: None,
-        said: &["one voltage limit", "XM430-W", "needs 10 V", "STS3215-7V4 takes 7.4 V or less"],
-    },
 ];
 
 const MOTION: &[Bad] = &[

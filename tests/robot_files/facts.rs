@@ -94,7 +94,7 @@ fn horse_is_a_sixth_of_a_horse_on_one_feetech_bus() {
     assert_eq!(robot.buses[0].baud, 1_000_000);
     // The servos let go at 70 degrees C; they need 9 V.
     assert_near(robot.safety.temperature_c, 65.0, 0.0);
-    assert_near(robot.safety.voltage_v, 9.0, 0.0);
+    assert_near(robot.buses[0].voltage_min_v, 9.0, 0.0);
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn thoroughbred_exists_on_paper_only() {
     assert_near(horse.swing_lift_m, 0.12, 0.0);
     // Without servos nothing can be too hot or short of voltage.
     assert!(robot.safety.temperature_c.is_infinite());
-    assert_near(robot.safety.voltage_v, 0.0, 0.0);
+    assert!(robot.joints.iter().all(|joint| robot.voltage_min_v(joint) <= 0.0));
 }
 
 #[test]
@@ -206,8 +206,9 @@ fn every_key_reaches_the_robot_in_si_units() {
 
     assert_near(robot.safety.rate_share, 0.5, 0.0);
     assert_near(robot.safety.temperature_c, 65.0, 0.0);
-    // The highest of the models' minima: an XM430 needs 10 V, an STS3215 nine.
-    assert_near(robot.safety.voltage_v, 10.0, 0.0);
+    // A limit a bus, the highest of its models' minima: an STS3250 needs 9 V, an XM430 ten.
+    assert_near(left.voltage_min_v, 9.0, 0.0);
+    assert_near(right.voltage_min_v, 10.0, 0.0);
     assert_near(robot.safety.slow_rate_rad_s, 30f64.to_radians(), 1e-12);
 
     let horse = robot.motion.horse().unwrap();
@@ -367,5 +368,49 @@ proptest! {
         if let Err(error) = config::parse(&text, "noise.toml") {
             prop_assert!(!error.faults.is_empty());
         }
+    }
+}
+
+/// Servos of 7.4 V and of 12 V, each kind on a bus with a supply of its own.
+#[test]
+fn each_bus_has_the_voltage_limit_of_its_own_servos() {
+    let text = include_str!("../robots/two-voltages.toml");
+    let robot = config::parse(text, "dog").unwrap().robot;
+    let limits: Vec<f64> = robot.buses.iter().map(|bus| bus.voltage_min_v).collect();
+    let least = |bus: usize| {
+        let servos = robot.joints.iter().filter_map(|joint| joint.servo).filter(|servo| servo.bus == bus);
+        servos.map(|servo| servo.model.voltage_min_v).fold(0.0, f64::max)
+    };
+    assert_eq!(limits, [least(0), least(1)]);
+    assert!(limits[0] < limits[1], "{limits:?}");
+    // A limit for one bus alone; one that suits only one bus is refused with the bus.
+    let one = text.replacen("baud = 1000000", "baud = 1000000\nvoltage_min_v = 7", 1);
+    assert_near(config::parse(&one, "dog").unwrap().robot.buses[0].voltage_min_v, 7.0, 0.0);
+    let both = format!("{text}\n[safety]\nvoltage_min_v = 9\n");
+    let error = config::parse(&both, "dog").unwrap_err().to_string();
+    assert!(error.contains("safety.voltage_min_v = 9") && error.contains("each [[bus]] may have"), "{error}");
+    assert!(!error.contains("known key"), "{error}");
+}
+
+/// Lengths in metres and angles in radians are the mistakes of people who come from URDF.
+#[test]
+fn units_that_are_mixed_up_are_named() {
+    let text = include_str!("../../config/horse.toml");
+    let scaled = |key: &str, factor: f64| {
+        let scale = |line: &str| {
+            let Some((name, values)) = line.split_once(" = [").filter(|(name, _)| *name == key) else {
+                return line.to_owned();
+            };
+            let values = values.split(']').next().unwrap().split(',');
+            let values: Vec<String> =
+                values.map(|value| (value.trim().parse::<f64>().unwrap() * factor).to_string()).collect();
+            format!("{name} = [{}]", values.join(", "))
+        };
+        text.lines().map(scale).collect::<Vec<_>>().join("\n")
+    };
+    for (key, factor, words) in [("link_mm", 1e-3, "metres"), ("range_deg", 1_f64.to_radians(), "radians")] {
+        let error = config::parse(&scaled(key, factor), "horse").unwrap_err().to_string();
+        let likely = error.lines().find(|line| line.contains("probably in")).unwrap_or_default();
+        assert!(likely.contains(&format!("chain[0].joint[0].{key}")) && likely.contains(words), "{error}");
     }
 }

@@ -136,7 +136,7 @@ impl<P: Ports> Buses<P> {
         let (measured_c, volts) = (celsius as f64, decivolts as f64 / 10.0);
         Ok(if measured_c > robot.safety.temperature_c {
             Found::Hot(celsius)
-        } else if volts < robot.safety.voltage_v || servo.model.is_too_much(volts) {
+        } else if volts < robot.buses[servo.bus].voltage_min_v || servo.model.is_too_much(volts) {
             Found::Supply(volts)
         } else {
             Found::AsExpected
@@ -227,7 +227,7 @@ impl<P: Ports> Buses<P> {
                 Found::Supply(found_v) => Disagreement::Supply {
                     place,
                     found_v: *found_v,
-                    lowest_v: robot.safety.voltage_v,
+                    lowest_v: robot.buses[servo.bus].voltage_min_v,
                     highest_v: servo.model.voltage_max_v,
                 },
                 Found::Elsewhere(line) => {

@@ -115,6 +115,7 @@ fn robot() -> Robot {
         baud: 1_000_000,
         adapter_latency_us: 1000,
         return_delay_us: 0,
+        voltage_min_v: 9.5,
         supply_ohm: 0.0,
     };
     let joint = |index: u8| Joint {
@@ -172,7 +173,6 @@ fn robot() -> Robot {
             tracking_error_rad: 0.2,
             fault_delay_s: 0.2,
             temperature_c: 65.0,
-            voltage_v: 9.5,
             on_trip: crate::model::OnTrip::Stop,
         },
         physics: None,

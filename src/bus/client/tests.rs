@@ -25,6 +25,7 @@ fn client_with(protocol: Protocol, ids: &[ServoId]) -> BusClient {
         baud: 1_000_000,
         adapter_latency_us: 1000,
         return_delay_us: 20,
+        voltage_min_v: 0.0,
         supply_ohm: 0.0,
     };
     let registers = match protocol {

@@ -174,7 +174,6 @@ mod tests {
             tracking_error_rad: 1.0,
             fault_delay_s: 1.0,
             temperature_c: 60.0,
-            voltage_v: 4.0,
             on_trip: crate::model::OnTrip::Stop,
         };
         let joint = Joint {
