@@ -16,7 +16,7 @@ use std::fmt;
 use std::ops::{Deref, DerefMut};
 
 use crate::model::Robot;
-pub use crate::signals::{Activity, Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
+pub use crate::signals::{Activity, Command, GaitChoice, Order, Place, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
 use figure::{FigureGenerator, FigurePlan, Poise};
 use horse::{Drive, HorseGenerator, HorsePlan};
