@@ -18,7 +18,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Command as Asked, Order, Place, Plan, Stroke, StrokeCommand};
+use hippocamp::motion::{Activity, Command as Asked, Order, Place, Plan, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::run::Cycle;

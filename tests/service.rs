@@ -17,7 +17,7 @@ use hippocamp::ik::Method;
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::model::Robot;
 use hippocamp::motion::tentacle::strokes;
-use hippocamp::motion::{Activity, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::motion::{Activity, Order, Plan, StrokeCommand};
 use machine::{Machine, thaw};
 use rig::{Rig, calibrated, signal};
 
