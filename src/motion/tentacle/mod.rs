@@ -24,7 +24,7 @@ pub mod winder;
 pub mod winding;
 
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::StrokeCommand;
+use crate::motion::{Generate, Planned, StrokeCommand};
 pub use generator::TentacleGenerator;
 use grip::Grip;
 pub use performer::Performer;
@@ -58,5 +58,19 @@ impl TentaclePlan {
         }
         let tempo_max = vec![f64::INFINITY; STROKES.len()];
         TentaclePlan { settings: settings.clone(), park_pose_rad, tempo_max, command }
+    }
+}
+
+impl Planned for TentaclePlan {
+    fn resting_pose_rad(&self) -> &[f64] {
+        &self.park_pose_rad
+    }
+
+    fn done(&self) -> &'static str {
+        "moved for the time asked"
+    }
+
+    fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
+        Box::new(TentacleGenerator::new(robot, self.clone(), move_for_s))
     }
 }
