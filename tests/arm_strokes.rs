@@ -7,7 +7,8 @@ use hippocamp::config;
 use hippocamp::ik::ArmSolver;
 use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, Robot};
 use hippocamp::motion::tentacle::key_angles::Between;
-use hippocamp::motion::tentacle::stroke::{KeyStroke, Part, Strokes};
+use hippocamp::motion::tentacle::key_stroke::{KeyStroke, Part};
+use hippocamp::motion::tentacle::strokes::{swim, walk};
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::tentacle::winding::Winding;
 use hippocamp::signals::{ArmAim, ArmTarget};
@@ -156,8 +157,8 @@ fn solve_symmetric(mut matrix: Vec<Vec<f64>>, mut x: Vec<f64>) -> Vec<f64> {
 
 fn strokes(variation_rad: f64, between: Between) -> [(&'static str, KeyStroke); 2] {
     let part = Part { role: 4, is_right: false, walk_plane_rad: FRAC_PI_2 };
-    let strokes = Strokes::new(part, between, Variation::new(3, 0, variation_rad));
-    [("walk", strokes.walk), ("swim", strokes.swim)]
+    let variation = Variation::new(3, 0, variation_rad);
+    [("walk", walk::of_arm(part, between, variation.clone())), ("swim", swim::of_arm(between, variation))]
 }
 
 /// Poses of the second of two strokes, and the largest miss of a group's end in it, m.

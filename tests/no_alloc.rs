@@ -18,7 +18,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::motion::{Activity, Command as Asked, Order, Place, Plan, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::run::Cycle;
@@ -307,7 +307,7 @@ fn a_show_of_arms_allocates_nothing_from_limp_to_limp() {
         for entry in &mut script.entries {
             entry.time_s = time_s;
             let Order::Perform(command) = &mut entry.order else { panic!("{entry:?}") };
-            time_s += if let Stroke::Wind(_) = command.stroke { 6.0 } else { 2.0 };
+            time_s += if let Place::Pole(_) = command.stroke.place { 6.0 } else { 2.0 };
         }
         script.repeats_after_s = Some(time_s + 6.0);
         let mut show = Show::new(&robot, script);

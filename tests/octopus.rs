@@ -16,7 +16,7 @@ use glam::DVec3;
 use hippocamp::model::{Motion, Pole, TipPath};
 use hippocamp::motion::tentacle::winder;
 use hippocamp::motion::tentacle::winding::WindingError;
-use hippocamp::motion::{Stroke, StrokeCommand};
+use hippocamp::motion::{Place, Stroke, StrokeCommand};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 
@@ -24,7 +24,7 @@ use rand_pcg::rand_core::SeedableRng;
 fn sections_end_where_their_strokes_have_them() {
     let robot = shipped("octopus.toml");
     let arm_m = robot.chains[0].length_m(robot.joints_of(&robot.chains[0]));
-    for stroke in [Stroke::Walk, Stroke::Swim] {
+    for stroke in [Stroke::of("walk"), Stroke::of("swim")] {
         let mut arm = Arm::awake(&robot);
         let (mut largest_m, mut swung_m) = (0.0_f64, [DVec3::INFINITY, DVec3::NEG_INFINITY]);
         for _ in 0..(16.0 * robot.rate_hz) as usize {
@@ -76,11 +76,13 @@ fn random_scripts_keep_arms_apart() {
         };
         let places = [place(), 1.5 * place(), place()];
         let mut pick = |count: usize| (chance(&mut source) * count as f64) as usize % count;
-        let stroke = match strokes[pick(strokes.len())] {
-            Stroke::Reach { .. } if pick(2) == 0 => Stroke::Path(TipPath::new(&places, 0.1).unwrap()),
-            Stroke::Reach { .. } => Stroke::Reach { point_in_body: 1.5 * places[0], direction: None },
-            stroke => stroke,
-        };
+        let mut stroke = strokes[pick(strokes.len())];
+        if let Place::Point { .. } = stroke.place {
+            stroke = match pick(2) {
+                0 => Stroke { name: "path", place: Place::Path(TipPath::new(&places, 0.1).unwrap()) },
+                _ => Stroke { place: Place::Point { in_body: 1.5 * places[0], direction: None }, ..stroke },
+            };
+        }
         let command = StrokeCommand {
             stroke,
             tempo: 2.0 * chance(&mut source),
@@ -115,7 +117,10 @@ fn sections_wind_round_thick_poles_and_refuse_thin_ones() {
     let pole = beside(0.15);
     winder::check(&robot, &settings, pole).unwrap();
     let mut arm = Arm::awake(&robot);
-    arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::Wind(pole)) }, 14.0);
+    arm.perform(
+        StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke { name: "wind", place: Place::Pole(pole) }) },
+        14.0,
+    );
     let places = robot.places_in_body(&chain, arm.goals[0][chain.joints.clone()].iter().copied());
     let off_m =
         |place: DVec3| (place - pole.point_in_body).cross(pole.axis).length() - pole.radius_m - skin_m;

@@ -76,8 +76,8 @@ fn watched(robot: &Robot, faults: &str, starts_with: &[(u16, i64)]) -> (Report, 
             permission: status.permission,
         });
         let stroke = match status.time_s {
-            ..20.0 => Stroke::Walk,
-            20.0..32.0 => Stroke::Park,
+            ..20.0 => Stroke::of("walk"),
+            20.0..32.0 => Stroke::PARK,
             _ => return Order::Stop,
         };
         Order::Perform(StrokeCommand::of(stroke))

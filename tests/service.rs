@@ -16,7 +16,8 @@ use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::motion::tentacle::strokes;
+use hippocamp::motion::{Activity, Order, Plan, StrokeCommand};
 use machine::{Machine, thaw};
 use rig::{Rig, calibrated, signal};
 
@@ -89,7 +90,7 @@ fn systemd_waits_longer_than_any_shipped_robot_takes_to_stop() {
     let [horse, arms, figure] = ["horse.toml", "tentacle.toml", "figure.toml"].map(common::shipped);
     // What took longest of all gaits, strokes and poses.
     let tentacle = arms.motion.tentacle().unwrap();
-    let wind = StrokeCommand::of(Stroke::named("wind", tentacle).unwrap());
+    let wind = StrokeCommand::of(strokes::named("wind", tentacle).unwrap());
     let poses = FigureCapability::of(&figure, figure.motion.figure().unwrap()).unwrap();
     for (robot, plan) in [
         (&horse, Plan::from(common::plan(&horse, "gallop-left", 1.0))),

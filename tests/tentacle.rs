@@ -20,7 +20,7 @@ use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::model::{Motion, OnTrip, Pole, Robot};
-use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
+use hippocamp::motion::{Activity, Order, Place, Stroke, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
 use hippocamp::run::run;
@@ -65,9 +65,9 @@ fn a_thousand_random_scripts_keep_every_limit() {
             let mut pick = |count: usize| (chance(&mut source) * count as f64) as usize % count;
             let mut stroke = strokes[pick(strokes.len())];
             let point = DVec3::new(chance(&mut source) - 0.5, chance(&mut source) - 0.5, chance(&mut source));
-            if let Stroke::Reach { .. } = stroke {
+            if let Place::Point { .. } = stroke.place {
                 let direction = (chance(&mut source) < 0.5).then_some(point.normalize());
-                stroke = Stroke::Reach { point_in_body: 0.6 * point, direction };
+                stroke = Stroke { place: Place::Point { in_body: 0.6 * point, direction }, ..stroke };
             }
             let mut command = StrokeCommand {
                 stroke,
@@ -140,7 +140,7 @@ fn every_stroke_runs_on_the_servos_and_ends_parked_and_limp() {
         assert!(report.is_end_heard);
         assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0), "{stroke:?}");
         let arms = report.arms.unwrap();
-        if matches!(stroke, Stroke::Sway | Stroke::Walk | Stroke::Swim) {
+        if ["sway", "walk", "swim"].contains(&stroke.name) {
             assert!(arms.group_residual_max_m <= 0.02 * arm_m, "{stroke:?}: {arms:?}");
         }
         assert!(arms.bend_max_deg < 95.0, "{stroke:?}: {arms:?}");
@@ -180,7 +180,10 @@ fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
     for links in [1.5, 2.5, 4.0] {
         let pole = pole_of(links);
         // As fast as it can.
-        let command = StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::Wind(pole)) };
+        let command = StrokeCommand {
+            tempo: 4.0,
+            ..StrokeCommand::of(Stroke { name: "wind", place: Place::Pole(pole) })
+        };
         let mut arm = Arm::awake(&robot);
         arm.perform(command, 14.0);
         assert_eq!(arm.interventions, 0, "pole of {links} links: faster than the servos");
@@ -192,7 +195,7 @@ fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
         );
         assert!(near >= 0.7, "pole of {links} links: {near} of the outer groups on it");
         assert!(offs.iter().all(|off| *off >= 0.0), "pole of {links} links: inside it");
-        arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::LetGo) }, 12.0);
+        arm.perform(StrokeCommand { tempo: 4.0, ..StrokeCommand::of(Stroke::LET_GO) }, 12.0);
         assert_eq!(arm.interventions, 0, "pole of {links} links: unwound faster than the servos");
     }
 }
@@ -206,7 +209,7 @@ fn the_goals_of_a_grip_are_no_deeper_than_the_skin_gives() {
     for links in [1.5, 2.5, 4.0] {
         let pole = pole_of(links);
         let mut arm = Arm::awake(&robot);
-        arm.perform(StrokeCommand::of(Stroke::Wind(pole)), 14.0);
+        arm.perform(StrokeCommand::of(Stroke { name: "wind", place: Place::Pole(pole) }), 14.0);
         let deepest_m = off_pole_m(&robot, &arm.goals[0], pole).into_iter().fold(f64::INFINITY, f64::min);
         assert!(
             (-0.31 * radius_m..-0.2 * radius_m).contains(&deepest_m),
@@ -236,14 +239,14 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
     let faults = overload(12.0, "root", 3) + &overload(13.0, "tip", 20);
     let order = |time_s: f64| {
         let stroke = match time_s {
-            ..20.0 => Stroke::Walk,
-            20.0..32.0 => Stroke::Park,
-            32.0..40.0 => Stroke::Swim,
+            ..20.0 => Stroke::of("walk"),
+            20.0..32.0 => Stroke::PARK,
+            32.0..40.0 => Stroke::of("swim"),
             _ => return Order::Stop,
         };
         Order::Perform(StrokeCommand::of(stroke))
     };
-    let report = watched(&robot, run_plan(&robot, Stroke::Rest, 1e9), &faults, order);
+    let report = watched(&robot, run_plan(&robot, Stroke::REST, 1e9), &faults, order);
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!(report.servo_restarts, 2);
     let told: Vec<&str> = report.outages.iter().map(|outage| outage.joint.as_str()).collect();
@@ -260,9 +263,9 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
     let jam = "[[fault]]\nkind = 'stuck'\nat_s = 12.0\nfor_s = 10.0\nbus = 'root'\nid = 3";
     let order = |time_s: f64| {
         let stroke = match time_s {
-            ..20.0 => Stroke::Walk,
-            20.0..32.0 => Stroke::Park,
-            32.0..40.0 => Stroke::Swim,
+            ..20.0 => Stroke::of("walk"),
+            20.0..32.0 => Stroke::PARK,
+            32.0..40.0 => Stroke::of("swim"),
             _ => return Order::Stop,
         };
         Order::Perform(StrokeCommand::of(stroke))
@@ -272,7 +275,7 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
     let walked = |robot: &Robot| {
         let (held, frozen) = (Cell::new(0), Cell::new([0; 2]));
         late_holds.borrow_mut().clear();
-        let report = watched_by(robot, run_plan(robot, Stroke::Rest, 1e9), jam, |status| {
+        let report = watched_by(robot, run_plan(robot, Stroke::REST, 1e9), jam, |status| {
             let is_walk = (12.0..20.0).contains(&status.time_s);
             held.set(held.get() + u32::from(is_walk && status.permission != Permission::Move));
             if status.time_s > 11.0 && status.permission == Permission::Hold {
@@ -412,7 +415,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
     }
     let show = RefCell::new(Show::new(&robot, Show::of_all_strokes(tentacle, 60.0 * minutes)));
     let last_minute = Cell::new(0);
-    let mut plan = run_plan(&robot, Stroke::Rest, 1e9);
+    let mut plan = run_plan(&robot, Stroke::REST, 1e9);
     plan.driver = Some("a show".to_owned());
     let report = watched_by(&robot, plan, &faults, |status| {
         let is_moving = status.time_s > 60.0 * (minutes - 1.0) && status.activity == Activity::Performing;
@@ -502,7 +505,7 @@ fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
     let hand = ports.clone();
     let rests_at = Cell::new(0.0);
     let mut seen: Vec<(f64, f64)> = Vec::new();
-    let report = run(&robot, run_plan(&robot, Stroke::Rest, 1e9), ports, |status: &Status| {
+    let report = run(&robot, run_plan(&robot, Stroke::REST, 1e9), ports, |status: &Status| {
         let counts = hand.borrow().world().shaft(of.bus, of.id.0).unwrap().position_counts;
         let angle = counts * of.count_rad();
         if status.time_s < 20.0 {
@@ -535,8 +538,8 @@ fn a_change_of_motion_waits_while_safety_holds() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let mut arm = Arm::awake(&robot);
-    arm.perform(StrokeCommand::of(Stroke::Swim), 3.0);
-    let walk = StrokeCommand::of(Stroke::Walk);
+    arm.perform(StrokeCommand::of(Stroke::of("swim")), 3.0);
+    let walk = StrokeCommand::of(Stroke::of("walk"));
     arm.perform(walk, 0.1);
     let silent = vec![Slot::Missing; robot.joints.len()];
     let (mut held, mut wanted) = (0, Vec::new());

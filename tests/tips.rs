@@ -13,7 +13,7 @@ use common::{config_file, shipped};
 use glam::{DQuat, DVec3};
 use hippocamp::config;
 use hippocamp::model::{Motion, Pole, Robot, TipPath};
-use hippocamp::motion::{Stroke, StrokeCommand};
+use hippocamp::motion::{Place, Stroke, StrokeCommand};
 use hippocamp::signals::{Targets, Wanted};
 
 /// Where the goals bring the tip of the only arm.
@@ -29,7 +29,7 @@ fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
         [[200.0, 100.0, 200.0], [230.0, 0.0, 250.0], [200.0, -100.0, 200.0], [120.0, -150.0, 250.0]]
             .map(|mm| DVec3::from_array(mm) / 1000.0);
     let path = TipPath::new(&waypoints, 0.06).unwrap();
-    let command = StrokeCommand::of(Stroke::Path(path));
+    let command = StrokeCommand::of(Stroke { name: "path", place: Place::Path(path) });
     let mut arm = Arm::awake(&robot);
     let mut tips = Vec::new();
     for _ in 0..(20.0 * robot.rate_hz) as usize {
@@ -61,7 +61,7 @@ fn a_point_that_moves_is_followed_and_one_that_leaps_is_a_new_motion() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let reach = |point_in_body: DVec3, direction: Option<DVec3>| {
-        StrokeCommand::of(Stroke::Reach { point_in_body, direction })
+        StrokeCommand::of(Stroke { name: "reach", place: Place::Point { in_body: point_in_body, direction } })
     };
     let point = |time_s: f64| {
         let (sine, cosine) = (1.2 * time_s).sin_cos();
@@ -129,7 +129,10 @@ fn twists_have_a_part_in_where_a_tip_points() {
         ([150.0, -80.0, 120.0], [-0.7, -0.7, -0.3]),
     ] {
         let (point_in_body, direction) = (DVec3::from_array(mm) / 1000.0, DVec3::from_array(direction));
-        let reach = StrokeCommand::of(Stroke::Reach { point_in_body, direction: Some(direction) });
+        let reach = StrokeCommand::of(Stroke {
+            name: "reach",
+            place: Place::Point { in_body: point_in_body, direction: Some(direction) },
+        });
         let bent = |robot: &Robot, hinges: usize| {
             let mut arm = Arm::awake(robot);
             arm.perform(reach, 8.0);
@@ -164,7 +167,7 @@ fn twists_turn_the_suckers_to_a_pole_beside_them() {
     // The suckers of the arm that stands face forward; the pole is to its left.
     let pole = Pole { point_in_body: DVec3::new(0.0, 0.13, 0.12), axis: DVec3::X, radius_m: 0.085 };
     let mut arm = Arm::awake(&robot);
-    let command = StrokeCommand::of(Stroke::Wind(pole));
+    let command = StrokeCommand::of(Stroke { name: "wind", place: Place::Pole(pole) });
     let before = |robot: &Robot, goals: &[f64]| off_suckers_rad(robot, goals, pole);
     let begin_rad = before(&robot, &arm.goals[0]);
     arm.perform(command, 16.0);

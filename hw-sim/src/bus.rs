@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::config::BusConfig;
 use crate::error::Unplugged;
-use crate::faults::BusFaults;
+use crate::faults::{BusFaults, FaultKind};
 use crate::model::Protocol;
 use crate::reply::{MISSING_GUARD_NS, Slot};
 use crate::servo::{Ear, Servo};
@@ -229,7 +229,7 @@ impl Bus {
         for (index, servo) in self.servos.iter().enumerate() {
             if !servo.is_awake()
                 || !self.is_tuned(servo)
-                || self.faults.is_silent(now_ns, self.home_id(index))
+                || self.faults.has(now_ns, self.home_id(index), FaultKind::Silent)
             {
                 continue;
             }
@@ -275,11 +275,11 @@ impl Bus {
                     at += delay_ns + self.faults.late_ns(at, id);
                     // A servo answers one request after the other.
                     at = at.max(self.wire.busy_until_ns(Talker::Servo(servo)));
-                    if self.faults.flips_a_bit(at, id) {
+                    if self.faults.has(at, id, FaultKind::BitFlip) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);
                     }
-                    if self.faults.garbles(at, id) {
+                    if self.faults.has(at, id, FaultKind::Garbled) {
                         bytes.iter_mut().for_each(|byte| *byte ^= self.rng.random_range(1..=255u8));
                     }
                     let scrambled_share = self.faults.scrambled_share(at, id);
@@ -289,10 +289,10 @@ impl Bus {
                         let begun = first_said.min(bytes.len());
                         bytes[begun..].iter_mut().for_each(|byte| *byte = self.rng.random());
                     }
-                    if self.faults.cuts_short(at, id) {
+                    if self.faults.has(at, id, FaultKind::CutShort) {
                         bytes.truncate(self.rng.random_range(1..bytes.len().max(2)));
                     }
-                    if starts_packet && self.faults.makes_noise(at, id) {
+                    if starts_packet && self.faults.has(at, id, FaultKind::Noise) {
                         let count = self.rng.random_range(1..=NOISE_BYTES_MAX);
                         bytes.splice(0..0, (0..count).map(|_| self.rng.random::<u8>()));
                     }

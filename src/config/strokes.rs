@@ -7,22 +7,14 @@ use super::reader::Section;
 use super::{POLE_MEANING, meters};
 use crate::model::{Pole, Robot, TentacleMotion, TipPath, WAYPOINTS_MAX};
 use crate::motion::tentacle::route::sweep_towards;
+use crate::motion::tentacle::strokes::{Needs, STROKES};
 use crate::motion::tentacle::winder;
-use crate::motion::{Stroke, StrokeCommand};
+use crate::motion::{Place, Stroke, StrokeCommand};
 
 /// Highest tempo, times the robot file's.
 const TEMPO_MAX: f64 = 4.0;
 /// Largest turn towards a goal either way, degrees.
 const TURN_MAX_DEG: f64 = 180.0;
-
-/// The kinds of stroke a script may name.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Placeless(Stroke),
-    Reach,
-    Path,
-    Wind,
-}
 
 /// The stroke of an entry; values that the entry does not name stay as in `last`.
 pub(super) fn read(
@@ -60,13 +52,21 @@ fn read_goal(section: &Section<'_>) -> Option<f64> {
     Some(sweep_towards(0.0, goal_mm, TURN_MAX_DEG.to_radians()))
 }
 
-fn read_stroke(section: &Section<'_>, (robot, tentacle): (&Robot, &TentacleMotion)) -> Option<Stroke> {
-    let placeless = Stroke::PLACELESS.map(|(name, stroke)| (name, Kind::Placeless(stroke)));
-    let placed = [("reach", Kind::Reach), ("path", Kind::Path), ("wind", Kind::Wind)];
-    let kinds: Vec<_> = placeless.into_iter().chain(placed).collect();
-    match section.choice("stroke", "a stroke", &kinds)? {
-        Kind::Placeless(stroke) => Some(stroke),
-        Kind::Reach => {
+fn read_stroke(section: &Section<'_>, arms: (&Robot, &TentacleMotion)) -> Option<Stroke> {
+    let kinds: Vec<_> = STROKES.iter().map(|kind| (kind.name, kind)).collect();
+    let kind = section.choice("stroke", "a stroke", &kinds)?;
+    Some(Stroke { name: kind.name, place: read_place(section, kind.needs, arms)? })
+}
+
+/// The place of a stroke that needs `needs`: that of the entry, or else that of the robot file.
+fn read_place(
+    section: &Section<'_>,
+    needs: Needs,
+    (robot, tentacle): (&Robot, &TentacleMotion),
+) -> Option<Place> {
+    match needs {
+        Needs::Nothing => Some(Place::Nowhere),
+        Needs::Point => {
             let meaning = "the point to reach for, in the body, in mm";
             let point = match (section.has("point_mm"), tentacle.reach_in_body) {
                 (false, Some(point)) => Some(point),
@@ -77,21 +77,21 @@ fn read_stroke(section: &Section<'_>, (robot, tentacle): (&Robot, &TentacleMotio
                 true => read_direction(section, "direction", "where the tip is to point to, in the body")
                     .map(Some),
             };
-            Some(Stroke::Reach { point_in_body: point?, direction: direction? })
+            Some(Place::Point { in_body: point?, direction: direction? })
         }
-        Kind::Path => {
+        Needs::Path => {
             match (section.has("points_mm") | section.has("speed_mm_s"), tentacle.path.as_deref()) {
-                (false, Some(path)) => Some(Stroke::Path(*path)),
-                _ => read_path(section).map(Stroke::Path),
+                (false, Some(path)) => Some(Place::Path(*path)),
+                _ => read_path(section).map(Place::Path),
             }
         }
-        Kind::Wind => {
+        Needs::Pole => {
             match (section.has("radius_mm") | section.has("point_mm") | section.has("axis"), tentacle.pole) {
-                (false, Some(pole)) => Some(Stroke::Wind(pole)),
+                (false, Some(pole)) => Some(Place::Pole(pole)),
                 _ => {
                     let pole = read_pole(section)?;
                     let Err(reason) = winder::check(robot, tentacle, pole) else {
-                        return Some(Stroke::Wind(pole));
+                        return Some(Place::Pole(pole));
                     };
                     section.fault("point_mm", format!("{POLE_MEANING}: {reason}"));
                     None

@@ -211,26 +211,17 @@ impl Motion {
 
     /// The settings of a horse, if it is one.
     pub fn horse(&self) -> Option<&HorseMotion> {
-        match self {
-            Motion::Horse(horse) => Some(horse),
-            Motion::Tentacle(_) | Motion::Figure(_) => None,
-        }
+        if let Motion::Horse(horse) = self { Some(horse) } else { None }
     }
 
     /// The settings of a robot with arms, if it is one.
     pub fn tentacle(&self) -> Option<&TentacleMotion> {
-        match self {
-            Motion::Tentacle(tentacle) => Some(tentacle),
-            Motion::Horse(_) | Motion::Figure(_) => None,
-        }
+        if let Motion::Tentacle(tentacle) = self { Some(tentacle) } else { None }
     }
 
     /// The settings of a figure, if it is one.
     pub fn figure(&self) -> Option<&FigureMotion> {
-        match self {
-            Motion::Figure(figure) => Some(figure),
-            Motion::Horse(_) | Motion::Tentacle(_) => None,
-        }
+        if let Motion::Figure(figure) = self { Some(figure) } else { None }
     }
 }
 

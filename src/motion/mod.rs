@@ -16,12 +16,12 @@ use std::fmt;
 use std::ops::{Deref, DerefMut};
 
 use crate::model::Robot;
-pub use crate::signals::{Activity, Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
+pub use crate::signals::{Activity, Command, GaitChoice, Order, Place, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
-use figure::{FigureGenerator, FigurePlan, Poise};
-use horse::{Drive, HorseGenerator, HorsePlan};
+use figure::FigurePlan;
+use horse::HorsePlan;
 pub use jog::Jog;
-use tentacle::{TentacleGenerator, TentaclePlan};
+use tentacle::TentaclePlan;
 
 /// Time constant with which redundant joints go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;
@@ -61,38 +61,47 @@ impl From<FigurePlan> for Plan {
 }
 
 impl Plan {
-    /// The pose in which a robot with this plan sits, or its arms park, rad.
-    pub fn resting_pose_rad(&self) -> &[f64] {
+    fn planned(&self) -> &(dyn Planned + 'static) {
         match self {
-            Plan::Horse(plan) => &plan.sit_pose_rad,
-            Plan::Tentacle(plan) => &plan.park_pose_rad,
-            Plan::Figure(plan) => &plan.sit_pose_rad,
-        }
-    }
-
-    /// Name of the gait and speed, m/s, that it asks for; `None` for a kind without gaits.
-    pub fn gait(&self) -> Option<(&str, f64)> {
-        match self {
-            Plan::Horse(plan) => Some((plan.gait_name(plan.command.gait), plan.command.speed_m_s)),
-            Plan::Tentacle(_) | Plan::Figure(_) => None,
-        }
-    }
-
-    /// Words for a robot that has done as planned.
-    pub fn done(&self) -> &'static str {
-        match self {
-            Plan::Horse(_) => "walked for the time asked",
-            Plan::Tentacle(_) => "moved for the time asked",
-            Plan::Figure(_) => "stood for the time asked",
+            Plan::Horse(plan) => &**plan,
+            Plan::Tentacle(plan) => &**plan,
+            Plan::Figure(plan) => &**plan,
         }
     }
 
     /// The plan to go in this gait at this share of its top speed; the same plan for a kind without gaits.
     pub fn at_share(self, gait: GaitChoice, speed_share: f64) -> Plan {
-        match self {
-            Plan::Horse(plan) => plan.at_share(gait, speed_share).into(),
-            other => other,
-        }
+        self.planned().at_share(gait, speed_share).unwrap_or(self)
+    }
+}
+
+impl Deref for Plan {
+    type Target = dyn Planned;
+
+    fn deref(&self) -> &Self::Target {
+        self.planned()
+    }
+}
+
+/// The plan of one kind of motion.
+pub trait Planned {
+    /// The pose in which a robot with this plan sits, or its arms park, rad.
+    fn resting_pose_rad(&self) -> &[f64];
+
+    /// Words for a robot that has done as planned.
+    fn done(&self) -> &'static str;
+
+    /// The generator of a limp robot that, once ordered, follows this plan for `move_for_s`.
+    fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate>;
+
+    /// Name of the gait and speed, m/s, that it asks for; `None` for a kind without gaits.
+    fn gait(&self) -> Option<(&str, f64)> {
+        None
+    }
+
+    /// The plan to go in this gait at this share of its top speed; `None` for a kind without gaits.
+    fn at_share(&self, _gait: GaitChoice, _speed_share: f64) -> Option<Plan> {
+        None
     }
 }
 
@@ -146,13 +155,7 @@ pub struct Generator(Box<dyn Generate>);
 impl Generator {
     /// A limp robot that, once ordered, follows the command of `plan` for `move_for_s`.
     pub fn new(robot: &Robot, plan: impl Into<Plan>, move_for_s: f64) -> Generator {
-        Generator(match plan.into() {
-            Plan::Horse(plan) => Box::new(HorseGenerator::new(robot, Drive::standing(*plan), move_for_s)),
-            Plan::Tentacle(plan) => Box::new(TentacleGenerator::new(robot, *plan, move_for_s)),
-            Plan::Figure(plan) => {
-                Box::new(FigureGenerator::new(robot, Poise::standing(robot, *plan), move_for_s))
-            }
-        })
+        Generator(plan.into().generator(robot, move_for_s))
     }
 }
 

@@ -144,7 +144,7 @@ mod tests {
 
     use super::*;
     use crate::model::Pole;
-    use crate::motion::{Stroke, StrokeCommand};
+    use crate::motion::{Place, Stroke, StrokeCommand};
 
     #[test]
     fn every_order_comes_back_to_the_last_bit() {
@@ -158,12 +158,14 @@ mod tests {
             [GaitChoice::Stand, GaitChoice::Auto, GaitChoice::Gait(4)].map(command).map(Order::Drive);
         let pole = Pole { point_in_body: DVec3::new(0.1, -0.2, 1.0 / 3.0), axis: DVec3::Y, radius_m: 0.03 };
         let placed = [
-            Stroke::Reach { point_in_body: DVec3::new(0.1 + 0.2, 0.0, -1e-9), direction: None },
-            Stroke::Reach { point_in_body: DVec3::Z, direction: Some(DVec3::new(0.6, 0.0, 0.8)) },
-            Stroke::Wind(pole),
-        ];
-        let strokes = Stroke::PLACELESS.iter().map(|(_, stroke)| *stroke).chain(placed);
-        let performs = strokes
+            ("reach", Place::Point { in_body: DVec3::new(0.1 + 0.2, 0.0, -1e-9), direction: None }),
+            ("reach", Place::Point { in_body: DVec3::Z, direction: Some(DVec3::new(0.6, 0.0, 0.8)) }),
+            ("wind", Place::Pole(pole)),
+        ]
+        .map(|(name, place)| Stroke { name, place });
+        let performs = [Stroke::REST, Stroke::of("walk"), Stroke::LET_GO]
+            .into_iter()
+            .chain(placed)
             .map(|stroke| StrokeCommand { stroke, tempo: 1.0 / 3.0, turn_rad: -0.1 })
             .map(Order::Perform);
         let plain = [Order::Go, Order::Stop, Order::StopAtOnce];

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::messages::Vector3;
 use crate::model::{Pole, TipPath};
-use crate::motion::{Stroke, StrokeCommand};
+use crate::motion::tentacle::strokes::{self, Needs};
+use crate::motion::{Place, Stroke, StrokeCommand};
 
 /// A [`StrokeCommand`] in the fields of a message.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,17 +36,14 @@ pub struct StrokeFields {
 
 impl From<StrokeCommand> for StrokeFields {
     fn from(command: StrokeCommand) -> StrokeFields {
-        let (point, direction, radius_m) = match command.stroke {
-            Stroke::Reach { point_in_body, direction } => (Some(point_in_body), direction, None),
-            Stroke::Wind(pole) => (Some(pole.point_in_body), Some(pole.axis), Some(pole.radius_m)),
-            _ => (None, None, None),
-        };
-        let path = match command.stroke {
-            Stroke::Path(path) => Some(path),
-            _ => None,
+        let (point, direction, radius_m, path) = match command.stroke.place {
+            Place::Nowhere => (None, None, None, None),
+            Place::Point { in_body, direction } => (Some(in_body), direction, None, None),
+            Place::Path(path) => (None, None, None, Some(path)),
+            Place::Pole(pole) => (Some(pole.point_in_body), Some(pole.axis), Some(pole.radius_m), None),
         };
         StrokeFields {
-            stroke: command.stroke.name().to_owned(),
+            stroke: command.stroke.name.to_owned(),
             tempo: command.tempo,
             turn_rad: command.turn_rad,
             point: point.map(Vector3::from),
@@ -68,27 +66,24 @@ impl TryFrom<&StrokeFields> for StrokeCommand {
 
     fn try_from(fields: &StrokeFields) -> Result<StrokeCommand, Self::Error> {
         let point = || fields.point.map(DVec3::from).ok_or("a stroke to a place that names none");
-        let stroke = match fields.stroke.as_str() {
-            "reach" => {
-                Stroke::Reach { point_in_body: point()?, direction: fields.direction.map(DVec3::from) }
-            }
-            "path" => {
+        let kind = strokes::find(&fields.stroke).ok_or("a stroke of an unknown name")?;
+        let place = match kind.needs {
+            Needs::Nothing => Place::Nowhere,
+            Needs::Point => Place::Point { in_body: point()?, direction: fields.direction.map(DVec3::from) },
+            Needs::Path => {
                 let waypoints = fields.waypoints.as_deref().unwrap_or_default();
                 let waypoints: Vec<DVec3> = waypoints.iter().copied().map(DVec3::from).collect();
                 let speed_m_s = fields.speed_m_s.ok_or("a path without a speed")?;
                 let path = TipPath::new(&waypoints, speed_m_s);
-                Stroke::Path(path.map_err(|_| "a path without places or speed")?)
+                Place::Path(path.map_err(|_| "a path without places or speed")?)
             }
-            "wind" => Stroke::Wind(Pole {
+            Needs::Pole => Place::Pole(Pole {
                 point_in_body: point()?,
                 axis: fields.direction.map(DVec3::from).ok_or("a pole without an axis")?,
                 radius_m: fields.radius_m.ok_or("a pole without a radius")?,
             }),
-            name => {
-                let found = Stroke::PLACELESS.iter().find(|(known, _)| *known == name);
-                found.map(|(_, stroke)| *stroke).ok_or("a stroke of an unknown name")?
-            }
         };
+        let stroke = Stroke { name: kind.name, place };
         Ok(StrokeCommand { stroke, tempo: fields.tempo, turn_rad: fields.turn_rad })
     }
 }
@@ -101,17 +96,22 @@ mod tests {
     fn strokes_come_back_as_they_were_recorded() {
         let pole = Pole { point_in_body: DVec3::X, axis: DVec3::Y, radius_m: 0.03 };
         let path = TipPath::new(&[DVec3::X, DVec3::new(0.1, 0.2, 0.3), DVec3::Z], 0.08).unwrap();
-        let placed = [
-            Stroke::Reach { point_in_body: DVec3::Z, direction: None },
-            Stroke::Reach { point_in_body: DVec3::Z, direction: Some(DVec3::NEG_Y) },
-            Stroke::Path(path),
-            Stroke::Wind(pole),
-        ];
-        for stroke in Stroke::PLACELESS.map(|(_, stroke)| stroke).into_iter().chain(placed) {
-            let command = StrokeCommand { stroke, tempo: 0.7, turn_rad: -0.2 };
-            let text = serde_json::to_string(&StrokeFields::from(command)).unwrap();
-            let fields: StrokeFields = serde_json::from_str(&text).unwrap();
-            assert_eq!(StrokeCommand::try_from(&fields), Ok(command), "{text}");
+        for kind in strokes::STROKES {
+            let places = match kind.needs {
+                Needs::Nothing => vec![Place::Nowhere],
+                Needs::Point => [None, Some(DVec3::NEG_Y)]
+                    .map(|direction| Place::Point { in_body: DVec3::Z, direction })
+                    .to_vec(),
+                Needs::Path => vec![Place::Path(path)],
+                Needs::Pole => vec![Place::Pole(pole)],
+            };
+            for place in places {
+                let stroke = Stroke { name: kind.name, place };
+                let command = StrokeCommand { stroke, tempo: 0.7, turn_rad: -0.2 };
+                let text = serde_json::to_string(&StrokeFields::from(command)).unwrap();
+                let fields: StrokeFields = serde_json::from_str(&text).unwrap();
+                assert_eq!(StrokeCommand::try_from(&fields), Ok(command), "{text}");
+            }
         }
     }
 }

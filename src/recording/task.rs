@@ -34,14 +34,9 @@ impl Task {
     /// The task of a plan.
     pub fn of(plan: &Plan) -> Task {
         match plan {
-            Plan::Horse(plan) => {
-                Task::Horse { gait: plan.gait_name(plan.command.gait).to_owned(), command: plan.command }
-            }
+            Plan::Horse(plan) => Task::Horse { gait: plan.commanded_gait().into(), command: plan.command },
             Plan::Tentacle(plan) => Task::Tentacle { strokes: plan.command.into() },
-            Plan::Figure(plan) => {
-                let pose = plan.settings.poses.get(plan.pose).or(plan.settings.poses.first());
-                Task::Figure { pose: pose.map_or_else(String::new, |pose| pose.name.clone()) }
-            }
+            Plan::Figure(plan) => Task::Figure { pose: plan.pose_name().to_owned() },
         }
     }
 }

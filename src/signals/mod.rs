@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Robot;
 pub use activity::Activity;
-pub use order::{Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
+pub use order::{Command, GaitChoice, Order, Place, Posture, Stroke, StrokeCommand};
 pub use status::Status;
 pub use targets::{Aim, ArmAim, ArmTarget, FeetMut, FootTarget, Targets, Wanted};
 

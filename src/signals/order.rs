@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Pole, TentacleMotion, TipPath};
+use crate::model::{Pole, TipPath};
 
 /// An order from the operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,38 +108,36 @@ pub struct StrokeCommand {
     pub turn_rad: f64,
 }
 
-/// A motion of the arms.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Stroke {
-    /// Go to the parked pose and stay there.
-    Park,
-    /// Hold still in the pose in which they left the parked pose.
-    #[default]
-    Rest,
-    /// Sway idly.
-    Sway,
-    /// Walking strokes, each arm in its own role (Ishizuka 2008, 3.3.1).
-    Walk,
-    /// Swimming strokes, all arms alike (3.3.2).
-    Swim,
-    /// Bring the tip to a point.
-    Reach {
+/// A motion of the arms: a stroke of the table `motion::tentacle::strokes`, and its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Its name in the table, in files and in options. Arms rest at a name that the table does not have.
+    pub name: &'static str,
+    /// Its place.
+    pub place: Place,
+}
+
+/// The place of a stroke, body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// No place: the stroke needs none.
+    Nowhere,
+    /// A point for a tip.
+    Point {
         /// The point, body frame, m.
-        point_in_body: DVec3,
+        in_body: DVec3,
         /// Direction of the tip, body frame, if it matters.
         direction: Option<DVec3>,
     },
-    /// Bring the tip to the start of a path, and then along it.
+    /// A path for a tip.
     Path(TipPath),
-    /// Wind round a pole.
-    Wind(Pole),
-    /// Unwind, back to rest.
-    LetGo,
+    /// A pole for an arm.
+    Pole(Pole),
 }
 
 impl Default for StrokeCommand {
     fn default() -> StrokeCommand {
-        StrokeCommand::of(Stroke::default())
+        StrokeCommand::of(Stroke::REST)
     }
 }
 
@@ -151,54 +149,36 @@ impl StrokeCommand {
 
     /// True if every number is finite.
     pub fn is_finite(&self) -> bool {
-        let place_is_finite = match self.stroke {
-            Stroke::Reach { point_in_body, direction } => {
-                point_in_body.is_finite() && direction.is_none_or(DVec3::is_finite)
-            }
-            Stroke::Wind(pole) => {
-                pole.point_in_body.is_finite() && pole.axis.is_finite() && pole.radius_m.is_finite()
-            }
-            _ => true,
-        };
-        place_is_finite && self.tempo.is_finite() && self.turn_rad.is_finite()
+        self.stroke.place.is_finite() && self.tempo.is_finite() && self.turn_rad.is_finite()
     }
 }
 
 impl Stroke {
-    /// Every stroke that needs no position, by its name in files and options.
-    pub const PLACELESS: [(&str, Stroke); 6] = [
-        ("park", Stroke::Park),
-        ("rest", Stroke::Rest),
-        ("sway", Stroke::Sway),
-        ("walk", Stroke::Walk),
-        ("swim", Stroke::Swim),
-        ("let-go", Stroke::LetGo),
-    ];
+    /// Hold still in the parked pose.
+    pub const REST: Stroke = Stroke::of("rest");
+    /// The same, so that safety may restart servos.
+    pub const PARK: Stroke = Stroke::of("park");
+    /// Let go of a pole, back to rest.
+    pub const LET_GO: Stroke = Stroke::of("let-go");
 
-    /// The stroke of this name, to its position in the robot file; `None` if there is no such stroke or position.
-    pub fn named(name: &str, tentacle: &TentacleMotion) -> Option<Stroke> {
-        match name {
-            "reach" => {
-                tentacle.reach_in_body.map(|point_in_body| Stroke::Reach { point_in_body, direction: None })
-            }
-            "path" => tentacle.path.as_deref().copied().map(Stroke::Path),
-            "wind" => tentacle.pole.map(Stroke::Wind),
-            name => Stroke::PLACELESS.iter().find(|(known, _)| *known == name).map(|(_, stroke)| *stroke),
-        }
+    /// The stroke of this name, which needs no place.
+    pub const fn of(name: &'static str) -> Stroke {
+        Stroke { name, place: Place::Nowhere }
     }
+}
 
-    /// Its name in files and options.
-    pub fn name(self) -> &'static str {
+impl Place {
+    /// True if every number is finite.
+    pub fn is_finite(self) -> bool {
         match self {
-            Stroke::Park => "park",
-            Stroke::Rest => "rest",
-            Stroke::Sway => "sway",
-            Stroke::Walk => "walk",
-            Stroke::Swim => "swim",
-            Stroke::Reach { .. } => "reach",
-            Stroke::Path(_) => "path",
-            Stroke::Wind(_) => "wind",
-            Stroke::LetGo => "let-go",
+            // A path is finite by construction.
+            Place::Nowhere | Place::Path(_) => true,
+            Place::Point { in_body, direction } => {
+                in_body.is_finite() && direction.is_none_or(DVec3::is_finite)
+            }
+            Place::Pole(pole) => {
+                pole.point_in_body.is_finite() && pole.axis.is_finite() && pole.radius_m.is_finite()
+            }
         }
     }
 }

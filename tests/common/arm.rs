@@ -6,7 +6,7 @@ use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::tentacle::TentaclePlan;
+use hippocamp::motion::tentacle::{TentaclePlan, strokes};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::signals::Permission;
 use rand_pcg::Pcg64Mcg;
@@ -23,10 +23,8 @@ pub(crate) fn plan(robot: &Robot, command: StrokeCommand) -> TentaclePlan {
 /// Every stroke, with the targets that the robot file names.
 pub(crate) fn strokes(robot: &Robot) -> Vec<Stroke> {
     let tentacle = robot.motion.tentacle().unwrap();
-    vec![Stroke::Rest, Stroke::Sway, Stroke::Walk, Stroke::Swim]
-        .into_iter()
-        .chain(["reach", "path", "wind"].into_iter().filter_map(|name| Stroke::named(name, tentacle)))
-        .collect()
+    let names = ["rest", "sway", "walk", "swim", "reach", "path", "wind"];
+    names.into_iter().filter_map(|name| strokes::named(name, tentacle)).collect()
 }
 
 pub(crate) fn chance(source: &mut Pcg64Mcg) -> f64 {

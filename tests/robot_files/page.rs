@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hippocamp::config::{Key, robot_file_keys};
+use hippocamp::motion::tentacle::strokes::STROKES;
 
 use crate::GOOD;
 
@@ -92,5 +93,30 @@ fn the_page_of_the_keys_says_what_the_reader_asks_for() {
     assert!(
         tables == made,
         "docs/robot-file.md is not what the reader asks for: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page"
+    );
+}
+
+/// The line of `docs/tentacle.md` below which the table of strokes stands.
+const STROKES_BEGIN: &str = "<!-- The strokes, made from their table: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page -->\n";
+
+#[test]
+fn the_page_of_arms_has_every_stroke_of_the_table() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/tentacle.md");
+    let page = fs::read_to_string(&path).unwrap();
+    let (head, rest) = page.split_once(STROKES_BEGIN).expect("the page says where its strokes begin");
+    let (_, tail) = rest.split_once("\n\nEach stroke").expect("the page goes on below its strokes");
+    let mut made = "\n| stroke | key | motion |\n|---|---|---|".to_owned();
+    for kind in STROKES {
+        let key = kind.key.map_or_else(String::new, |key| format!("`{key}`"));
+        write!(made, "\n| `{}` | {key} | {} |", kind.name, kind.meaning).unwrap();
+    }
+    let made = format!("{head}{STROKES_BEGIN}{made}\n\nEach stroke{tail}");
+    if std::env::var_os("HIPPOCAMP_WRITE_DOCS").is_some() {
+        fs::write(&path, made).unwrap();
+        return;
+    }
+    assert!(
+        page == made,
+        "docs/tentacle.md has other strokes: HIPPOCAMP_WRITE_DOCS=1 cargo test --test robot_files page"
     );
 }

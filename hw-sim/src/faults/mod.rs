@@ -1,6 +1,7 @@
 //! Which faults are active, and when. In: a script. Out: answers to "is this so now?" for one bus. Never acts
 //! itself.
 
+mod kinds;
 mod mistakes;
 mod pushes;
 mod reader;
@@ -14,11 +15,11 @@ mod writer;
 use crate::config::BusConfig;
 use crate::convert::nanoseconds;
 
+pub use kinds::{FaultKind, KINDS, Kind, Scope, words};
 use mistakes::Mistakes;
 pub use mistakes::{FaultError, Mistake};
 pub(crate) use pushes::Pushes;
-pub use reader::words;
-pub use script::{FaultKind, FaultScript, GroundChange, ScriptedFault, ScriptedPush, Target};
+pub use script::{FaultScript, GroundChange, ScriptedFault, ScriptedPush, Target};
 use timeline::{Fault, Timeline};
 
 /// Time without supply of a servo that is reset, ns: long enough for a motor step to see it.
@@ -40,12 +41,9 @@ impl BusFaults {
         self.faults.on(now_ns).filter(move |fault| fault.is_of(id))
     }
 
-    fn any_on(&self, now_ns: u64, id: u8, kind: FaultKind) -> bool {
+    /// True if a fault of this kind, which has no value of its own, is active on the servo.
+    pub(crate) fn has(&self, now_ns: u64, id: u8, kind: FaultKind) -> bool {
         self.on(now_ns, id).any(|fault| fault.kind == kind)
-    }
-
-    pub(crate) fn is_silent(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::Silent)
     }
 
     /// The id that the servo takes for its own, if not its real one; if several, the last it took.
@@ -66,10 +64,6 @@ impl BusFaults {
             .sum()
     }
 
-    pub(crate) fn garbles(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::Garbled)
-    }
-
     /// Share of the replies with scrambled content; the largest if there are several.
     pub(crate) fn scrambled_share(&self, now_ns: u64, id: u8) -> f64 {
         let shares = self.on(now_ns, id).map(|fault| match fault.kind {
@@ -79,29 +73,9 @@ impl BusFaults {
         shares.fold(0.0, f64::max)
     }
 
-    pub(crate) fn cuts_short(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::CutShort)
-    }
-
     /// True if the servo has no supply: its own plug is out, or it is being reset.
     pub(crate) fn takes_power(&self, now_ns: u64, id: u8) -> bool {
         self.on(now_ns, id).any(|fault| fault.kind == FaultKind::Reset || fault.is_one_plug())
-    }
-
-    pub(crate) fn overloads(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::Overload)
-    }
-
-    pub(crate) fn flips_a_bit(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::BitFlip)
-    }
-
-    pub(crate) fn makes_noise(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::Noise)
-    }
-
-    pub(crate) fn is_stuck(&self, now_ns: u64, id: u8) -> bool {
-        self.any_on(now_ns, id, FaultKind::Stuck)
     }
 
     pub(crate) fn echoes(&self, now_ns: u64) -> bool {
@@ -177,8 +151,7 @@ pub(crate) struct Assigned {
 impl FaultKind {
     /// True for faults of the inertial measurement unit.
     pub fn is_of_imu(self) -> bool {
-        use FaultKind::{ImuFrozen, ImuGarbled, ImuSilent, ImuUnplugged};
-        matches!(self, ImuFrozen | ImuGarbled | ImuSilent | ImuUnplugged)
+        self.scope() == Scope::Imu
     }
 }
 

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::script::{FaultKind, FaultScript, ScriptedPush};
+use super::kinds::FaultKind;
+use super::script::{FaultScript, ScriptedPush};
 use crate::body::Push;
 use crate::convert::nanoseconds;
 

@@ -6,123 +6,30 @@ use std::ops::RangeInclusive;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::kinds::{FaultKind, KINDS, Kind, PUSH_S, Scope};
 use super::mistakes::{FaultError, Mistake, Mistakes};
-use super::script::{FaultKind, FaultScript, GroundChange, Place, ScriptedFault, ScriptedPush, Target};
+use super::script::{FaultScript, GroundChange, Place, ScriptedFault, ScriptedPush, Target};
 use super::targets;
 use crate::body::Step;
 use crate::config::BusConfig;
-use crate::convert::nearest_u8;
-
-/// The target of a kind, which decides which keys it has.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Scope {
-    /// The host, once: no `for_s`, `bus` or `id`.
-    Host,
-    /// Whole buses: no `id`.
-    Buses,
-    Servos,
-    /// Servos, once: no `for_s`.
-    ServosOnce,
-    /// The inertial measurement unit: no `bus` or `id`.
-    Imu,
-    /// The trunk: no `bus` or `id`, and keys of its own.
-    Trunk,
-}
-
-/// A kind of fault in a script.
-struct Kind {
-    word: &'static str,
-    scope: Scope,
-    /// The key that only this kind has, its meaning, and its limits.
-    own: Option<(&'static str, &'static str, RangeInclusive<f64>)>,
-    /// Makes the fault from the value of that key; kinds without such a key ignore it.
-    make: fn(f64) -> FaultKind,
-}
-
-const fn kind(word: &'static str, scope: Scope, make: fn(f64) -> FaultKind) -> Kind {
-    Kind { word, scope, own: None, make }
-}
-
-static KINDS: [Kind; 22] = [
-    kind("silent", Scope::Servos, |_| FaultKind::Silent),
-    Kind {
-        own: Some(("delay_ms", "by how many ms replies come late", 0.0..=1e6)),
-        ..kind("slow", Scope::Servos, |delay_ms| FaultKind::Slow { delay_ms })
-    },
-    kind("bit-flip", Scope::Servos, |_| FaultKind::BitFlip),
-    kind("garbled", Scope::Servos, |_| FaultKind::Garbled),
-    Kind {
-        own: Some(("share", "which share of the replies says something else", 0.0..=1.0)),
-        ..kind("scrambled", Scope::Servos, |share| FaultKind::Scrambled { share })
-    },
-    kind("cut-short", Scope::Servos, |_| FaultKind::CutShort),
-    kind("noise", Scope::Servos, |_| FaultKind::Noise),
-    kind("echo", Scope::Buses, |_| FaultKind::Echo),
-    Kind {
-        own: Some(("as_id", "the id the servo takes for its own", 0.0..=253.0)),
-        ..kind("wrong-id", Scope::Servos, |as_id| FaultKind::WrongId { as_id: nearest_u8(as_id) })
-    },
-    kind("unplugged", Scope::Servos, |_| FaultKind::Unplugged),
-    Kind {
-        own: Some(("delay_ms", "by how many ms the host oversleeps", 0.0..=1e6)),
-        ..kind("late-host", Scope::Host, |delay_ms| FaultKind::LateHost { delay_ms })
-    },
-    kind("stuck", Scope::Servos, |_| FaultKind::Stuck),
-    kind("overload", Scope::Servos, |_| FaultKind::Overload),
-    kind("brown-out", Scope::Buses, |_| FaultKind::BrownOut),
-    kind("reset", Scope::ServosOnce, |_| FaultKind::Reset),
-    Kind {
-        own: Some(("volts", "the voltage of the supply", 0.0..=100.0)),
-        ..kind("low-voltage", Scope::Buses, |volts| FaultKind::LowVoltage { volts })
-    },
-    Kind {
-        own: Some(("celsius", "the temperature of the servo", -40.0..=200.0)),
-        ..kind("hot", Scope::Servos, |celsius| FaultKind::Hot { celsius })
-    },
-    kind("imu-silent", Scope::Imu, |_| FaultKind::ImuSilent),
-    kind("imu-frozen", Scope::Imu, |_| FaultKind::ImuFrozen),
-    kind("imu-garbled", Scope::Imu, |_| FaultKind::ImuGarbled),
-    kind("imu-unplugged", Scope::Imu, |_| FaultKind::ImuUnplugged),
-    kind("push", Scope::Trunk, |impulse_n_s| {
-        FaultKind::Push(ScriptedPush {
-            impulse_n_s,
-            for_s: PUSH_S,
-            towards_rad: None,
-            place_m: [0.0; 3],
-            every_s: None,
-        })
-    }),
-];
-
-/// The words of all kinds.
-pub fn words() -> impl Iterator<Item = &'static str> {
-    KINDS.iter().map(|kind| kind.word)
-}
-
-/// How long a push lasts if the script does not say, s: a shove with a hand.
-const PUSH_S: f64 = 0.1;
 
 /// Keys that only a push has.
 const PUSH_KEYS: [&str; 5] = ["impulse_n_s", "force_n", "direction_deg", "place_mm", "every_s"];
 
-/// Keys of all kinds of fault; some kinds lack those from `for_s` on.
-const KEYS: [&str; 15] = [
-    "kind",
-    "at_s",
-    "for_s",
-    "bus",
-    "id",
-    "delay_ms",
-    "share",
-    "as_id",
-    "volts",
-    "celsius",
-    "impulse_n_s",
-    "force_n",
-    "direction_deg",
-    "place_mm",
-    "every_s",
-];
+/// Keys of all kinds of fault.
+const COMMON_KEYS: [&str; 5] = ["kind", "at_s", "for_s", "bus", "id"];
+
+/// Every key of a fault; some kinds lack those from `for_s` on.
+fn keys() -> Vec<&'static str> {
+    let mut keys = COMMON_KEYS.to_vec();
+    for (key, ..) in KINDS.iter().filter_map(|kind| kind.own.as_ref()) {
+        if !keys.contains(key) {
+            keys.push(key);
+        }
+    }
+    keys.extend(PUSH_KEYS);
+    keys
+}
 
 const DIRECTION: &str = "a direction in degrees from ahead to the left";
 
@@ -258,7 +165,7 @@ struct Section<'a> {
 
 impl<'a> Section<'a> {
     fn read_fault(&mut self, entry: usize) -> ScriptedFault {
-        self.refuse_unknown(&KEYS);
+        self.refuse_unknown(&keys());
         let kind = self.read_kind();
         if let Some(kind) = kind {
             self.refuse_keys_of_others(kind);
@@ -402,7 +309,7 @@ impl<'a> Section<'a> {
 
     fn refuse_keys_of_others(&mut self, kind: &Kind) {
         let own = kind.own.as_ref().map(|(key, ..)| *key);
-        for key in &KEYS[2..] {
+        for key in &keys()[2..] {
             let belongs = match *key {
                 "for_s" => !matches!(kind.scope, Scope::Host | Scope::ServosOnce),
                 "bus" => !matches!(kind.scope, Scope::Host | Scope::Imu | Scope::Trunk),

@@ -1,74 +1,8 @@
 //! A list of faults. Knows no bus: names are looked up when a world is built.
 
+use super::kinds::FaultKind;
 use super::mistakes::{FaultError, Mistake, Mistakes};
 use crate::body::{Ground, Step};
-
-/// Kinds of fault.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FaultKind {
-    /// The servo neither listens nor answers; its motor continues with its last command.
-    Silent,
-    /// Replies come late.
-    Slow {
-        /// Delay, ms.
-        delay_ms: f64,
-    },
-    /// One bit of each reply flips on the way to the host; in a fast sync read, one in the servo's own block.
-    BitFlip,
-    /// Every byte of each reply is changed.
-    Garbled,
-    /// The content of a reply is changed but header, id and length stay true: 1 in 256 passes an 8-bit sum.
-    Scrambled {
-        /// Share of the replies affected, 0 to 1.
-        share: f64,
-    },
-    /// Each reply stops before its end.
-    CutShort,
-    /// Random bytes precede each reply.
-    Noise,
-    /// The adapter gives the host back what it sends.
-    Echo,
-    /// The servo takes another servo's id for its own: two servos answer to one id and talk over each other.
-    WrongId {
-        /// The wrong id.
-        as_id: u8,
-    },
-    /// For a whole bus, the adapter is gone; for one servo, its plug is out, and its supply with it.
-    Unplugged,
-    /// The host oversleeps once.
-    LateHost {
-        /// Delay, ms.
-        delay_ms: f64,
-    },
-    /// The shaft does not turn, whatever the torque.
-    Stuck,
-    /// The servo's overload protection detects an overload.
-    Overload,
-    /// The supply of the whole bus is gone; when it returns, the servos restart.
-    BrownOut,
-    /// The servo restarts, once.
-    Reset,
-    /// The supply of the whole bus changes to the given voltage.
-    LowVoltage {
-        /// The voltage, V.
-        volts: f64,
-    },
-    /// Something pushes the trunk.
-    Push(ScriptedPush),
-    /// The servo has the given temperature; afterwards it cools normally.
-    Hot {
-        /// The temperature, °C.
-        celsius: f64,
-    },
-    /// The inertial measurement unit sends nothing.
-    ImuSilent,
-    /// It repeats its last output.
-    ImuFrozen,
-    /// Every byte it sends is changed.
-    ImuGarbled,
-    /// Its adapter is gone.
-    ImuUnplugged,
-}
 
 /// A push of the trunk.
 #[derive(Debug, Clone, Copy, PartialEq)]

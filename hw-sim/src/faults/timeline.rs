@@ -1,7 +1,7 @@
 //! Faults in the order they begin, so that a look-up of the active ones need not search all: a script of hours has
 //! thousands. In: faults. Out: the active ones.
 
-use super::script::FaultKind;
+use super::kinds::FaultKind;
 
 /// One fault on one bus.
 #[derive(Debug, Clone, Copy)]

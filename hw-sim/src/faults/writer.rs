@@ -2,37 +2,8 @@
 
 use std::fmt::Write;
 
-use super::script::{FaultKind, FaultScript, ScriptedFault};
-
-impl FaultKind {
-    /// Its name in scripts.
-    pub fn name(self) -> &'static str {
-        match self {
-            FaultKind::Silent => "silent",
-            FaultKind::Slow { .. } => "slow",
-            FaultKind::BitFlip => "bit-flip",
-            FaultKind::Garbled => "garbled",
-            FaultKind::Scrambled { .. } => "scrambled",
-            FaultKind::CutShort => "cut-short",
-            FaultKind::Noise => "noise",
-            FaultKind::Echo => "echo",
-            FaultKind::WrongId { .. } => "wrong-id",
-            FaultKind::Unplugged => "unplugged",
-            FaultKind::LateHost { .. } => "late-host",
-            FaultKind::Stuck => "stuck",
-            FaultKind::Overload => "overload",
-            FaultKind::BrownOut => "brown-out",
-            FaultKind::Reset => "reset",
-            FaultKind::LowVoltage { .. } => "low-voltage",
-            FaultKind::Push(_) => "push",
-            FaultKind::Hot { .. } => "hot",
-            FaultKind::ImuSilent => "imu-silent",
-            FaultKind::ImuFrozen => "imu-frozen",
-            FaultKind::ImuGarbled => "imu-garbled",
-            FaultKind::ImuUnplugged => "imu-unplugged",
-        }
-    }
-}
+use super::kinds::FaultKind;
+use super::script::{FaultScript, ScriptedFault};
 
 impl FaultScript {
     /// A script of these faults, on the robot's own ground.
@@ -53,23 +24,18 @@ fn one(fault: &ScriptedFault) -> String {
         let _ = writeln!(text, "{key} = {value:?}");
     };
     let mut for_s = fault.for_s;
-    match fault.kind {
-        FaultKind::Slow { delay_ms } | FaultKind::LateHost { delay_ms } => key("delay_ms", delay_ms),
-        FaultKind::Scrambled { share } => key("share", share),
-        FaultKind::WrongId { as_id } => key("as_id", f64::from(as_id)),
-        FaultKind::LowVoltage { volts } => key("volts", volts),
-        FaultKind::Hot { celsius } => key("celsius", celsius),
-        FaultKind::Push(push) => {
-            key("impulse_n_s", push.impulse_n_s);
-            for_s = Some(push.for_s);
-            push.towards_rad
-                .into_iter()
-                .for_each(|towards_rad| key("direction_deg", towards_rad.to_degrees()));
-            push.every_s.into_iter().for_each(|every_s| key("every_s", every_s));
-            let [x, y, z] = push.place_m.map(|metres| metres * 1000.0);
-            let _ = writeln!(text, "place_mm = [{x:?}, {y:?}, {z:?}]");
-        }
-        _ => {}
+    if let (Some((own, ..)), Some(value)) =
+        (fault.kind.entry().and_then(|kind| kind.own.as_ref()), fault.kind.own())
+    {
+        key(own, value);
+    }
+    if let FaultKind::Push(push) = fault.kind {
+        key("impulse_n_s", push.impulse_n_s);
+        for_s = Some(push.for_s);
+        push.towards_rad.into_iter().for_each(|towards_rad| key("direction_deg", towards_rad.to_degrees()));
+        push.every_s.into_iter().for_each(|every_s| key("every_s", every_s));
+        let [x, y, z] = push.place_m.map(|metres| metres * 1000.0);
+        let _ = writeln!(text, "place_mm = [{x:?}, {y:?}, {z:?}]");
     }
     if let Some(for_s) = for_s {
         let _ = writeln!(text, "for_s = {for_s:?}");

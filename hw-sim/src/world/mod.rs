@@ -15,7 +15,7 @@ use crate::bus::{Bus, HeardRequest};
 use crate::config::{BusConfig, ServoConfig};
 use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
-use crate::faults::{Assigned, FaultScript, HostStalls, ImuFaults, Pushes};
+use crate::faults::{Assigned, FaultKind, FaultScript, HostStalls, ImuFaults, Pushes};
 use crate::imu::Imu;
 use crate::servo::{Servo, Surroundings};
 use crate::wire::WireStatistics;
@@ -322,7 +322,7 @@ impl World {
             let supply_v = bus.volts(now_ns);
             for place in 0..bus.servos.len() {
                 let id = bus.home_id(place);
-                let is_stuck = bus.faults.is_stuck(now_ns, id);
+                let is_stuck = bus.faults.has(now_ns, id, FaultKind::Stuck);
                 let has_power = supply_v >= bus.servos[place].model.brown_out_v();
                 let has_power = has_power && !bus.faults.takes_power(now_ns, id);
                 bus.set_power(place, has_power, now_ns);
@@ -358,7 +358,7 @@ impl World {
                 let Some(shaft) = shafts.next() else { return };
                 let id = bus.home_id(place);
                 let celsius = bus.faults.celsius(now_ns, id);
-                let is_overloaded = bus.faults.overloads(now_ns, id);
+                let is_overloaded = bus.faults.has(now_ns, id, FaultKind::Overload);
                 let around = Surroundings { now_ns, dt_s, supply_v, celsius, is_overloaded };
                 bus.servos[place].observe(shaft, &around);
             }

@@ -2,6 +2,7 @@
 
 use super::World;
 use crate::bus::Bus;
+use crate::faults::FaultKind;
 
 /// One servo: its own registers and its shaft, whatever it reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,7 +55,7 @@ impl Bus {
         let (id, servo) = (self.home_id(place), &self.servos[place]);
         servo.is_awake()
             && !self.is_unplugged(now_ns)
-            && !self.faults.is_silent(now_ns, id)
+            && !self.faults.has(now_ns, id, FaultKind::Silent)
             && self.faults.wrong_id(now_ns, id).is_none_or(|wrong_id| wrong_id == id)
             && self.is_tuned(servo)
     }

@@ -12,6 +12,7 @@ use super::super::{BadInput, UnitArguments, seed, unit};
 use crate::config::UnitFile;
 use crate::ik::Method;
 use crate::model::Robot;
+use crate::motion::tentacle::strokes::STROKES;
 use crate::output::{Outputs, Place, Writing};
 use crate::recording::RECORD_MAX;
 
@@ -27,8 +28,7 @@ pub(in crate::cli) struct RunArguments {
     /// top speed].
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     pub(in crate::cli) speed: Option<f64>,
-    /// For arms: one stroke (sway, walk, swim, reach, path, wind, rest, park) instead of a show of all of them.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["gait", "speed"], help = stroke_help())]
     pub(in crate::cli) stroke: Option<String>,
     /// For arms: the tempo, as a multiple of the robot file's.
     #[arg(long, value_name = "TIMES", requires = "stroke", allow_negative_numbers = true)]
@@ -94,6 +94,12 @@ pub(super) struct Places {
     pub(super) page: Option<Place>,
     pub(super) record: Option<Place>,
     pub(super) report: Option<Place>,
+}
+
+/// The help of `--stroke`: every stroke of the table.
+fn stroke_help() -> String {
+    let names: Vec<_> = STROKES.iter().map(|kind| kind.name).collect();
+    format!("For arms: one stroke ({}) instead of a show of all of them", names.join(", "))
 }
 
 /// Checks that `robot` can run at all, and for as long as `options` say.

@@ -2,7 +2,8 @@
 
 use crate::kinds::{Asked, Refusal};
 use crate::model::TentacleMotion;
-use crate::motion::{Stroke, StrokeCommand};
+use crate::motion::StrokeCommand;
+use crate::motion::tentacle::strokes::{self, Needs, STROKES};
 
 /// The stroke that the user asked for, if any.
 pub(super) fn command(
@@ -18,11 +19,17 @@ pub(super) fn command(
         return Err(Refusal(said.to_owned()));
     }
     let Some(name) = asked.stroke else { return Ok(None) };
-    let Some(stroke) = Stroke::named(name, tentacle) else {
-        let known: Vec<&str> = Stroke::PLACELESS.iter().map(|(name, _)| *name).collect();
+    let Some(stroke) = strokes::named(name, tentacle) else {
+        let of = |needs: &[Needs]| {
+            let kinds = STROKES.iter().filter(|kind| needs.contains(&kind.needs));
+            kinds.map(|kind| kind.name).collect::<Vec<_>>().join(", ")
+        };
         return Err(Refusal(format!(
-            "--stroke {name}: expected one of {}; and reach, path or wind where the robot file names reach_mm, a path or a pole",
-            known.join(", ")
+            "--stroke {name}: expected one of {}; or, where the robot file names reach_mm, {}; a path, {}; a pole, {}",
+            of(&[Needs::Nothing]),
+            of(&[Needs::Point]),
+            of(&[Needs::Path]),
+            of(&[Needs::Pole]),
         )));
     };
     let tempo = asked.tempo.unwrap_or(1.0);

@@ -3,13 +3,13 @@
 use crate::chance::Chance;
 use crate::kinds::TOO_MUCH;
 use crate::model::TentacleMotion;
+use crate::motion::tentacle::strokes::STROKES;
 use crate::motion::{Stroke, StrokeCommand};
 
 /// Any stroke of these arms.
 pub(super) fn command(chance: &mut Chance, tentacle: &TentacleMotion) -> StrokeCommand {
-    let names = ["park", "rest", "sway", "walk", "swim", "let-go", "reach", "path", "wind"];
-    let known: Vec<Stroke> = names.iter().filter_map(|name| Stroke::named(name, tentacle)).collect();
-    let stroke = chance.one_of(&known).copied().unwrap_or_default();
+    let known: Vec<Stroke> = STROKES.iter().filter_map(|kind| kind.in_file(tentacle)).collect();
+    let stroke = chance.one_of(&known).copied().unwrap_or(Stroke::REST);
     StrokeCommand {
         tempo: chance.between(0.2, TOO_MUCH),
         turn_rad: if chance.is(0.3) { chance.between(-1.5, 1.5) } else { 0.0 },

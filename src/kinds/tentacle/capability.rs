@@ -11,8 +11,8 @@ use crate::motion::tentacle::TentaclePlan;
 pub struct TentacleCapability {
     /// Static load of each joint, in the robot's order.
     pub loads: Vec<Load>,
-    /// Fastest swaying, walking and swimming, as multiples of the robot file's tempo.
-    pub tempo_max: [f64; 3],
+    /// Fastest tempo of each stroke, as in [`TentaclePlan::tempo_max`].
+    pub tempo_max: Vec<f64>,
 }
 
 impl TentacleCapability {
@@ -27,6 +27,6 @@ impl TentacleCapability {
 
     /// A plan to carry out `command`.
     pub fn plan(&self, robot: &Robot, tentacle: &TentacleMotion, command: StrokeCommand) -> TentaclePlan {
-        TentaclePlan { tempo_max: self.tempo_max, ..TentaclePlan::new(robot, tentacle, command) }
+        TentaclePlan { tempo_max: self.tempo_max.clone(), ..TentaclePlan::new(robot, tentacle, command) }
     }
 }

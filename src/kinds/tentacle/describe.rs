@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use super::{Tentacle, TentacleCapability};
 use crate::kinds::loads::{self, LASTING_SHARE, Load};
 use crate::model::{ArmGeometry, Carrier, Robot, TentacleMotion};
-use crate::motion::tentacle::KEYED;
+use crate::motion::tentacle::strokes::STROKES;
 
 /// Lines of its arms, strokes and loads.
 pub(super) fn arms_and_strokes(tentacle: &Tentacle, robot: &Robot) -> String {
@@ -42,8 +42,9 @@ fn write_tempos(
     capability: &TentacleCapability,
 ) -> fmt::Result {
     writeln!(text, "\n{:<24} {:>16}  {:>9}", "stroke", "at tempo 1, s", "tempo max")?;
-    for (stroke, tempo) in KEYED.iter().zip(capability.tempo_max) {
-        writeln!(text, "{:<24} {:>16.2}  {tempo:>9.2}", stroke.name(), tentacle.stroke_time_s)?;
+    let tempos = STROKES.iter().zip(&capability.tempo_max);
+    for (stroke, tempo) in tempos.filter(|(stroke, _)| stroke.is_rhythmic) {
+        writeln!(text, "{:<24} {:>16.2}  {tempo:>9.2}", stroke.name, tentacle.stroke_time_s)?;
     }
     Ok(())
 }

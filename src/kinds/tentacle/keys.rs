@@ -2,11 +2,9 @@
 
 use crate::kinds::KeyDriver;
 use crate::model::TentacleMotion;
+use crate::motion::tentacle::strokes::STROKES;
 use crate::motion::{Order, Stroke, StrokeCommand};
 use crate::operator::{Ending, Instruction, Key};
-
-/// Strokes of the keys 1, 2 and so on.
-const KEYS: [&str; 7] = ["sway", "walk", "swim", "reach", "wind", "let-go", "path"];
 
 /// Steps of tempo from zero to the robot file's, and the most steps.
 const TEMPO_STEPS: i8 = 10;
@@ -18,8 +16,8 @@ const TURN_STEPS_MAX: i8 = 9;
 /// The orders for arms by keys so far; at first, to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrokeKeys {
-    /// Strokes of the keys 1, 2 and so on; `None` if the robot file has no place for the stroke.
-    strokes: [Option<Stroke>; KEYS.len()],
+    /// Every stroke with a key, by its key; `None` if the robot file has no place for the stroke.
+    strokes: Vec<(char, Option<Stroke>)>,
     stroke: Stroke,
     tempo: i8,
     turn: i8,
@@ -29,21 +27,18 @@ pub struct StrokeKeys {
 impl StrokeKeys {
     /// For arms with these settings.
     pub fn new(tentacle: &TentacleMotion) -> StrokeKeys {
-        StrokeKeys {
-            strokes: KEYS.map(|name| Stroke::named(name, tentacle)),
-            stroke: Stroke::Rest,
-            tempo: TEMPO_STEPS,
-            turn: 0,
-            ending: Ending::default(),
-        }
+        let mut strokes: Vec<_> =
+            STROKES.iter().filter_map(|kind| Some((kind.key?, kind.in_file(tentacle)))).collect();
+        strokes.sort_by_key(|(key, _)| *key);
+        StrokeKeys { strokes, stroke: Stroke::REST, tempo: TEMPO_STEPS, turn: 0, ending: Ending::default() }
     }
 }
 
 impl KeyDriver for StrokeKeys {
     fn help(&self) -> Vec<String> {
-        let strokes = self.strokes.iter().zip(1..);
+        let strokes = self.strokes.iter();
         let strokes: Vec<String> =
-            strokes.filter_map(|(stroke, key)| Some(format!("{key} {}", stroke.as_ref()?.name()))).collect();
+            strokes.filter_map(|(key, stroke)| Some(format!("{key} {}", stroke.as_ref()?.name))).collect();
         vec![
             format!("strokes              {}", strokes.join(", ")),
             "up, down or w, s     faster, slower".to_owned(),
@@ -64,18 +59,16 @@ impl KeyDriver for StrokeKeys {
             Key::Down | Key::Character('s') => self.tempo = (self.tempo - 1).max(0),
             Key::Left | Key::Character('a') => self.turn = (self.turn + 1).min(TURN_STEPS_MAX),
             Key::Right | Key::Character('d') => self.turn = (self.turn - 1).max(-TURN_STEPS_MAX),
-            Key::Character(' ' | '0') => self.stroke = Stroke::Rest,
-            Key::Character('p') => self.stroke = Stroke::Park,
-            Key::Character(digit @ '1'..='7') => {
-                let place = digit.to_digit(10).and_then(|digit| usize::try_from(digit).ok()).unwrap_or(1) - 1;
-                match self.strokes[place] {
-                    Some(stroke) => self.stroke = stroke,
-                    None => {
-                        return Some("the robot file names no place for that: see reach_mm, pole and path");
-                    }
+            Key::Character(' ' | '0') => self.stroke = Stroke::REST,
+            Key::Character('p') => self.stroke = Stroke::PARK,
+            Key::Character(key) => match self.strokes.iter().find(|(known, _)| *known == key) {
+                Some((_, Some(stroke))) => self.stroke = *stroke,
+                Some((_, None)) => {
+                    return Some("the robot file names no place for that: see reach_mm, pole and path");
                 }
-            }
-            Key::Character(_) | Key::Escape | Key::Gone => {}
+                None => {}
+            },
+            Key::Escape | Key::Gone => {}
         }
         None
     }
@@ -94,6 +87,7 @@ impl KeyDriver for StrokeKeys {
 mod tests {
     use super::*;
     use crate::config;
+    use crate::motion::Place;
 
     fn typed(text: &str) -> (Instruction, Option<&'static str>) {
         let robot = config::parse(include_str!("../../../config/tentacle.toml"), "tentacle").unwrap().robot;
@@ -116,12 +110,20 @@ mod tests {
     fn arms_rest_until_a_key_is_pressed_and_go_from_stroke_to_stroke() {
         assert_eq!(command(""), StrokeCommand::default());
         let strokes = ["1", "2", "3", "12", "2 ", "3p"].map(|text| command(text).stroke);
-        let expected = [Stroke::Sway, Stroke::Walk, Stroke::Swim, Stroke::Walk, Stroke::Rest, Stroke::Park];
-        assert_eq!(strokes, expected);
-        assert!(matches!(command("4").stroke, Stroke::Reach { .. }));
-        assert!(matches!(command("5").stroke, Stroke::Wind(_)));
-        assert_eq!(command("6").stroke, Stroke::LetGo);
-        assert!(matches!(command("7").stroke, Stroke::Path(_)));
+        assert_eq!(strokes.map(|stroke| stroke.name), ["sway", "walk", "swim", "walk", "rest", "park"]);
+        assert!(matches!(command("4").stroke, Stroke { name: "reach", place: Place::Point { .. } }));
+        assert!(matches!(command("5").stroke, Stroke { name: "wind", place: Place::Pole(_) }));
+        assert_eq!(command("6").stroke, Stroke::LET_GO);
+        assert!(matches!(command("7").stroke, Stroke { name: "path", place: Place::Path(_) }));
+    }
+
+    #[test]
+    fn every_key_of_the_table_asks_for_its_stroke() {
+        for kind in STROKES {
+            if let Some(key) = kind.key {
+                assert_eq!(command(&key.to_string()).stroke.name, kind.name, "by {key}");
+            }
+        }
     }
 
     #[test]

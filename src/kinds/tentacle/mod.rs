@@ -11,7 +11,7 @@ mod tempo;
 use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskError, Words};
 use crate::chance::Chance;
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::tentacle::KEYED;
+use crate::motion::tentacle::strokes::STROKES;
 use crate::motion::{Order, Plan, StrokeCommand};
 use crate::operator::Script;
 use crate::recording::Task;
@@ -75,11 +75,11 @@ impl Kind for Tentacle {
         let mut remarks = Vec::new();
         for entry in &script.entries {
             let Order::Perform(command) = entry.order else { continue };
-            let tempos = KEYED.iter().zip(self.capability.tempo_max);
-            for (stroke, most) in tempos.filter(|(stroke, _)| **stroke == command.stroke) {
-                if command.tempo > most {
+            let tempos = STROKES.iter().zip(&self.capability.tempo_max);
+            for (stroke, most) in tempos.filter(|(stroke, _)| stroke.name == command.stroke.name) {
+                if command.tempo > *most {
                     let (place, tempo) = (format!("{file_name}:{}", entry.line), command.tempo);
-                    let stroke = stroke.name();
+                    let stroke = stroke.name;
                     remarks
                         .push(format!("{place}: tempo {tempo} is too fast for {stroke}: held at {most:.2}"));
                 }

@@ -1,7 +1,8 @@
 //! A show: a script of strokes on repeat; parks the arms when they get hot or a person asks for it.
 
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::{Order, Stroke, StrokeCommand};
+use crate::motion::tentacle::strokes::STROKES;
+use crate::motion::{Order, Place, Stroke, StrokeCommand};
 use crate::operator::{Entry, Instruction, Key, Playback, Script};
 use crate::signals::Status;
 
@@ -9,9 +10,8 @@ use crate::signals::Status;
 /// than that, K.
 const HOT_BELOW_C: f64 = 5.0;
 const COOLER_BY_C: f64 = 5.0;
-/// How long arms hold a reach, how long they hold a pole, and how long they rest at the end, s.
-const REACH_S: f64 = 4.0;
-const HOLD_S: f64 = 5.0;
+/// How long arms let go of a pole, as a multiple of the stroke's time, and how long they rest at the end, s.
+const LET_GO_STROKES: f64 = 2.0;
 const REST_S: f64 = 4.0;
 
 /// A show in progress.
@@ -38,26 +38,20 @@ impl Show {
 
     /// A script of every stroke these arms can do, one after the other, on repeat, for `for_s`.
     pub fn of_all_strokes(tentacle: &TentacleMotion, for_s: f64) -> Script {
-        let stroke_s = tentacle.stroke_time_s;
-        let [reach, path, wind] = ["reach", "path", "wind"].map(|name| Stroke::named(name, tentacle));
-        let parts = [
-            (Some(Stroke::Sway), 2.0 * stroke_s),
-            (Some(Stroke::Walk), 3.0 * stroke_s),
-            (Some(Stroke::Swim), 3.0 * stroke_s),
-            (reach, REACH_S),
-            (path, 2.0 * stroke_s + REACH_S),
-            // Arms rest, lie along the pole, wind round it and hold it.
-            (wind, 2.0 * stroke_s + HOLD_S),
-            (wind.map(|_| Stroke::LetGo), 2.0 * stroke_s),
-            (Some(Stroke::Park), REST_S),
-        ];
         let mut entries = Vec::new();
         let mut time_s = 0.0;
-        for (stroke, lasts_s) in parts {
-            let Some(stroke) = stroke else { continue };
+        let mut add = |stroke, lasts_s| {
             entries.push(Entry { time_s, order: Order::Perform(StrokeCommand::of(stroke)), line: 0 });
             time_s += lasts_s;
+        };
+        for kind in STROKES {
+            let (Some(shown), Some(stroke)) = (kind.shown, kind.in_file(tentacle)) else { continue };
+            add(stroke, shown.strokes * tentacle.stroke_time_s + shown.hold_s);
+            if let Place::Pole(_) = stroke.place {
+                add(Stroke::LET_GO, LET_GO_STROKES * tentacle.stroke_time_s);
+            }
         }
+        add(Stroke::PARK, REST_S);
         Script {
             before: Order::Perform(StrokeCommand::default()),
             entries,
@@ -107,7 +101,7 @@ impl Show {
         };
         let waits = self.is_cooling || self.is_parked;
         let said = self.playback.instruction_unless(status, waits);
-        let park = Order::Perform(StrokeCommand::of(Stroke::Park));
+        let park = Order::Perform(StrokeCommand::of(Stroke::PARK));
         let instruction = if waits && !said.order.is_stop() { park.into() } else { said };
         (self.ending.unwrap_or(instruction), note)
     }
@@ -140,11 +134,11 @@ mod tests {
         let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1000.0);
         let period_s = script.repeats_after_s.unwrap();
         let mut show = Show::new(&robot, script);
-        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::Sway);
+        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::of("sway"));
         for round in 0..5 {
             let begin_s = f64::from(round) * period_s;
-            assert_eq!(stroke(show.instruction(&status(begin_s + 0.5, 30.0)).0), Stroke::Sway);
-            assert_eq!(stroke(show.instruction(&status(begin_s + period_s - 0.5, 30.0)).0), Stroke::Park);
+            assert_eq!(stroke(show.instruction(&status(begin_s + 0.5, 30.0)).0), Stroke::of("sway"));
+            assert_eq!(stroke(show.instruction(&status(begin_s + period_s - 0.5, 30.0)).0), Stroke::PARK);
         }
         assert_eq!(show.instruction(&status(1001.0, 30.0)).0.order, Order::Stop);
     }
@@ -155,19 +149,23 @@ mod tests {
         let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1e6);
         let mut show = Show::new(&robot, script);
         let hot_c = robot.safety.temperature_c - 4.0;
-        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::Sway);
+        assert_eq!(stroke(show.instruction(&status(0.0, 30.0)).0), Stroke::of("sway"));
         let (instruction, note) = show.instruction(&status(1.0, hot_c));
-        assert_eq!(stroke(instruction), Stroke::Park);
+        assert_eq!(stroke(instruction), Stroke::PARK);
         assert!(note.is_some_and(|note| note.contains("hot")));
         // A little cooler does not count as cool.
-        assert_eq!(stroke(show.instruction(&status(100.0, hot_c - 3.0)).0), Stroke::Park);
-        assert_eq!(stroke(show.instruction(&status(199.99, hot_c - 3.0)).0), Stroke::Park);
-        assert_eq!(stroke(show.instruction(&status(200.0, 30.0)).0), Stroke::Sway, "its time stood still");
+        assert_eq!(stroke(show.instruction(&status(100.0, hot_c - 3.0)).0), Stroke::PARK);
+        assert_eq!(stroke(show.instruction(&status(199.99, hot_c - 3.0)).0), Stroke::PARK);
+        assert_eq!(
+            stroke(show.instruction(&status(200.0, 30.0)).0),
+            Stroke::of("sway"),
+            "its time stood still"
+        );
         show.press(Key::Character('p'));
-        assert_eq!(stroke(show.instruction(&status(200.01, 30.0)).0), Stroke::Park);
-        assert_eq!(stroke(show.instruction(&status(399.99, 30.0)).0), Stroke::Park);
+        assert_eq!(stroke(show.instruction(&status(200.01, 30.0)).0), Stroke::PARK);
+        assert_eq!(stroke(show.instruction(&status(399.99, 30.0)).0), Stroke::PARK);
         show.press(Key::Character('p'));
-        assert_eq!(stroke(show.instruction(&status(400.0, 30.0)).0), Stroke::Sway);
+        assert_eq!(stroke(show.instruction(&status(400.0, 30.0)).0), Stroke::of("sway"));
         show.press(Key::Character('q'));
         assert_eq!(show.instruction(&status(401.0, 30.0)).0.order, Order::Stop);
     }

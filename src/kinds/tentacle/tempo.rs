@@ -1,8 +1,9 @@
-//! The fastest tempo at which arms can sway, walk and swim within the limits of their joints.
+//! The fastest tempo at which arms can perform rhythmic strokes within the limits of their joints.
 
 use crate::ik::{Limbs, Method};
 use crate::model::{Joint, Robot};
-use crate::motion::tentacle::{KEYED, Performer, TentaclePlan};
+use crate::motion::tentacle::strokes::{STROKES, StrokeKind};
+use crate::motion::tentacle::{Performer, TentaclePlan};
 use crate::motion::{Stroke, StrokeCommand};
 use crate::signals::{JointTargets, State, Targets};
 
@@ -11,7 +12,7 @@ use crate::signals::{JointTargets, State, Targets};
 const RATE_SHARE: f64 = 0.5;
 const ACCELERATION_SHARE: f64 = 0.4;
 /// Number of strokes checked, after a first one in which the arms get under way: a sway does not repeat.
-const STROKES: f64 = 3.0;
+const CHECKED: f64 = 3.0;
 /// Most steps in which they are checked: a thousand per stroke.
 const STEPS_MAX: f64 = 4000.0;
 /// Most corrections that move arms apart, each of which takes a while: strokes in which arms come near to
@@ -20,14 +21,18 @@ const CORRECTIONS_MAX: u64 = 10_000;
 /// Highest tempo, as a multiple of the robot file's: faster strokes are of no use.
 const TEMPO_MAX: f64 = 4.0;
 
-/// The fastest tempo of each stroke by key angles, in the order of [`KEYED`].
-pub(super) fn of_strokes(robot: &Robot, plan: &TentaclePlan) -> [f64; 3] {
-    KEYED.map(|stroke| of_stroke(robot, plan, stroke))
+/// The fastest tempo of each stroke, in the order of [`STROKES`]; infinite for strokes without a rhythm.
+pub(super) fn of_strokes(robot: &Robot, plan: &TentaclePlan) -> Vec<f64> {
+    let tempo_max = |kind: &StrokeKind| match kind.is_rhythmic {
+        true => of_stroke(robot, plan, Stroke::of(kind.name)),
+        false => f64::INFINITY,
+    };
+    STROKES.iter().map(tempo_max).collect()
 }
 
 fn of_stroke(robot: &Robot, plan: &TentaclePlan, stroke: Stroke) -> f64 {
     let begin_s = plan.settings.stroke_time_s.max(2.0);
-    let end_s = begin_s + STROKES * plan.settings.stroke_time_s;
+    let end_s = begin_s + CHECKED * plan.settings.stroke_time_s;
     let robot = &robot.with_period_of_at_least(end_s / STEPS_MAX);
     let dt_s = robot.period_s();
     let mut performer = Performer::new(robot, plan);

@@ -10,7 +10,8 @@ mod poise;
 use glam::DVec3;
 
 use super::legged::LeggedGenerator;
-use crate::model::FigureMotion;
+use crate::model::{FigureMotion, Robot};
+use crate::motion::{Generate, Planned};
 pub use poise::{Poise, Stance};
 
 /// A figure from limp to limp.
@@ -37,6 +38,12 @@ pub struct FigurePlan {
 }
 
 impl FigurePlan {
+    /// Name of the pose to take.
+    pub fn pose_name(&self) -> &str {
+        let poses = &self.settings.poses;
+        poses.get(self.pose).or(poses.first()).map_or("", |pose| &pose.name)
+    }
+
     /// The trunk's posture in pose number `pose`; as in the stand if there is no such pose.
     pub fn stance(&self, pose: usize) -> Stance {
         let of = |pose: usize| Some((self.settings.poses.get(pose)?, self.forward_m.get(pose)?));
@@ -48,5 +55,19 @@ impl FigurePlan {
             sway_m: pose.sway_m,
             forward_m: *forward_m,
         }
+    }
+}
+
+impl Planned for FigurePlan {
+    fn resting_pose_rad(&self) -> &[f64] {
+        &self.sit_pose_rad
+    }
+
+    fn done(&self) -> &'static str {
+        "stood for the time asked"
+    }
+
+    fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
+        Box::new(FigureGenerator::new(robot, Poise::standing(robot, self.clone()), move_for_s))
     }
 }

@@ -21,10 +21,10 @@ mod walk;
 
 use glam::DVec3;
 
-use crate::model::HorseMotion;
+use crate::model::{HorseMotion, Robot};
 use crate::motion::curves::SwingCurve;
 use crate::motion::legged::LeggedGenerator;
-use crate::motion::{Command, GaitChoice};
+use crate::motion::{Command, GaitChoice, Generate, Plan, Planned};
 pub use clock::StrideClock;
 pub use drive::Drive;
 pub use posture::Attitude;
@@ -92,6 +92,11 @@ impl HorsePlan {
             GaitChoice::Auto => "auto",
             GaitChoice::Gait(gait) => self.settings.gaits.get(gait).map_or("stand", |gait| &gait.name),
         }
+    }
+
+    /// Name of the gait that it asks for.
+    pub fn commanded_gait(&self) -> &str {
+        self.gait_name(self.command.gait)
     }
 
     /// The choice of gait with that name; `None` if there is no such gait.
@@ -220,5 +225,27 @@ impl HorsePlan {
                 .clamp(-(backward_m_s - by_turn_m_s).max(0.0), (forward_m_s - by_turn_m_s).max(0.0)),
             yaw_rate_rad_s,
         }
+    }
+}
+
+impl Planned for HorsePlan {
+    fn resting_pose_rad(&self) -> &[f64] {
+        &self.sit_pose_rad
+    }
+
+    fn done(&self) -> &'static str {
+        "walked for the time asked"
+    }
+
+    fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
+        Box::new(HorseGenerator::new(robot, Drive::standing(self.clone()), move_for_s))
+    }
+
+    fn gait(&self) -> Option<(&str, f64)> {
+        Some((self.commanded_gait(), self.command.speed_m_s))
+    }
+
+    fn at_share(&self, gait: GaitChoice, speed_share: f64) -> Option<Plan> {
+        Some(self.clone().at_share(gait, speed_share).into())
     }
 }

@@ -3,15 +3,17 @@
 use glam::{DQuat, DVec3};
 
 use super::TentaclePlan;
-use super::performer::Keyed;
+use super::key_stroke::Part;
 use super::progress::RAMP_SHARE;
-use super::pseudo_targets::Turn;
-use super::stroke::{Part, Strokes};
+use super::pseudo_targets::{Turn, places};
 use super::variation::Variation;
 use super::winding::{Winding, least_radius_m};
 use crate::model::tendon::SectionBend;
 use crate::model::{ArmGeometry, ArmSettings, GROUPS, Joint, Pole, Robot, TendonDrive};
 use crate::signals::{ArmAim, ArmTarget};
+
+/// Largest speed of a tip along a path or after a point, arm lengths per s.
+pub(super) const TIP_LENGTHS_S: f64 = 0.5;
 
 /// Share of its joints' speed and acceleration limits that winding may use.
 const WIND_SHARE: f64 = 0.5;
@@ -33,7 +35,9 @@ pub(super) struct ArmPlan {
     /// The least radius it can bend to, m.
     least_radius_m: f64,
     pub(super) radius_m: f64,
-    strokes: Strokes,
+    /// Its role among its neighbours, and its own random numbers, from the first on.
+    pub(super) part: Part,
+    pub(super) variation: Variation,
     /// Largest bending speed of its slowest joint while it winds, rad/s, and acceleration, rad/s^2.
     bend_rad_s: f64,
     bend_rad_s2: f64,
@@ -55,7 +59,7 @@ impl ArmPlan {
         let chain = &robot.chains[arm.chain];
         let geometry = ArmGeometry::of(chain, robot.joints_of(chain)).ok()?;
         let angles = plan.park_pose_rad[chain.joints.clone()].iter().copied();
-        let places = robot.places_in_body(chain, angles);
+        let ends = robot.places_in_body(chain, angles);
         let part =
             Part { role: arm.role, is_right: chain.root_m.y < 0.0, walk_plane_rad: arm.stroke_plane_rad };
         let first_outer =
@@ -76,16 +80,13 @@ impl ArmPlan {
             tendons: chain.tendons.clone(),
             least_radius_m: least_radius_m(chain.tendons.as_ref(), &geometry.joints, joints),
             radius_m: arm.radius_m,
-            strokes: Strokes::new(
-                part,
-                settings.between,
-                Variation::new(settings.seed, index, settings.variation_rad),
-            ),
+            part,
+            variation: Variation::new(settings.seed, index, settings.variation_rad),
             parked_in_body: std::array::from_fn(|group| {
                 let joints = geometry.joints_to_end(group);
                 // A link ends after its joint's last hinge; on tendons there are no hinges between.
                 let hinges = geometry.joints[joints - 1].hinges.end;
-                places[if chain.tendons.is_some() { joints } else { hinges }]
+                ends[if chain.tendons.is_some() { joints } else { hinges }]
             }),
             outer_hinges: chain.joints.start + first_outer..chain.joints.end,
         })
@@ -96,27 +97,21 @@ impl ArmPlan {
         self.group_lengths_m.iter().sum()
     }
 
-    fn to_body(&self, in_arm: DVec3) -> DVec3 {
+    /// Lengths of its links from root to tip, m.
+    pub(super) fn links_m(&self) -> impl Iterator<Item = f64> + Clone {
+        self.links_m.iter().copied()
+    }
+
+    /// A point of the arm's own frame, m, in the body frame.
+    pub(super) fn to_body(&self, in_arm: DVec3) -> DVec3 {
         self.root_m + self.root_rotation * in_arm
     }
 
-    /// Moves the arm by a stroke at this phase.
-    pub(super) fn write_keyed(&self, keyed: Keyed, phase: f64, turn_rad: f64, target: &mut ArmTarget) {
-        let stroke = match keyed {
-            Keyed::Walk => &self.strokes.walk,
-            Keyed::Swim => &self.strokes.swim,
-            Keyed::Sway => {
-                target.aim = ArmAim::Places;
-                self.strokes.sway.write(phase, self.links_m.iter().copied(), &mut target.places_in_body);
-                target.places_in_body.iter_mut().for_each(|place| *place = self.to_body(*place));
-                return;
-            }
-        };
+    /// Aims the ends of its groups at pseudo-targets with these turns.
+    pub(super) fn write_turns(&self, turns: [Turn; GROUPS], target: &mut ArmTarget) {
         target.ends_in_body = match &self.tendons {
-            Some(drive) => self.section_ends_in_body(drive, stroke.turns(phase, turn_rad)),
-            None => {
-                stroke.ends_in_arm(self.group_lengths_m, phase, turn_rad).map(|place| self.to_body(place))
-            }
+            Some(drive) => self.section_ends_in_body(drive, turns),
+            None => places(self.group_lengths_m, turns).map(|place| self.to_body(place)),
         };
     }
 
@@ -143,7 +138,7 @@ impl ArmPlan {
 
     fn winding(&self, pole: Pole, squeeze_m: f64) -> Option<Winding> {
         let ahead = self.root_rotation * DVec3::X;
-        Winding::new(self.root_m, ahead, self.links_m.iter().copied(), self.radius_m, pole, squeeze_m).ok()
+        Winding::new(self.root_m, ahead, self.links_m(), self.radius_m, pole, squeeze_m).ok()
     }
 
     /// Shortest time, s, in which it can wind round `pole` within its joints' limits. If the wound part of an
@@ -152,7 +147,7 @@ impl ArmPlan {
     pub(super) fn wind_time_s(&self, pole: Pole) -> f64 {
         let Some(winding) = self.winding(pole, 0.0) else { return 0.0 };
         let radius_m = winding.radius_m();
-        let link_m = self.links_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let link_m = self.links_m().fold(f64::INFINITY, f64::min);
         let by_speed_m_s = self.bend_rad_s * radius_m / BEND_PEAK;
         let by_acceleration_m_s = (self.bend_rad_s2 * radius_m * link_m / BEND_GAIN_PEAK).sqrt();
         winding.length_m() / ((1.0 - RAMP_SHARE) * by_speed_m_s.min(by_acceleration_m_s))
@@ -163,6 +158,13 @@ impl ArmPlan {
         let Some(winding) = self.winding(pole, squeeze_m) else { return };
         target.aim = ArmAim::Places;
         target.faced_in_body = Some([pole.point_in_body, pole.axis]);
-        winding.write(wound * winding.length_m(), self.links_m.iter().copied(), &mut target.places_in_body);
+        winding.write(wound * winding.length_m(), self.links_m(), &mut target.places_in_body);
     }
+}
+
+/// Index of the arm whose root is nearest to `place`, body frame, m.
+pub(super) fn nearest(arms: &[ArmPlan], place: DVec3) -> usize {
+    let distance = |arm: &ArmPlan| arm.root_m.distance(place);
+    let nearest = arms.iter().enumerate().min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)));
+    nearest.map_or(0, |(index, _)| index)
 }

@@ -28,7 +28,7 @@ enum Phase {
 }
 
 /// Makes the targets of arms.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct TentacleGenerator {
     plan: TentaclePlan,
     performer: Performer,
@@ -149,10 +149,13 @@ impl Generate for TentacleGenerator {
             Phase::Torque(end) => end.activity(Activity::Rising),
             Phase::Gather { .. } => Activity::Rising,
             Phase::Performing { is_ending: true, .. } => Activity::Stopping,
-            Phase::Performing { .. } if self.performer.is_still() => match self.performer.stroke() {
-                Stroke::Park => Activity::Parked,
-                _ => Activity::Standing,
-            },
+            Phase::Performing { .. } if self.performer.is_still() => {
+                if self.performer.stroke() == Stroke::PARK.name {
+                    Activity::Parked
+                } else {
+                    Activity::Standing
+                }
+            }
             Phase::Performing { .. } => Activity::Performing,
             Phase::Fold { .. } => Activity::Stopping,
             Phase::Held => Activity::Done,
@@ -162,7 +165,7 @@ impl Generate for TentacleGenerator {
     fn stroke(&self) -> Option<&'static str> {
         match self.phase {
             Phase::Performing { .. } => {
-                Some(self.performer.stroke()).filter(|stroke| *stroke != Stroke::Rest).map(Stroke::name)
+                Some(self.performer.stroke()).filter(|stroke| *stroke != Stroke::REST.name)
             }
             _ => None,
         }
@@ -175,7 +178,7 @@ fn command(order: Order, since_s: f64, perform_for_s: f64, planned: StrokeComman
         Order::Stop | Order::StopAtOnce => None,
         Order::Perform(command) => Some(command),
         // Arms do not walk and have no poses.
-        Order::Drive(_) | Order::Take(_) => Some(StrokeCommand::of(Stroke::Rest)),
+        Order::Drive(_) | Order::Take(_) => Some(StrokeCommand::of(Stroke::REST)),
         Order::Go if since_s < perform_for_s => Some(planned),
         Order::Go => None,
     }

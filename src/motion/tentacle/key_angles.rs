@@ -1,6 +1,6 @@
 //! The turn of each pseudo-target over a stroke: four key poses and the interpolation between (Ishizuka 2008, 3.3).
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 pub use crate::model::Between;
 use crate::model::GROUPS;
@@ -15,21 +15,6 @@ pub const ROUNDING_QUARTERS: f64 = 0.1;
 /// upright.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyAngles(pub [[f64; KEYS]; GROUPS]);
-
-/// Walking (3.8 to 3.10): lift, reach, press and push.
-pub const WALK: KeyAngles = KeyAngles([
-    [0.0, 5.0 / 36.0 * PI, -5.0 / 18.0 * PI, -5.0 / 12.0 * PI],
-    [0.0, -2.0 / 3.0 * PI, 4.0 / 9.0 * PI, 5.0 / 9.0 * PI],
-    [0.0, PI / 6.0, -PI / 6.0, -PI / 3.0],
-]);
-
-/// Swimming (3.15 to 3.17): raise and spread, swing down, streamline, raise from the root. The third piece of
-/// (3.15) and the fourth of (3.17) are misprinted: they do not meet their neighbours. These keys do.
-pub const SWIM: KeyAngles = KeyAngles([
-    [0.0, PI / 18.0, -4.0 / 9.0 * PI, -PI / 36.0],
-    [0.0, PI / 12.0, -PI / 36.0, -PI / 4.0],
-    [0.0, PI / 12.0, 0.0, -PI / 3.0],
-]);
 
 impl KeyAngles {
     /// Turns at `phase`, rad of the stroke, for any number of strokes from 0.
@@ -92,7 +77,11 @@ fn hermite(u: f64, a: f64, at_a: f64, b: f64, at_b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
+    use crate::motion::tentacle::strokes::swim::SWIM;
+    use crate::motion::tentacle::strokes::walk::WALK;
 
     const BETWEEN: [Between; 2] = [Between::Linear, Between::Smooth];
 

@@ -9,25 +9,26 @@ mod follower;
 mod generator;
 mod grip;
 pub mod key_angles;
+pub mod key_stroke;
+mod perform;
 mod performer;
 mod progress;
 pub mod pseudo_targets;
+mod rhythm;
 pub mod route;
 mod settled;
-pub mod stroke;
+pub mod strokes;
 pub mod tour;
 pub mod variation;
 pub mod winder;
 pub mod winding;
 
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::{Stroke, StrokeCommand};
+use crate::motion::{Generate, Planned, StrokeCommand};
 pub use generator::TentacleGenerator;
 use grip::Grip;
 pub use performer::Performer;
-
-/// The strokes by key angles, in the order of [`TentaclePlan::tempo_max`].
-pub const KEYED: [Stroke; 3] = [Stroke::Sway, Stroke::Walk, Stroke::Swim];
+use strokes::STROKES;
 
 /// Data about the robot that its arms' motion needs, computed when it loads, and the command they start with.
 #[derive(Debug, Clone)]
@@ -36,8 +37,9 @@ pub struct TentaclePlan {
     pub settings: TentacleMotion,
     /// Joint angles of the parked arms, all chains, rad.
     pub park_pose_rad: Vec<f64>,
-    /// Fastest swaying, walking and swimming, as multiples of the robot file's tempo.
-    pub tempo_max: [f64; 3],
+    /// Fastest tempo of each stroke, in the order of [`STROKES`], as a multiple of the robot file's; infinite for
+    /// strokes without a rhythm.
+    pub tempo_max: Vec<f64>,
     /// The command to carry out if the operator says no more than to go.
     pub command: StrokeCommand,
 }
@@ -54,6 +56,21 @@ impl TentaclePlan {
                 lifts.for_each(|lift| park_pose_rad[lift] = arm.park_lift_rad);
             }
         }
-        TentaclePlan { settings: settings.clone(), park_pose_rad, tempo_max: [f64::INFINITY; 3], command }
+        let tempo_max = vec![f64::INFINITY; STROKES.len()];
+        TentaclePlan { settings: settings.clone(), park_pose_rad, tempo_max, command }
+    }
+}
+
+impl Planned for TentaclePlan {
+    fn resting_pose_rad(&self) -> &[f64] {
+        &self.park_pose_rad
+    }
+
+    fn done(&self) -> &'static str {
+        "moved for the time asked"
+    }
+
+    fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
+        Box::new(TentacleGenerator::new(robot, self.clone(), move_for_s))
     }
 }

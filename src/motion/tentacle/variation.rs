@@ -22,6 +22,13 @@ impl Variation {
         Variation { source: Pcg64Mcg::seed_from_u64(seed), size_rad }
     }
 
+    /// The same stream, `count` numbers further on. Each stroke has numbers of its own, so that a further stroke
+    /// changes none of the others.
+    pub fn after(mut self, count: u64) -> Variation {
+        self.source.advance(u128::from(count));
+        self
+    }
+
     /// The next number r of R(j, k): j <= r < k.
     pub fn uniform(&mut self, j: f64, k: f64) -> f64 {
         let share = (self.source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -36,8 +43,8 @@ impl Variation {
 
 #[cfg(test)]
 mod tests {
-    use super::super::key_angles::WALK;
     use super::*;
+    use crate::motion::tentacle::strokes::walk::WALK;
 
     #[test]
     fn arms_differ_within_the_size_and_repeat_with_the_seed() {
@@ -48,6 +55,14 @@ mod tests {
         for (varied, keys) in arm(5, 3).0.iter().flatten().zip(WALK.0.iter().flatten()) {
             assert!((varied - keys).abs() <= 0.1);
         }
+    }
+
+    #[test]
+    fn numbers_of_a_later_stroke_are_those_of_the_stream() {
+        let mut all = Variation::new(3, 1, 0.1);
+        let mut later = all.clone().after(5);
+        let numbers: Vec<f64> = (0..7).map(|_| all.uniform(0.0, 1.0)).collect();
+        assert_eq!([later.uniform(0.0, 1.0), later.uniform(0.0, 1.0)], numbers[5..]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The faults of one episode: of every kind, several at once, at any time.
 
-use hw_sim::faults::{FaultKind, ScriptedFault, ScriptedPush, Target};
+use hw_sim::faults::{FaultKind, KINDS, Kind, Scope, ScriptedFault, ScriptedPush, Target};
 
 use crate::chance::Chance;
 use crate::model::Robot;
@@ -11,36 +11,6 @@ const MOST: usize = 9;
 const LENGTHS_S: (f64, f64) = (0.004, 8.0);
 /// Largest time between faults that come together, s.
 const TOGETHER_S: f64 = 0.4;
-
-/// A function that draws a fault of one kind, for a robot and one of its buses.
-type Make = fn(&mut Chance, &Robot, usize) -> FaultKind;
-
-/// Kinds of fault of servos and buses.
-const KINDS: [Make; 17] = [
-    |_, _, _| FaultKind::Silent,
-    |chance, _, _| FaultKind::Slow { delay_ms: chance.log_between(0.05, 40.0) },
-    |_, _, _| FaultKind::BitFlip,
-    |_, _, _| FaultKind::Garbled,
-    |chance, _, _| FaultKind::Scrambled { share: chance.between(0.1, 1.0) },
-    |chance, _, _| FaultKind::Scrambled { share: chance.between(0.1, 1.0) },
-    |_, _, _| FaultKind::CutShort,
-    |_, _, _| FaultKind::Noise,
-    |_, _, _| FaultKind::Echo,
-    |chance, robot, bus| FaultKind::WrongId { as_id: other_id(chance, robot, bus) },
-    |_, _, _| FaultKind::Unplugged,
-    |chance, _, _| FaultKind::LateHost { delay_ms: chance.log_between(1.0, 3500.0) },
-    |_, _, _| FaultKind::Stuck,
-    |_, _, _| FaultKind::Overload,
-    |_, _, _| FaultKind::BrownOut,
-    |_, _, _| FaultKind::Reset,
-    |chance, robot, bus| FaultKind::LowVoltage { volts: volts(chance, robot, bus) },
-];
-
-const HOT: Make = |chance, _, _| FaultKind::Hot { celsius: chance.between(20.0, 110.0) };
-
-/// Kinds of fault of the inertial measurement unit.
-const IMU_KINDS: [FaultKind; 4] =
-    [FaultKind::ImuSilent, FaultKind::ImuFrozen, FaultKind::ImuGarbled, FaultKind::ImuUnplugged];
 
 /// Faults that begin by `latest_s`, for a run that is ordered to end at `end_s`.
 pub(super) fn draw(
@@ -68,29 +38,55 @@ fn one(chance: &mut Chance, robot: &Robot, has_physics: bool, at_s: f64) -> Scri
     let for_s = (!chance.is(0.08)).then(|| chance.log_between(LENGTHS_S.0, LENGTHS_S.1));
     let everywhere = Target::default();
     if robot.imu.is_some() && chance.is(0.06) {
-        let kind = IMU_KINDS[chance.below(IMU_KINDS.len())];
+        let kinds: Vec<&Kind> = KINDS.iter().filter(|kind| kind.scope == Scope::Imu).collect();
+        let kind = (kinds[chance.below(kinds.len())].make)(0.0);
         return ScriptedFault { at_s, for_s, kind, target: everywhere };
     }
     if has_physics && chance.is(0.12) {
         return ScriptedFault { at_s, for_s: None, kind: push(chance, robot), target: everywhere };
     }
     let bus = chance.below(robot.buses.len());
-    let kind = match chance.below(KINDS.len() + 1) {
-        0 => HOT(chance, robot, bus),
-        kind => KINDS[kind - 1](chance, robot, bus),
-    };
+    let kinds = kinds_on_buses();
+    let kind = kinds[chance.below(kinds.len())];
+    let own = own_value(chance, robot, bus, kind);
+    let (kind, scope) = ((kind.make)(own), kind.scope);
     let mut target = Target::default();
-    let is_of_host = matches!(kind, FaultKind::LateHost { .. });
-    let is_of_bus = matches!(kind, FaultKind::Echo | FaultKind::BrownOut | FaultKind::LowVoltage { .. });
     // For servos, most often one; otherwise all of a bus; seldom all of the robot.
-    if !is_of_host && !chance.is(0.1) {
+    if scope != Scope::Host && !chance.is(0.1) {
         target.bus = robot.buses.get(bus).map(|bus| bus.name.clone());
-        if !is_of_bus && chance.is(0.75) {
+        if scope != Scope::Buses && chance.is(0.75) {
             target.id = chance.one_of(&ids(robot, bus)).copied();
         }
     }
-    let is_once = matches!(kind, FaultKind::Reset | FaultKind::LateHost { .. });
+    let is_once = matches!(scope, Scope::ServosOnce | Scope::Host);
     ScriptedFault { at_s, for_s: for_s.filter(|_| !is_once), kind, target }
+}
+
+/// The kinds of fault of servos, buses and host; scrambled replies, which may pass for true ones, twice.
+fn kinds_on_buses() -> Vec<&'static Kind> {
+    let is_drawn = |kind: &&Kind| !matches!(kind.scope, Scope::Imu | Scope::Trunk);
+    let mut kinds: Vec<&Kind> = KINDS
+        .iter()
+        .filter(is_drawn)
+        .flat_map(|kind| std::iter::repeat_n(kind, if kind.word == "scrambled" { 2 } else { 1 }))
+        .collect();
+    // The last stands first, so that recorded seeds of campaigns give the same faults as ever.
+    kinds.rotate_right(1);
+    kinds
+}
+
+/// A value for the key that only this kind has; anywhere within its limits, for kinds that are not named here.
+fn own_value(chance: &mut Chance, robot: &Robot, bus: usize, kind: &Kind) -> f64 {
+    let Some((_, _, limits)) = &kind.own else { return 0.0 };
+    match kind.word {
+        "slow" => chance.log_between(0.05, 40.0),
+        "scrambled" => chance.between(0.1, 1.0),
+        "wrong-id" => f64::from(other_id(chance, robot, bus)),
+        "late-host" => chance.log_between(1.0, 3500.0),
+        "low-voltage" => volts(chance, robot, bus),
+        "hot" => chance.between(20.0, 110.0),
+        _ => chance.between(*limits.start(), *limits.end()),
+    }
 }
 
 fn ids(robot: &Robot, bus: usize) -> Vec<u8> {
