@@ -14,14 +14,12 @@ mod torque_phase;
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
 
 use crate::model::Robot;
 pub use crate::signals::{Activity, Command, GaitChoice, Order, Place, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
-use figure::FigurePlan;
-use horse::HorsePlan;
 pub use jog::Jog;
-use tentacle::TentaclePlan;
 
 /// Time constant with which redundant joints go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;
@@ -31,47 +29,28 @@ pub fn posture_pull(dt_s: f64) -> f64 {
     1.0 - (-dt_s / POSTURE_TIME_S).exp()
 }
 
-/// The planned motion of a robot, and the data it needs; one variant for each kind of motion.
+/// The planned motion of a robot, and the data it needs: the plan of any kind of motion.
 #[derive(Debug, Clone)]
-pub enum Plan {
-    /// Plan for a horse.
-    Horse(Box<HorsePlan>),
-    /// Plan for a robot with arms.
-    Tentacle(Box<TentaclePlan>),
-    /// Plan for a figure.
-    Figure(Box<FigurePlan>),
-}
+pub struct Plan(Arc<dyn Planned>);
 
-impl From<HorsePlan> for Plan {
-    fn from(plan: HorsePlan) -> Plan {
-        Plan::Horse(Box::new(plan))
-    }
-}
-
-impl From<TentaclePlan> for Plan {
-    fn from(plan: TentaclePlan) -> Plan {
-        Plan::Tentacle(Box::new(plan))
-    }
-}
-
-impl From<FigurePlan> for Plan {
-    fn from(plan: FigurePlan) -> Plan {
-        Plan::Figure(Box::new(plan))
+impl<P: Planned + 'static> From<P> for Plan {
+    fn from(plan: P) -> Plan {
+        Plan(Arc::new(plan))
     }
 }
 
 impl Plan {
-    fn planned(&self) -> &(dyn Planned + 'static) {
-        match self {
-            Plan::Horse(plan) => &**plan,
-            Plan::Tentacle(plan) => &**plan,
-            Plan::Figure(plan) => &**plan,
-        }
-    }
-
     /// The plan to go in this gait at this share of its top speed; the same plan for a kind without gaits.
     pub fn at_share(self, gait: GaitChoice, speed_share: f64) -> Plan {
-        self.planned().at_share(gait, speed_share).unwrap_or(self)
+        self.0.at_share(gait, speed_share).unwrap_or(self)
+    }
+
+    /// Name of the gait and speed, m/s, that it asks for; `None` for a kind without gaits.
+    pub fn gait(&self) -> Option<(&str, f64)> {
+        match self.0.intent() {
+            Intent::Drive { gait, command } => Some((gait, command.speed_m_s)),
+            Intent::Perform(_) | Intent::Take { .. } => None,
+        }
     }
 }
 
@@ -79,25 +58,42 @@ impl Deref for Plan {
     type Target = dyn Planned;
 
     fn deref(&self) -> &Self::Target {
-        self.planned()
+        &*self.0
     }
 }
 
+/// The motion of a plan while the operator only orders it to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Intent<'a> {
+    /// It goes in a gait.
+    Drive {
+        /// Name of the gait.
+        gait: &'a str,
+        /// Gait, speed and posture.
+        command: Command,
+    },
+    /// It performs strokes.
+    Perform(StrokeCommand),
+    /// It takes a pose.
+    Take {
+        /// Name of the pose.
+        pose: &'a str,
+    },
+}
+
 /// The plan of one kind of motion.
-pub trait Planned {
+pub trait Planned: fmt::Debug + Send + Sync {
     /// The pose in which a robot with this plan sits, or its arms park, rad.
     fn resting_pose_rad(&self) -> &[f64];
+
+    /// What it does while the operator only orders it to go.
+    fn intent(&self) -> Intent<'_>;
 
     /// Words for a robot that has done as planned.
     fn done(&self) -> &'static str;
 
     /// The generator of a limp robot that, once ordered, follows this plan for `move_for_s`.
     fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate>;
-
-    /// Name of the gait and speed, m/s, that it asks for; `None` for a kind without gaits.
-    fn gait(&self) -> Option<(&str, f64)> {
-        None
-    }
 
     /// The plan to go in this gait at this share of its top speed; `None` for a kind without gaits.
     fn at_share(&self, _gait: GaitChoice, _speed_share: f64) -> Option<Plan> {

@@ -5,25 +5,25 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::strokes::StrokeFields;
-use crate::motion::{Command, Plan};
+use crate::motion::{Command, Intent, Plan};
 
-/// The task of a run; fields of `run.json`.
+/// The task of a run; fields of `run.json`. Robots of several kinds may share a variant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Task {
-    /// Task of a horse.
+    /// Task of a robot that goes by gaits.
     Horse {
         /// Name of the gait.
         gait: String,
         /// Gait, speed and posture.
         command: Command,
     },
-    /// Task of a rig of arms.
+    /// Task of a robot that performs strokes.
     Tentacle {
         /// The strokes.
         strokes: StrokeFields,
     },
-    /// Task of a figure.
+    /// Task of a robot that takes poses.
     Figure {
         /// Name of the pose.
         pose: String,
@@ -33,10 +33,10 @@ pub enum Task {
 impl Task {
     /// The task of a plan.
     pub fn of(plan: &Plan) -> Task {
-        match plan {
-            Plan::Horse(plan) => Task::Horse { gait: plan.commanded_gait().into(), command: plan.command },
-            Plan::Tentacle(plan) => Task::Tentacle { strokes: plan.command.into() },
-            Plan::Figure(plan) => Task::Figure { pose: plan.pose_name().to_owned() },
+        match plan.intent() {
+            Intent::Drive { gait, command } => Task::Horse { gait: gait.to_owned(), command },
+            Intent::Perform(command) => Task::Tentacle { strokes: command.into() },
+            Intent::Take { pose } => Task::Figure { pose: pose.to_owned() },
         }
     }
 }

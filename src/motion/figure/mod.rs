@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::legged::LeggedGenerator;
 use crate::model::{FigureMotion, Robot};
-use crate::motion::{Generate, Planned};
+use crate::motion::{Generate, Intent, Planned};
 pub use poise::{Poise, Stance};
 
 /// A figure from limp to limp.
@@ -38,12 +38,6 @@ pub struct FigurePlan {
 }
 
 impl FigurePlan {
-    /// Name of the pose to take.
-    pub fn pose_name(&self) -> &str {
-        let poses = &self.settings.poses;
-        poses.get(self.pose).or(poses.first()).map_or("", |pose| &pose.name)
-    }
-
     /// The trunk's posture in pose number `pose`; as in the stand if there is no such pose.
     pub fn stance(&self, pose: usize) -> Stance {
         let of = |pose: usize| Some((self.settings.poses.get(pose)?, self.forward_m.get(pose)?));
@@ -61,6 +55,12 @@ impl FigurePlan {
 impl Planned for FigurePlan {
     fn resting_pose_rad(&self) -> &[f64] {
         &self.sit_pose_rad
+    }
+
+    fn intent(&self) -> Intent<'_> {
+        let poses = &self.settings.poses;
+        let pose = poses.get(self.pose).or(poses.first());
+        Intent::Take { pose: pose.map_or("", |pose| &pose.name) }
     }
 
     fn done(&self) -> &'static str {

@@ -24,7 +24,7 @@ use glam::DVec3;
 use crate::model::{HorseMotion, Robot};
 use crate::motion::curves::SwingCurve;
 use crate::motion::legged::LeggedGenerator;
-use crate::motion::{Command, GaitChoice, Generate, Plan, Planned};
+use crate::motion::{Command, GaitChoice, Generate, Intent, Plan, Planned};
 pub use clock::StrideClock;
 pub use drive::Drive;
 pub use posture::Attitude;
@@ -92,11 +92,6 @@ impl HorsePlan {
             GaitChoice::Auto => "auto",
             GaitChoice::Gait(gait) => self.settings.gaits.get(gait).map_or("stand", |gait| &gait.name),
         }
-    }
-
-    /// Name of the gait that it asks for.
-    pub fn commanded_gait(&self) -> &str {
-        self.gait_name(self.command.gait)
     }
 
     /// The choice of gait with that name; `None` if there is no such gait.
@@ -233,16 +228,16 @@ impl Planned for HorsePlan {
         &self.sit_pose_rad
     }
 
+    fn intent(&self) -> Intent<'_> {
+        Intent::Drive { gait: self.gait_name(self.command.gait), command: self.command }
+    }
+
     fn done(&self) -> &'static str {
         "walked for the time asked"
     }
 
     fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
         Box::new(HorseGenerator::new(robot, Drive::standing(self.clone()), move_for_s))
-    }
-
-    fn gait(&self) -> Option<(&str, f64)> {
-        Some((self.commanded_gait(), self.command.speed_m_s))
     }
 
     fn at_share(&self, gait: GaitChoice, speed_share: f64) -> Option<Plan> {

@@ -24,7 +24,7 @@ pub mod winder;
 pub mod winding;
 
 use crate::model::{Robot, TentacleMotion};
-use crate::motion::{Generate, Planned, StrokeCommand};
+use crate::motion::{Generate, Intent, Planned, StrokeCommand};
 pub use generator::TentacleGenerator;
 use grip::Grip;
 pub use performer::Performer;
@@ -64,6 +64,10 @@ impl TentaclePlan {
 impl Planned for TentaclePlan {
     fn resting_pose_rad(&self) -> &[f64] {
         &self.park_pose_rad
+    }
+
+    fn intent(&self) -> Intent<'_> {
+        Intent::Perform(self.command)
     }
 
     fn done(&self) -> &'static str {
