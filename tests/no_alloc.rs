@@ -18,7 +18,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Command as Asked, Order, Plan, Stroke, StrokeCommand};
+use hippocamp::motion::{Activity, Command as MotionOptions, Order, Plan, Stroke, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::run::Cycle;
@@ -384,7 +384,7 @@ fn no_operator_allocates() {
     use hippocamp::operator::{Key, Playback};
     let robot = shipped("horse.toml");
     let horse = robot.motion.horse().unwrap();
-    let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
+    let repertoire = Repertoire::of(&capability(&robot).plan(horse, MotionOptions::default()));
     let mut keys = Keys::new(repertoire.clone());
     let mut gamepad = Gamepad::new(repertoire, 0.5);
     let text = "[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 0.05\n[[at]]\ntime_s = 1\ngait = 'stand'";

@@ -9,7 +9,7 @@ use std::process::Command;
 use common::{ROBOTS, config_file, shipped};
 use hippocamp::config::{self, ConfigError};
 use hippocamp::model::Robot;
-use hippocamp::motion::{Command as Asked, GaitChoice, Order, Posture};
+use hippocamp::motion::{Command as MotionOptions, GaitChoice, Order, Posture};
 use hippocamp::operator::Script;
 use hippocamp::recording::Recording;
 use hippocamp::replay::replay;
@@ -66,21 +66,21 @@ fn each_entry_changes_what_it_names_and_keeps_the_rest() {
     let bent = Posture { rise_m: -0.005, roll_rad: -3.0 * degree, ..Posture::default() };
     let bowed = Posture { pitch_rad: 6.0 * degree, ..bent };
     let (speed_m_s, yaw_rate_rad_s) = (0.1, 9.0 * degree);
-    let standing = Asked { posture: bent, ..Asked::default() };
-    let trotting = Asked { gait: gait(&robot, "trot"), speed_m_s, yaw_rate_rad_s, posture: bowed };
+    let standing = MotionOptions { posture: bent, ..MotionOptions::default() };
+    let trotting = MotionOptions { gait: gait(&robot, "trot"), speed_m_s, yaw_rate_rad_s, posture: bowed };
     let expected = [
-        (0.0, Asked::default()),
+        (0.0, MotionOptions::default()),
         (1.0, standing),
         (2.5, trotting),
-        (4.9, Asked { gait: GaitChoice::Auto, ..trotting }),
-        (5.0, Asked { posture: bowed, ..Asked::default() }),
+        (4.9, MotionOptions { gait: GaitChoice::Auto, ..trotting }),
+        (5.0, MotionOptions { posture: bowed, ..MotionOptions::default() }),
         // A stand takes speed and turn away: they have to be named again.
-        (11.9, Asked { gait: gait(&robot, "walk"), posture: bowed, ..Asked::default() }),
+        (11.9, MotionOptions { gait: gait(&robot, "walk"), posture: bowed, ..MotionOptions::default() }),
     ];
     for (time_s, wanted) in expected {
         let Order::Drive(asked) = script.order_at(time_s) else { panic!("ends before {time_s} s") };
         assert_eq!(asked.gait, wanted.gait, "at {time_s} s");
-        let numbers = |asked: Asked| {
+        let numbers = |asked: MotionOptions| {
             let Posture { rise_m, pitch_rad, roll_rad, sway_m } = asked.posture;
             [asked.speed_m_s, asked.yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m]
         };

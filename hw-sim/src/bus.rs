@@ -6,11 +6,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::config::BusConfig;
+use crate::decoder::{LineDecoder, Received, Request};
 use crate::error::Unplugged;
 use crate::faults::BusFaults;
 use crate::model::Protocol;
 use crate::reply::{MISSING_GUARD_NS, Slot};
-use crate::servo::{Ear, Servo};
+use crate::servo::Servo;
 use crate::supply::Supply;
 use crate::wire::{Crossed, Talker, Wire};
 
@@ -46,7 +47,7 @@ pub(crate) struct Bus {
     protocol: Protocol,
     /// Register code of the host's rate; `None` if the servos know no such rate.
     baud_code: Option<i64>,
-    ear: Box<dyn Ear>,
+    decoder: Box<dyn LineDecoder>,
     last_byte_ns: u64,
     /// True if a byte from the host was corrupted since the last complete request.
     is_spoilt: bool,
@@ -70,7 +71,7 @@ impl Bus {
             supply: Supply::new(config.supply_v, config.supply_ohm),
             protocol: config.protocol,
             baud_code: config.protocol.baud_code(config.baud),
-            ear: (config.protocol.kind().ear)(),
+            decoder: (config.protocol.spec().decoder)(),
             last_byte_ns: 0,
             is_spoilt: false,
             latency_ns: u64::from(config.adapter_latency_us) * 1_000,
@@ -183,19 +184,16 @@ impl Bus {
         self.is_spoilt |= crossed.is_spoilt;
         let now_ns = crossed.at_ns;
         if is_late {
-            self.ear.reset();
+            self.decoder.reset();
         }
-        if !self.ear.push(crossed.byte) {
-            return;
-        }
-        if let (Some(requests), Some((id, instruction, parameters))) =
-            (&mut self.requests, self.ear.request())
-        {
-            requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters: parameters.to_vec() });
+        let Some(packet) = self.decoder.push(crossed.byte) else { return };
+        if let (Some(requests), Received::Request(request)) = (&mut self.requests, &packet) {
+            let Request { id, instruction, parameters } = request.clone();
+            requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters });
         }
         self.mistake_ids(now_ns);
         for hears in self.hearers(now_ns) {
-            let slots = self.ear.answer(&mut self.servos, &hears, now_ns);
+            let slots = (self.protocol.spec().answer)(&packet, &mut self.servos, &hears, now_ns);
             self.schedule(now_ns, slots);
         }
         self.note_misled();
@@ -281,7 +279,7 @@ impl Bus {
                     let scrambled_share = self.faults.scrambled_share(at, id);
                     if scrambled_share > 0.0 && self.rng.random_bool(scrambled_share) {
                         // Bytes that do not begin a packet have no header.
-                        let first_said = if starts_packet { self.protocol.kind().first_said } else { 0 };
+                        let first_said = if starts_packet { self.protocol.spec().first_said } else { 0 };
                         let begun = first_said.min(bytes.len());
                         bytes[begun..].iter_mut().for_each(|byte| *byte = self.rng.random());
                     }

@@ -1,14 +1,14 @@
 //! One servo: its registers, its motor, and the steps that servos of all protocols share. Knows no protocol: each
-//! fills a [`Kind`].
+//! fills a [`ProtocolSpec`].
 //!
 //! In: writes from the bus, the shaft's motion, supply and heat. Out: motor torque and register contents.
 
 use std::any::Any;
-use std::fmt;
 
 use crate::body::ShaftState;
 use crate::config::ServoConfig;
 use crate::convert::{low_byte, round_to_i64};
+use crate::decoder::{LineDecoder, Received};
 use crate::model::{Model, Protocol};
 use crate::motor::{Drive, Motor};
 use crate::registers::RegisterFile;
@@ -17,28 +17,13 @@ use crate::reply::Slot;
 /// The state that a protocol keeps of a servo besides its registers.
 pub(crate) type State = Box<dyn Any + Send>;
 
-/// A request: id, instruction, and parameters without stuffing or checksum.
-pub(crate) type Packet<'a> = (u8, u8, &'a [u8]);
-
-/// Finds requests in the bytes that cross a line, and has servos answer them. All servos of a bus hear the same, so
-/// they share one.
-pub(crate) trait Ear: fmt::Debug + Send {
-    /// Drops an incomplete packet.
-    fn reset(&mut self);
-
-    /// Takes a byte; true if it completes a packet.
-    fn push(&mut self, byte: u8) -> bool;
-
-    /// The packet that the last byte completed, if it is a good request.
-    fn request(&self) -> Option<Packet<'_>>;
-
-    /// Has the servos that hear it carry out the packet that the last byte completed; returns their replies.
-    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot>;
-}
+/// Has the servos that hear a packet carry it out, at this virtual time, ns; returns their replies. The flags say which
+/// servos hear it.
+pub(crate) type AnswerPacket = fn(&Received, &mut [Servo], &[bool], u64) -> Vec<Slot>;
 
 /// The behaviour of the servos of one protocol.
 #[derive(Debug)]
-pub(crate) struct Kind {
+pub(crate) struct ProtocolSpec {
     pub(crate) protocol: Protocol,
     /// Name in messages.
     pub(crate) name: &'static str,
@@ -73,8 +58,10 @@ pub(crate) struct Kind {
     pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
     /// True if the bridge is closed.
     pub(crate) is_torque_on: fn(&Servo) -> bool,
-    /// Makes the ear of a line, which hears for its servos.
-    pub(crate) ear: fn() -> Box<dyn Ear>,
+    /// Makes the decoder of a line.
+    pub(crate) decoder: fn() -> Box<dyn LineDecoder>,
+    /// Has the servos answer a packet.
+    pub(crate) answer: AnswerPacket,
 }
 
 /// Whether a servo runs.
@@ -91,7 +78,7 @@ enum Power {
 
 #[derive(Debug)]
 pub(crate) struct Servo {
-    kind: &'static Kind,
+    spec: &'static ProtocolSpec,
     pub(crate) model: Model,
     pub(crate) registers: RegisterFile,
     /// State that only servos of its protocol have.
@@ -139,12 +126,12 @@ pub(crate) struct Surroundings {
 
 impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
-    pub(crate) fn new(kind: &'static Kind, config: &ServoConfig, baud_code: i64) -> Servo {
+    pub(crate) fn new(spec: &'static ProtocolSpec, config: &ServoConfig, baud_code: i64) -> Servo {
         let registers = RegisterFile::new(config.model.registers.clone());
         let mut servo = Servo {
-            kind,
+            spec,
             model: config.model.clone(),
-            state: (kind.state)(&registers),
+            state: (spec.state)(&registers),
             registers,
             is_plugged_in: true,
             motor: Motor::at_rest(),
@@ -161,14 +148,14 @@ impl Servo {
             starts_with: Vec::new(),
         };
         let delay_units = i64::from(config.return_delay_us / 2);
-        (kind.power_on)(&mut servo, config.id, baud_code, delay_units);
+        (spec.power_on)(&mut servo, config.id, baud_code, delay_units);
         servo
     }
 
     /// Resets every register to its value as shipped.
     pub(crate) fn make_new(&mut self) {
         self.registers = RegisterFile::new(self.model.registers.clone());
-        self.state = (self.kind.state)(&self.registers);
+        self.state = (self.spec.state)(&self.registers);
         self.forget();
     }
 
@@ -210,7 +197,7 @@ impl Servo {
 
     /// Restarts: silent for the start time of its kind, then with its RAM lost.
     pub(crate) fn restart(&mut self, now_ns: u64) {
-        self.power = Power::Starting { until_ns: now_ns + self.kind.start_ns };
+        self.power = Power::Starting { until_ns: now_ns + self.spec.start_ns };
         self.forget();
     }
 
@@ -219,7 +206,7 @@ impl Servo {
         self.is_shut_down = false;
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
-        (self.kind.forget)(self);
+        (self.spec.forget)(self);
         for &(address, value) in &self.starts_with {
             self.registers.set(address, value);
         }
@@ -250,27 +237,27 @@ impl Servo {
         if let Some(wrong_id) = self.wrong_id {
             return wrong_id;
         }
-        self.byte(self.kind.id)
+        self.byte(self.spec.id)
     }
 
     /// Register code of the line rate it listens at now; -1 if it understands nothing at any rate.
     pub(crate) fn baud_code(&self) -> i64 {
-        if (self.kind.is_understanding)(self) { self.get(self.kind.baud) } else { -1 }
+        if (self.spec.is_understanding)(self) { self.get(self.spec.baud) } else { -1 }
     }
 
     /// From the request's last bit to the reply's first, ns.
     pub(crate) fn return_delay_ns(&self) -> u64 {
-        2_000 * u64::from(self.byte(self.kind.return_delay))
+        2_000 * u64::from(self.byte(self.spec.return_delay))
     }
 
     /// Its goal register, counts.
     pub(crate) fn goal(&self) -> i64 {
-        self.get(self.kind.goal_position)
+        self.get(self.spec.goal_position)
     }
 
     /// Its torque limit register, in the maker's unit.
     pub(crate) fn torque_limit(&self) -> i64 {
-        self.get((self.kind.torque_limit)(&self.model))
+        self.get((self.spec.torque_limit)(&self.model))
     }
 
     /// A register as a float, for the control laws.
@@ -282,7 +269,7 @@ impl Servo {
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
         let drive = match self.is_awake() {
-            true => (self.kind.drive)(self, shaft.motor_speed_rad_s, supply_v),
+            true => (self.spec.drive)(self, shaft.motor_speed_rad_s, supply_v),
             false => Drive::Off,
         };
         self.motor.torque(&self.model, drive, supply_v, shaft.motor_speed_rad_s)
@@ -298,7 +285,7 @@ impl Servo {
         if !self.is_awake() {
             return;
         }
-        (self.kind.observe)(self, shaft.speed_rad_s, around);
+        (self.spec.observe)(self, shaft.speed_rad_s, around);
     }
 
     /// Notes that a host has written this goal position, and that the servo accepted it.
@@ -310,7 +297,7 @@ impl Servo {
 
     /// True if the bridge is closed.
     pub(crate) fn is_torque_on(&self) -> bool {
-        self.is_awake() && (self.kind.is_torque_on)(self)
+        self.is_awake() && (self.spec.is_torque_on)(self)
     }
 }
 

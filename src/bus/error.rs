@@ -132,7 +132,7 @@ mod tests {
              tries: check its power and cable, that its id is 7, and that it is set to 57600 baud"
         );
         let request = Request::Write(DYNAMIXEL_X.torque_enable, 1);
-        let meaning = (Protocol::Dynamixel.language().refusal)(7);
+        let meaning = (Protocol::Dynamixel.spec().refusal)(7);
         let error = TransactionError::Refused { place, request, error: 7, meaning };
         assert_eq!(
             error.to_string(),

@@ -13,17 +13,17 @@ pub(crate) fn request(
     instruction: u8,
     parameters: &[u8],
 ) {
-    (protocol.language().request)(out, id, instruction, parameters);
+    (protocol.spec().request)(out, id, instruction, parameters);
 }
 
 /// Bytes that a request and its answer take on the line, with these numbers of bytes of parameters and data.
 pub(crate) fn exchange_bytes(protocol: Protocol, parameters: usize, data: usize) -> usize {
-    parameters + protocol.language().request_frame_bytes + status_bytes(protocol, data)
+    parameters + protocol.spec().request_frame_bytes + status_bytes(protocol, data)
 }
 
 /// Bytes of a status packet with this many bytes of data, without stuffing.
 pub(crate) fn status_bytes(protocol: Protocol, data: usize) -> usize {
-    data + protocol.language().status_frame_bytes
+    data + protocol.spec().status_frame_bytes
 }
 
 /// A packet that was heard.

@@ -36,13 +36,13 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
     if servos == 0 {
         return CycleCost::default();
     }
-    let language = bus.protocol.language();
+    let spec = bus.protocol.spec();
     let data = usize::from(registers.feedback_bytes);
     let bytes_out =
         write_bytes(bus.protocol, registers, servos) + read_bytes(bus.protocol, registers, servos);
-    let (bytes_in, return_delays) = match (read, &language.fast_read) {
+    let (bytes_in, return_delays) = match (read, &spec.fast_read) {
         (GroupRead::Fast, Some(fast)) => (fast.head_bytes + servos * (fast.block_frame_bytes + data), 1),
-        _ => (servos * (language.status_frame_bytes + data), servos),
+        _ => (servos * (spec.status_frame_bytes + data), servos),
     };
     let return_delay = u64::from(bus.return_delay_us) * u64::try_from(return_delays).unwrap_or(u64::MAX);
     let time = wire_time(bytes_out + bytes_in, bus.baud)
@@ -62,11 +62,11 @@ fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usiz
 }
 
 pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
-    let language = protocol.language();
+    let spec = protocol.spec();
     let item_bytes = 1 + usize::from(register.bytes);
     // Address and width come first.
-    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
-    let per_packet = (language.packet_bytes_max - frame_bytes) / item_bytes;
+    let frame_bytes = spec.request_frame_bytes + 2 * spec.word_bytes;
+    let per_packet = (spec.packet_bytes_max - frame_bytes) / item_bytes;
     servos.div_ceil(per_packet.max(1)) * frame_bytes + servos * item_bytes
 }
 
@@ -79,15 +79,15 @@ pub fn adapter_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration
 /// Time from sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
 pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: usize) -> Duration {
     let data = usize::from(registers.feedback_bytes);
-    let bytes = request_bytes + bus.protocol.language().status_frame_bytes + data;
+    let bytes = request_bytes + bus.protocol.spec().status_frame_bytes + data;
     wire_time(bytes, bus.baud)
         + Duration::from_micros(u64::from(bus.return_delay_us) + u64::from(bus.adapter_latency_us))
 }
 
 fn read_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
-    let language = protocol.language();
+    let spec = protocol.spec();
     // Address and count.
-    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
+    let frame_bytes = spec.request_frame_bytes + 2 * spec.word_bytes;
     if registers.has_sync_read { frame_bytes + servos } else { frame_bytes * servos }
 }
 

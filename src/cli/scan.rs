@@ -113,10 +113,10 @@ pub(super) fn scan(options: &ScanArguments) -> Result<u8> {
 
 /// Protocols and rates to try, likely ones first.
 fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
-    let languages = wanted_protocols(options.protocol);
+    let protocols = wanted_protocols(options.protocol);
     for baud in &options.bauds {
-        if !languages.iter().any(|of| scan_bauds(*of).contains(baud)) {
-            let mut known: Vec<u32> = languages.iter().flat_map(|of| of.bauds()).collect();
+        if !protocols.iter().any(|of| scan_bauds(*of).contains(baud)) {
+            let mut known: Vec<u32> = protocols.iter().flat_map(|of| of.bauds()).collect();
             known.sort_unstable();
             known.dedup();
             let known: Vec<String> = known.iter().map(u32::to_string).collect();
@@ -129,7 +129,7 @@ fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
     for rank in 0..longest.unwrap_or_default() {
         let of_rank =
             |of: &Protocol| scan_bauds(*of).get(rank).filter(|baud| is_wanted(baud)).map(|baud| (*of, *baud));
-        passes.extend(languages.iter().filter_map(of_rank));
+        passes.extend(protocols.iter().filter_map(of_rank));
     }
     Ok(passes)
 }

@@ -82,7 +82,7 @@ fn one_bus(
         );
     }
     // While replies are lost, the loop does not try the fast read.
-    if let Some(fast) = &bus.protocol.language().fast_read
+    if let Some(fast) = &bus.protocol.spec().fast_read
         && lost == 0
     {
         match found.group_read {

@@ -53,7 +53,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If the robot has no such gait, stroke or pose, or cannot do it.
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal>;
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal>;
 
     /// The plan of a recorded task.
     ///
@@ -133,7 +133,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
 
 /// The wishes of a user, from options; each kind takes some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Asked<'a> {
+pub struct MotionOptions<'a> {
     /// Name of a gait.
     pub gait: Option<&'a str>,
     /// Speed, m/s, negative to go backwards.
@@ -146,7 +146,7 @@ pub struct Asked<'a> {
     pub pose: Option<&'a str>,
 }
 
-impl Asked<'_> {
+impl MotionOptions<'_> {
     /// True if one motion was asked for.
     pub fn is_some(&self) -> bool {
         self.gait.is_some() || self.speed_m_s.is_some() || self.stroke.is_some() || self.pose.is_some()

@@ -2,7 +2,7 @@
 
 use super::limiter::Limiter;
 use super::recall::{GOAL_SLACK_RAD, Recall, Recalled};
-use super::shutdown::Shutdown;
+use super::servo_outage::ServoOutage;
 use crate::model::{Joint, SafetySettings};
 use crate::signals::JointState;
 
@@ -26,8 +26,8 @@ pub(super) struct JointSafety {
     before_rad: f64,
     /// Answers of its servo to questions since it was heard again.
     pub(super) recall: Recall,
-    /// Shutdown state of its servo, on a robot that may continue without a joint.
-    pub(super) shutdown: Shutdown,
+    /// Outage of its servo, on a robot that may continue without a joint.
+    pub(super) outage: ServoOutage,
 }
 
 impl JointSafety {
@@ -42,7 +42,7 @@ impl JointSafety {
             is_lost: false,
             before_rad: 0.0,
             recall: Recall::default(),
-            shutdown: Shutdown::NONE,
+            outage: ServoOutage::NONE,
         }
     }
 

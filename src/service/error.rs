@@ -74,7 +74,7 @@ pub enum ServiceError {
         request: String,
     },
     /// The servo understood and refused.
-    #[error("{address} refused {request} with error {error}: {}", (address.protocol.language().refusal)(*error))]
+    #[error("{address} refused {request} with error {error}: {}", (address.protocol.spec().refusal)(*error))]
     Refused {
         /// Address of the servo.
         address: Address,

@@ -11,7 +11,7 @@ use super::error::{Address, ServiceError};
 use super::line::ServicePort;
 use crate::bus::ask::Ask;
 use crate::bus::frame::{Heard, Listener, exchange_bytes, request, status_bytes};
-use crate::bus::language::Introduction;
+use crate::bus::protocols::IdentifyRequest;
 use crate::bus::table::Identity;
 use crate::bus::timing::wire_time;
 use crate::model::Protocol;
@@ -29,7 +29,7 @@ const PIECE_BYTES: usize = 512;
 
 /// Rates to try, likely ones first.
 pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
-    protocol.language().likely_rates
+    protocol.spec().likely_rates
 }
 
 /// Approximate duration of one pass over `ids` ids at `baud`.
@@ -96,7 +96,7 @@ impl ServicePort {
         stop: &AtomicBool,
     ) -> Result<Heed, ServiceError> {
         let ask = question(protocol);
-        let (instruction, parameters, data_bytes) = ask.packet(protocol.language());
+        let (instruction, parameters, data_bytes) = ask.packet(protocol.spec());
         let pace = pace(protocol, baud, slack);
         let mut ear = Ear {
             protocol,
@@ -157,14 +157,14 @@ impl ServicePort {
 }
 
 fn question(protocol: Protocol) -> Ask<'static> {
-    match protocol.language().introduction {
-        Introduction::Ping => Ask::Ping,
-        Introduction::Read { brief, .. } => Ask::Read { start: 0, bytes: brief },
+    match protocol.spec().identify {
+        IdentifyRequest::Ping => Ask::Ping,
+        IdentifyRequest::Read { brief, .. } => Ask::Read { start: 0, bytes: brief },
     }
 }
 
 fn pace(protocol: Protocol, baud: u32, slack: Duration) -> Duration {
-    let (_, parameters, data_bytes) = question(protocol).packet(protocol.language());
+    let (_, parameters, data_bytes) = question(protocol).packet(protocol.spec());
     wire_time(exchange_bytes(protocol, parameters.len(), data_bytes), baud) + slack
 }
 
@@ -221,7 +221,7 @@ impl Ear {
     fn take(&mut self, packet: Heard) {
         match packet {
             Heard::Status { id, data, .. } if data.len() == self.data_bytes => {
-                let Some(identity) = (self.protocol.language().identity)(&data) else { return };
+                let Some(identity) = (self.protocol.spec().identity)(&data) else { return };
                 self.heed.good += status_bytes(self.protocol, data.len());
                 let address = Address { protocol: self.protocol, baud: self.baud, id };
                 match self.heed.pass.found.iter_mut().find(|found| found.address.id == id) {

@@ -139,7 +139,7 @@ impl fmt::Display for BusDevice {
 
 /// The names of the models with this number, for a message; empty if none is known.
 fn models_with(protocol: Protocol, number: i64) -> String {
-    let models = protocol.language().models.iter();
+    let models = protocol.spec().models.iter();
     let models = models.filter(|model| i64::from(model.model_number) == number);
     let names: Vec<_> = models.map(|model| model.name).collect();
     if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }

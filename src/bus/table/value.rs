@@ -84,7 +84,7 @@ impl Identity {
             expected,
         };
         if register.scale == Scale::Baud {
-            let codes = self.series.protocol.language().rates;
+            let codes = self.series.protocol.spec().rates;
             let code = codes.iter().position(|baud| (f64::from(*baud) - physical).abs() < 0.5);
             let known = || codes.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
             let code = code.ok_or_else(|| bad(format!("one of {}", known())))?;

@@ -69,8 +69,8 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
 }
 
 fn candidates(which: &Which) -> Result<Vec<Address>, BadInput> {
-    let languages = wanted_protocols(which.protocol);
-    let bauds = languages.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
+    let protocols = wanted_protocols(which.protocol);
+    let bauds = protocols.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
     let is_wanted = |baud: u32| which.baud.is_none_or(|wanted| wanted == baud);
     let wanted = bauds.filter(|(_, baud)| is_wanted(*baud));
     let all: Vec<Address> =

@@ -4,7 +4,7 @@ pub mod capability;
 mod describe;
 mod keys;
 
-use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskError, Words};
+use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
 use crate::chance::Chance;
 use crate::model::{FigureMotion, FigurePose, Robot};
 use crate::motion::{Order, Plan};
@@ -57,7 +57,7 @@ impl Kind for Figure {
         self.capability.plan(0).into()
     }
 
-    fn plan(&self, _robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
+    fn plan(&self, _robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
         if asked.gait.is_some() || asked.speed_m_s.is_some() || asked.stroke.is_some() {
             let said =
                 "--gait, --speed, --stroke: a figure takes poses, one of them by --pose, many by --script";

@@ -1,12 +1,12 @@
 //! A horse: four legs that walk by gaits.
 
-mod asked;
 mod by_chance;
 pub mod capability;
 mod describe;
 mod follower;
 mod gamepad;
 mod keys;
+mod options;
 mod postures;
 pub mod reach;
 mod repertoire;
@@ -14,7 +14,7 @@ mod script;
 pub mod top_speed;
 mod words;
 
-use super::{Asked, Falls, FootRange, KeyDriver, Kind, Picture, Refusal, TaskError, Words};
+use super::{Falls, FootRange, KeyDriver, Kind, MotionOptions, Picture, Refusal, TaskError, Words};
 use crate::chance::Chance;
 use crate::model::{HorseMotion, Robot};
 use crate::motion::horse::HorsePlan;
@@ -73,8 +73,8 @@ impl Kind for Horse {
         self.standing().into()
     }
 
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
-        let (plan, remark) = asked::plan(self, robot, asked)?;
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
+        let (plan, remark) = options::plan(self, robot, asked)?;
         Ok((plan.into(), remark))
     }
 

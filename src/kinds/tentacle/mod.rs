@@ -1,14 +1,14 @@
 //! Arms that move like those of an octopus.
 
-mod asked;
 mod by_chance;
 pub mod capability;
 mod describe;
 mod keys;
+mod options;
 mod show;
 mod tempo;
 
-use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskError, Words};
+use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
 use crate::chance::Chance;
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::tentacle::KEYED;
@@ -53,8 +53,8 @@ impl Kind for Tentacle {
         self.plan_to(robot, StrokeCommand::default())
     }
 
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
-        let command = asked::command(&self.settings, asked)?.unwrap_or_default();
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
+        let command = options::command(&self.settings, asked)?.unwrap_or_default();
         Ok((self.plan_to(robot, command), None))
     }
 

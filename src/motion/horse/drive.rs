@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::planner::{Found, Planner, Request, Within};
-use super::posture::{Attitude, Carriage};
+use super::posture::{Carriage, TrunkPose};
 use super::profile::Velocity;
 use super::reach_table::Reachable;
 use super::walk::Walk;
@@ -252,11 +252,11 @@ impl Drive {
         let posture = self.carriage.now();
         let vertical_oscillation_m =
             smooth_step(self.oscillation_share) * self.walk.vertical_oscillation_m(&self.plan, self.now_s);
-        let attitude = Attitude {
+        let trunk = TrunkPose {
             height_m: height_m + posture.rise_m + vertical_oscillation_m,
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        self.walk.write(&self.plan, self.now_s, &attitude, posture.sway_m, self.trunk_m, targets);
+        self.walk.write(&self.plan, self.now_s, &trunk, posture.sway_m, self.trunk_m, targets);
     }
 }

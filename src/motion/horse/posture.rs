@@ -70,9 +70,9 @@ impl Carriage {
     }
 }
 
-/// Height of the trunk above the ground that a leg's foot stands on, and its attitude.
+/// Height of the trunk above the ground that a leg's foot stands on, and its trunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Attitude {
+pub struct TrunkPose {
     /// Height of the trunk's middle, m.
     pub height_m: f64,
     /// Pitch, nose down, rad.
@@ -81,7 +81,7 @@ pub struct Attitude {
     pub roll_rad: f64,
 }
 
-impl Attitude {
+impl TrunkPose {
     /// Rotation of the trunk relative to level, without its heading.
     pub fn tilt(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
@@ -107,10 +107,10 @@ mod tests {
     #[test]
     fn a_leaning_trunk_leaves_its_feet_where_they_are() {
         for (pitch_rad, roll_rad) in [(0.0, 0.0), (0.2, 0.0), (0.0, -0.15), (-0.2, 0.1)] {
-            let attitude = Attitude { height_m: 0.19, pitch_rad, roll_rad };
+            let trunk = TrunkPose { height_m: 0.19, pitch_rad, roll_rad };
             for (forward, up, side) in [(0.1, 0.0, 0.06), (-0.15, 0.012, -0.06)] {
-                let tip = attitude.tip_in_body(forward, up, side);
-                let level = attitude.tilt() * tip;
+                let tip = trunk.tip_in_body(forward, up, side);
+                let level = trunk.tilt() * tip;
                 assert!((level.x - forward).abs() < 1e-15, "forward at {pitch_rad}, {roll_rad}");
                 assert!((level.z - (up - 0.19)).abs() < 1e-15, "height at {pitch_rad}, {roll_rad}");
                 assert!((tip.y - side).abs() < 1e-15, "the leg's plane is the trunk's");

@@ -6,7 +6,7 @@ use super::{
     Decoder, FAST_HEAD_BYTES, REQUEST_FRAME_BYTES, STATUS_FRAME_BYTES, fast_sync_read, library, read,
     request, sync_read, sync_write, table, write,
 };
-use crate::bus::language::{FastRead, Introduction, Language};
+use crate::bus::protocols::{FastRead, IdentifyRequest, ProtocolSpec};
 use crate::bus::table::{Identity, Offset, Series, Target, count};
 use crate::model::{Firmware, Protocol};
 
@@ -16,7 +16,7 @@ const ALERT: u8 = 0x80;
 const RESET_KEEPS_ID_AND_BAUD: u8 = 0x02;
 
 /// Dynamixel Protocol 2.0.
-pub(in crate::bus) static LANGUAGE: Language = Language {
+pub(in crate::bus) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Dynamixel,
     name: "dynamixel",
     title: "Dynamixel Protocol 2.0",
@@ -55,7 +55,7 @@ pub(in crate::bus) static LANGUAGE: Language = Language {
     alarms_and_refusal: |error| (error & ALERT, error & !ALERT),
     refusal,
 
-    introduction: Introduction::Ping,
+    identify: IdentifyRequest::Ping,
     identity,
     reset_parameters: &[RESET_KEEPS_ID_AND_BAUD],
     library: Some(library::open),

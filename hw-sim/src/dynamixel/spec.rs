@@ -1,14 +1,14 @@
 //! Hands the behaviour of Dynamixel servos to the rest of the simulator.
 
-use super::packet::{Decoder, Heard};
+use super::packet::Decoder;
 use super::x_series::{BAUD, GOAL_POSITION, GOAL_PWM, ID, PROTOCOL_TYPE, RETURN_DELAY};
 use super::{State, answer, control, models, power};
+use crate::decoder::{LineDecoder, Received};
 use crate::model::Protocol;
-use crate::reply::Slot;
-use crate::servo::{Ear, Kind, Packet, Servo};
+use crate::servo::ProtocolSpec;
 
 /// Dynamixel Protocol 2.0.
-pub(crate) static KIND: Kind = Kind {
+pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Dynamixel,
     name: "dynamixel",
     models: models::models,
@@ -41,33 +41,16 @@ pub(crate) static KIND: Kind = Kind {
     drive: control::drive,
     observe: control::observe,
     is_torque_on: control::is_torque_on,
-    ear: || Box::new(Line::default()),
+    decoder: || Box::new(Decoder::default()),
+    answer: answer::answer,
 };
 
-#[derive(Debug, Default)]
-struct Line {
-    decoder: Decoder,
-    heard: Option<Heard>,
-}
-
-impl Ear for Line {
+impl LineDecoder for Decoder {
     fn reset(&mut self) {
-        self.decoder.reset();
+        Decoder::reset(self);
     }
 
-    fn push(&mut self, byte: u8) -> bool {
-        self.heard = self.decoder.push(byte);
-        self.heard.is_some()
-    }
-
-    fn request(&self) -> Option<Packet<'_>> {
-        match &self.heard {
-            Some(Heard::Request(of)) => Some((of.id, of.instruction, &of.parameters)),
-            Some(Heard::BadCrc { .. }) | None => None,
-        }
-    }
-
-    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
-        self.heard.as_ref().map_or(Vec::new(), |heard| answer::answer(heard, servos, hears, now_ns))
+    fn push(&mut self, byte: u8) -> Option<Received> {
+        Decoder::push(self, byte)
     }
 }
