@@ -6,38 +6,8 @@
 //! A robot file describes all robots of a kind. The data of one built robot are in its unit file; [`UnitFile`] says
 //! more.
 //!
-//! The schema of robot files, one for all rigs; lengths in mm, angles in degrees; each key's name ends in its unit.
-//!
-//! The page `docs/robot-file.md` says what each key means; it is generated from [`robot_file_keys`].
-//!
-//! | section | keys (those with a default in brackets) |
-//! |---|---|
-//! | top | `name`, `loop_rate_hz`, `stop_action` = `"hold"`, `"sit-then-limp"`, or (the same, of arms) `"park-then-limp"` |
-//! | `[trunk]` | `mass_kg`, `center_mm` |
-//! | `[[bus]]` | `name`, `protocol`, `baud`, (`adapter_latency_us` 1000), (`return_delay_us` 0), (`supply_mohm` 100); no bus at all: a robot on paper |
-//! | `[[chain]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), (`foot` = { `radius_mm`, `width_mm` } or { `size_mm`, (`middle_mm` 0 0 0) }) |
-//! | `[[chain.joint]]` | `name`, `axis`, `link_mm`, `range_deg`, `stiffness`, `mass_kg`, (`center_mm` middle of the link), `servo`, (`ball` none: its own range alone) |
-//! | `[[arm]]` | `name`, `root_mm`, (`root_rpy_deg` 0 0 0), `joints`, (`hinges` 2), `link_mm`, (`taper` 0.01), `range_deg`, `twist_range_deg` of three hinges, (`stiffness` 0.5), `mass_kg`, `radius_mm`, (`role` 1), (`stroke_plane_deg` 0), (`park_lift_deg` 0): a chain of lift, sweep (and twist) hinges |
-//! | `[[chain.joint.ball]]`, `[[arm.ball]]` | `lift_deg`, `sweep_deg`, (`twist_range_deg` -180 180): a corner of the region in which each joint may bend, beyond its hinges' ranges; none at all: the hinges' ranges alone |
-//! | `[[arm.servos]]` | `model`, `bus`, `joints`, `first_id`, (`reversed` false): in a row from root to tip |
-//! | `[arm.tendons]` | `cord_radius_mm`, `gap_mm`, `spool_radius_mm`, `bend_max_deg`, (`cord_turn_deg` 0), `pretension_mm`, (`slack_max_mm` 1): in the place of `hinges`, `range_deg`, `stiffness`; three sections, whose winches `servos` turn |
-//! | `servo` | `model`, `bus`, `id`, (`reversed` false); none on a robot on paper |
-//! | `[imu]` | (`rate_hz` 200), (`baud` 115200), (`rpy_deg` 0 0 0), (`delay_ms` 5), (`stale_s` 0.1), (`lost_speed_share` 0.5); none at all: no unit |
-//! | `[imu.noise]` | (`acceleration_m_s2` 0.03), (`acceleration_bias_m_s2` 0.1), (`rate_deg_s` 0.1), (`rate_bias_deg_s` 0.1), (`angle_deg` 0.1), (`angle_drift_deg` 0.3): of a simulated unit |
-//! | `[safety]` | (`rate_share` 0.7), (`acceleration_max_deg_s2` 10000), (`slow_rate_deg_s` 30), (`torque_share` 1), (`torque_ramp_s` 1), (`coast_s` 0.1), (`hold_s` 2), (`tracking_error_max_deg` 20), (`fault_delay_s` 0.5), (`temperature_max_c` 5 below the servo models' own), (`voltage_min_v` their own), (`tripped_servo` `"stop"` or `"freeze"`) |
-//! | `[reflex]` | (`mode` `"reflex"`, `"passive"` or `"off"`), (`detector` `"lean"` or `"rate"`), (`roll_max_deg` 34), (`pitch_max_deg` 29), (`ahead_s` 0.14), (`rate_max_deg_s` 172), (`passive_torque_share` 0.2), (`rest_rate_deg_s` 20), (`rest_s` 0.5), (`get_ups_max` 3); no section: falls are not noticed; not of arms on a base |
-//! | `[[reflex.pose]]` | `name`, `angles_deg` of all joints |
-//! | `[[reflex.fall]]` | `direction` = `"forward"`, `"backward"`, `"left"`, `"right"` or `"twisting"`, with `[[reflex.fall.key]]`: `pose`, `at_s`, (`torque_share` 1) |
-//! | `[[reflex.get_up]]` | `lying` = `"upright"`, `"front"`, `"back"`, `"left"`, `"right"` or `"over"`, with any `[[reflex.get_up.key]]` as above |
-//! | `[yield]` | `load_share`, (`after_s` 0.2), (`torque_share` 0.1), (`for_s` 1), (`return_s` 2); of arms: gives way above that load |
-//! | `[physics]` | of a simulated robot; no such section: joints turn freely: (`step_ms` 1), (`rotor_inertia_kg_m2` the servo models'), (`viscosity_nm_s` 0), (`stop_stiffness_nm_rad` 60), (`stop_damping_nm_s` 0.3); on legs `trunk_box_mm`, (`link_radius_mm` 8), (`friction` 0.8), (`slope_deg` 0), (`uphill_deg` 0) |
-//! | `[[physics.step]]` | `at_mm`, `length_mm`, `height_mm`: a block across the way |
-//! | `[balance]` | (`friction` that of `[physics]`, or 0.8), (`sag_correction` true), (`roll_rate_gain_s` 0.1), (`pitch_rate_gain_s` 0.05), (`heading_gain_m_s` 0.2), of a figure (`lean_brake_hz` 8) |
-//! | `[motion]` | `kind` = `"horse"`, `legs` = { `left_hind`, `left_fore`, `right_hind`, `right_fore` }, `stand_height_mm`, `sit_height_mm`, `swing_time_s`, `swing_lift_mm`, `swing_ramp_share`, `acceleration_max_m_s2`, (`yaw_rate_max_deg_s` 20) |
-//! | `[motion]` | `kind` = `"tentacle"`, `carried_by` = `"servos"`, `"water"` or `"counterweight"`, `carried_share` of all but the first, `stroke_time_s`, (`key_angles` `"smooth"` or `"linear"`), (`bending` `"smooth"` or `"ccd"`), (`variation_deg` 0), (`variation_seed` 1), (`reach_mm`), (`base_radius_mm`), (`clearance_mm` 5), (`grip_share` 0.15), (`pole` = { `point_mm`, `axis`, `radius_mm` }), (`path` = { `points_mm`, `speed_mm_s` }) |
-//! | `[motion]` | `kind` = `"figure"`, `legs` = { `left`, `right` }, (`head` none), `stand_height_mm`, `sit_height_mm`, (`soft_stop_deg` 5), (`set_down_s` 5) |
-//! | `[[motion.pose]]` | of a figure: `name`, `time_s`, (`height_mm` standing), (`pitch_deg` 0), (`roll_deg` 0), (`sway_mm` 0), (`turn` = [{ `joint`, `angle_deg` }] as in the pose `stand`) |
-//! | `[[motion.gait]]` | `name`, `duty_factor`, and `phase_offsets` or `fore_hind_phase_offset` with `left_right_phase_offset`, (`vertical_oscillation_mm` 0), (`vertical_oscillations_per_stride` 2), (`vertical_oscillation_highest_at` 0), (`auto_froude_max` none: taken by name only); added to the built-in gaits, or in the place of the one of that name |
+//! The page `docs/robot-file.md` lists every key of robot files with its meaning, unit and default. It is generated from
+//! [`robot_file_keys`], which the readers here fill.
 
 mod arms;
 mod balance;
