@@ -123,7 +123,7 @@ fn dynamixel_horse_trots() {
 }
 
 #[test]
-fn both_canter_and_gallop_on_either_lead() {
+fn both_horses_canter_and_gallop_on_either_lead() {
     for file in ROBOTS {
         for (number, gait) in ["canter", "gallop", "rotary-gallop"].into_iter().enumerate() {
             let walk_for_s = if is_full() { 10.0 } else { 4.0 };
@@ -141,7 +141,7 @@ fn both_canter_and_gallop_on_either_lead() {
 
 /// Every gait after every second other, each for five seconds at nine tenths of its top speed.
 #[test]
-fn both_change_from_gait_to_gait_on_their_servos() {
+fn both_horses_change_gaits_on_their_servos() {
     for file in ROBOTS {
         let robot = shipped(file);
         let mut scenario = Scenario::from_sitting(&robot, "walk", 60.0);

@@ -101,7 +101,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
 }
 
 #[test]
-fn no_goal_leaves_the_range_from_waking_to_letting_go() {
+fn no_goal_leaves_the_range_from_start_to_limp() {
     let robot = config::parse(&arm(&[]), "arm.toml").unwrap().robot;
     let at = |lift: f64, sweep: f64| {
         let angle = |joint: usize| if joint.is_multiple_of(2) { lift } else { sweep };

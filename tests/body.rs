@@ -49,7 +49,7 @@ fn a_limp_horse_lies_still_on_its_folded_legs() {
 }
 
 #[test]
-fn it_rises_walks_and_sits_down_again() {
+fn the_horse_rises_walks_and_sits_down() {
     for (file, seed) in ROBOTS.into_iter().zip([1, 2]) {
         let robot = in_physics(file);
         let (report, ports) = walk(&robot, "walk-steady", 8.0, seed);
@@ -76,7 +76,7 @@ fn it_rises_walks_and_sits_down_again() {
 }
 
 #[test]
-fn steps_of_one_and_two_milliseconds_go_the_same_way() {
+fn simulation_steps_of_one_and_two_milliseconds_agree() {
     let distance_m = |step_ms| {
         let robot = in_physics("horse.toml");
         let physics = Physics { step_ms, ..robot.physics.clone().unwrap() };

@@ -228,7 +228,7 @@ fn the_walk_of_the_thesis_does_not_fall() {
 }
 
 #[test]
-fn from_walk_to_trot_and_back_it_does_not_fall() {
+fn the_horse_does_not_fall_from_walk_to_trot_and_back() {
     for name in ROBOTS {
         let robot = in_physics(name);
         let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
@@ -248,7 +248,7 @@ fn from_walk_to_trot_and_back_it_does_not_fall() {
 }
 
 #[test]
-fn it_stands_as_high_as_it_is_told() {
+fn the_horse_stands_at_the_ordered_height() {
     println!("[sag]\n| robot | with | without |\n|---|---|---|");
     for name in ROBOTS {
         let corrected = in_physics(name);

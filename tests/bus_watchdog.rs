@@ -108,7 +108,7 @@ fn when_the_loop_dies_every_servo_stops_within_the_time() {
 }
 
 #[test]
-fn a_loop_that_stalls_goes_on_walking() {
+fn a_robot_walks_on_after_a_stall_of_the_loop() {
     let robot = horse();
     let mut cycle = trotting(&robot, "");
     run(&robot, &mut cycle, 8.0);
@@ -122,7 +122,7 @@ fn a_loop_that_stalls_goes_on_walking() {
 }
 
 #[test]
-fn a_servo_or_an_adapter_that_was_out_for_a_while_goes_on_too() {
+fn a_servo_or_adapter_that_was_away_for_a_while_works_again() {
     let out = "[[fault]]\nat_s = 6\nfor_s = 1\nkind = 'silent'\nbus = 'left_hind'\nid = 2\n\
                [[fault]]\nat_s = 8.5\nfor_s = 1\nkind = 'unplugged'\nbus = 'right_fore'\n";
     let robot = horse();
@@ -159,7 +159,7 @@ fn a_new_start_clears_a_watchdog_that_has_tripped_and_an_end_disarms_it() {
 
 /// An end that holds: torque stays on, and nobody talks to the servos any more.
 #[test]
-fn a_robot_that_holds_its_pose_at_the_end_is_not_let_down_by_its_watchdogs() {
+fn watchdogs_do_not_release_a_robot_that_holds_its_pose_at_the_end() {
     let robot = horse();
     let mut cycle = trotting(&robot, "");
     run(&robot, &mut cycle, 5.0);
@@ -170,7 +170,7 @@ fn a_robot_that_holds_its_pose_at_the_end_is_not_let_down_by_its_watchdogs() {
 }
 
 #[test]
-fn feetech_servos_have_none_and_nothing_is_written_for_it() {
+fn feetech_servos_have_no_watchdog_and_get_no_write_for_it() {
     let robot = config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot;
     let robot = robot.without_body();
     let mut buses = prepared(&robot, "");

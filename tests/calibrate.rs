@@ -263,7 +263,7 @@ fn assert_true(robot: &Robot, built: &Robot, servos: &Servos, name: &str, file: 
 const THREE: [usize; 3] = [2, 7, 13];
 
 #[test]
-fn horns_anywhere_and_three_servos_the_other_way_round() {
+fn calibration_finds_horn_positions_and_three_reversed_servos() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &[-0.7; 16], "");
@@ -272,8 +272,8 @@ fn horns_anywhere_and_three_servos_the_other_way_round() {
     let heard = person.heard.join("\n");
     ended.result.unwrap_or_else(|error| panic!("{error}\n{heard}"));
     assert!(ended.is_end_heard);
-    assert_eq!(heard.matches("the other way round than the robot file says").count(), 3, "{heard}");
-    assert!(heard.contains("The cure is written into these servos, for good"), "{heard}");
+    assert_eq!(heard.matches("the other way round than in the robot file").count(), 3, "{heard}");
+    assert!(heard.contains("The cure is written into these servos permanently"), "{heard}");
     assert_true(&robot, &built, &servos, "horse.toml", &file);
     let (at_once, limit) = *servos.most.borrow();
     assert_eq!(at_once, 1, "one joint at a time has torque");
@@ -282,7 +282,7 @@ fn horns_anywhere_and_three_servos_the_other_way_round() {
 
 /// The program dies right after each step is kept, or right before.
 #[test]
-fn ended_after_any_step_it_goes_on_from_there() {
+fn a_calibration_ended_after_any_step_resumes_there() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &[-0.7; 16], "");
@@ -304,7 +304,7 @@ fn ended_after_any_step_it_goes_on_from_there() {
 }
 
 #[test]
-fn a_person_is_asked_and_finds_what_a_careless_sweep_did_not() {
+fn the_check_by_the_person_corrects_a_careless_sweep() {
     for name in ROBOTS {
         // Horns as the robot file wants them, more or less.
         let (robot, built) = built(name, 100.0, &[]);
@@ -315,14 +315,14 @@ fn a_person_is_asked_and_finds_what_a_careless_sweep_did_not() {
         let ended = run(&robot, &mut new_unit(name), &mut person, false);
         let heard = person.heard.join("\n");
         ended.result.unwrap_or_else(|error| panic!("{name}: {error}\n{heard}"));
-        assert_eq!(heard.matches("which is noted. Once more").count(), 1, "{heard}");
+        assert_eq!(heard.matches("which is recorded. Once more").count(), 1, "{heard}");
         assert!(!heard.contains("The cure"), "{name}: {heard}");
         assert_true(&robot, &built, &servos, name, &file);
     }
 }
 
 #[test]
-fn a_dynamixel_with_its_seam_in_the_way_must_be_mounted_anew_and_the_others_are_kept() {
+fn a_dynamixel_with_its_seam_in_range_must_be_remounted_and_the_others_are_kept() {
     let name = "horse-dynamixel.toml";
     let (robot, mut built) = built(name, 100.0, &[]);
     let elbow = built.joints.iter().position(|joint| joint.name == "left_fore.elbow").unwrap();
@@ -362,7 +362,7 @@ fn a_servo_pulled_out_is_named_and_nothing_is_lost() {
 }
 
 #[test]
-fn a_jammed_joint_is_told_and_the_others_are_checked() {
+fn a_jammed_joint_is_reported_and_the_others_are_checked() {
     let (robot, built) = built("horse.toml", 100.0, &[]);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &marked_pose_rad(&built), "");

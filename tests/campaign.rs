@@ -52,7 +52,7 @@ fn found(all: &[Judged]) -> Vec<String> {
 }
 
 #[test]
-fn a_short_campaign_finds_nothing_and_is_the_same_again() {
+fn a_short_campaign_finds_nothing_and_repeats_exactly() {
     let names = ["tentacle.toml", "horse.toml"];
     let (all, tally) = campaign(&names, 5, 0.03);
     assert_eq!(found(&all), [""; 0]);

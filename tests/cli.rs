@@ -127,7 +127,7 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
 }
 
 #[test]
-fn what_the_robot_cannot_do_is_refused_all_at_once() {
+fn all_impossible_requests_are_refused_at_once() {
     let path = horse_with(
         "impossible.toml",
         &[("stand_height_mm = 190", "stand_height_mm = 600"), ("loop_rate_hz = 100", "loop_rate_hz = 400")],
@@ -152,7 +152,7 @@ fn what_the_robot_cannot_do_is_refused_all_at_once() {
 }
 
 #[test]
-fn check_says_what_the_robot_can_do() {
+fn check_lists_the_capability_of_the_robot() {
     let (stdout, stderr, code) = texts(&output(&["check", HORSE]));
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     let line = |start: &str| {
@@ -299,7 +299,7 @@ fn a_run_completes_and_reports() {
 }
 
 #[test]
-fn speed_beyond_the_limit_is_held_and_said() {
+fn speed_beyond_the_limit_is_limited_and_reported() {
     let path = scratch("fast.json");
     let (stdout, _, code) = texts(&output(&[
         "run",
@@ -350,7 +350,7 @@ fn thesis_inverse_kinematics_alone_walks_less_precisely() {
 }
 
 #[test]
-fn the_fault_scripts_beside_the_robots_do_what_they_say() {
+fn the_shipped_fault_scripts_do_what_they_say() {
     let cases = [
         ("bad-morning", 0, "completed"),
         ("unplugged-servo", 3, "was not heard"),
@@ -361,7 +361,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
         ("low-battery", 3, "sees 8.5 V"),
         ("hot-servo", 3, "servo 4 on bus main (joint left_hind.hock) is at 75 C"),
         ("reset-servo", 0, "completed"),
-        ("brown-out", 3, "bus main: none of its servos is heard"),
+        ("brown-out", 3, "bus main: none of its servos answers"),
         ("twin-ids", 3, "servo 3 on bus main (joint left_hind.stifle) was not heard"),
         ("overload", 3, "servo 4 on bus main (joint left_hind.hock) raises alarm bits 0x20 (overload)"),
         ("bad-replies", 0, "completed"),

@@ -202,7 +202,7 @@ fn compare(
 }
 
 #[test]
-fn the_client_finds_dynamixel_status_packets_behind_anything() {
+fn the_client_finds_dynamixel_status_packets_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(DATA_MAX);
         dynamixel(1 + swamp.below(3) as u8, &[&[0x55, 0], data.as_slice()].concat())
@@ -214,7 +214,7 @@ fn the_client_finds_dynamixel_status_packets_behind_anything() {
 }
 
 #[test]
-fn the_client_finds_feetech_status_packets_behind_anything() {
+fn the_client_finds_feetech_status_packets_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(DATA_MAX);
         feetech(1 + swamp.below(3) as u8, 0, &data)
@@ -227,7 +227,7 @@ fn the_client_finds_feetech_status_packets_behind_anything() {
 }
 
 #[test]
-fn servos_find_dynamixel_requests_behind_anything() {
+fn servos_find_dynamixel_requests_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let body = [&[[1, 2, 3, 0x82, 0x83, 0x8A][swamp.below(6)]], swamp.bytes(12).as_slice()].concat();
         dynamixel(1 + swamp.below(3) as u8, &body)
@@ -239,7 +239,7 @@ fn servos_find_dynamixel_requests_behind_anything() {
 }
 
 #[test]
-fn servos_find_feetech_requests_behind_anything() {
+fn servos_find_feetech_requests_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(12);
         feetech(1 + swamp.below(3) as u8, [1, 2, 3, 0x82, 0x83][swamp.below(5)], &data)
@@ -252,7 +252,7 @@ fn servos_find_feetech_requests_behind_anything() {
 }
 
 #[test]
-fn mutated_replies_to_a_fast_read_hide_nothing_behind_them() {
+fn damaged_replies_to_a_fast_read_hide_no_later_packet() {
     let servos = [1, 2, 3].map(ServoId);
     // One packet, a block a servo, each block's CRC over all before it (DynamixelSDK, group_sync_read).
     let reply = |swamp: &mut Swamp| {
@@ -297,7 +297,7 @@ fn of_interest(frame: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn frames_of_an_imu_are_found_behind_anything() {
+fn frames_of_an_imu_are_found_after_any_bytes() {
     let frame = |kind: u8, data: &[u8]| {
         let mut frame = [&[0x55, kind], data].concat();
         frame.push(frame.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)));

@@ -40,7 +40,7 @@ const LOST_SHARE: f64 = 0.0005;
 const CYCLES: usize = 51;
 
 #[test]
-fn an_exchange_takes_as_long_as_its_wire_and_the_terminal() {
+fn an_exchange_takes_the_time_of_its_wire_and_the_terminal() {
     for file in ROBOTS {
         let first = walk(file);
         let Some(why) = first.fault(SHARE) else { continue };

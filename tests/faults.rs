@@ -355,7 +355,7 @@ fn the_stop_action_hold_keeps_torque_and_pose() {
 /// A servo that talks while the host does spoils the request for all: replies that are late enough keep every servo from
 /// hearing the end.
 #[test]
-fn servos_whose_replies_run_into_requests_are_limp_in_the_end() {
+fn servos_whose_replies_collide_with_requests_end_limp() {
     let robot = shipped("horse.toml");
     let watched = watch(&robot, "[[fault]]\nkind = 'slow'\nat_s = 6.0\nbus = 'main'\ndelay_ms = 1.83");
     let report = &watched.report;
@@ -367,7 +367,7 @@ fn servos_whose_replies_run_into_requests_are_limp_in_the_end() {
 }
 
 #[test]
-fn a_loop_that_stood_still_too_long_stops() {
+fn a_loop_that_stalled_too_long_stops_the_robot() {
     let robot = shipped("horse.toml");
     let watched = watch(&robot, "[[fault]]\nkind = 'late-host'\nat_s = 6.0\ndelay_ms = 3000");
     assert_eq!(watched.report.outcome, Outcome::StoppedBySafety);

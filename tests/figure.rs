@@ -79,7 +79,7 @@ fn assert_in_ball_ranges(robot: &Robot, angles: &[f64], when: &str) {
 }
 
 #[test]
-fn it_is_built_as_people_are_and_stands_on_two_buses() {
+fn the_figure_has_human_proportions_and_two_buses() {
     let robot = figure();
     let height_m = 0.4;
     let near = |value: f64, share: f64, what: &str| {
@@ -154,7 +154,7 @@ fn right_is_the_mirror_image_of_left() {
 }
 
 #[test]
-fn its_middle_is_over_its_feet_in_every_pose_and_servos_bear_it() {
+fn the_centre_of_mass_is_over_the_feet_in_every_pose_and_servos_bear_it() {
     let robot = figure();
     let figure = robot.motion.figure().unwrap();
     let capability = FigureCapability::of(&robot, figure).unwrap();
@@ -181,7 +181,7 @@ fn its_middle_is_over_its_feet_in_every_pose_and_servos_bear_it() {
 }
 
 #[test]
-fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
+fn soles_stay_in_place_through_all_poses_and_no_goal_jumps() {
     let robot = figure();
     let dt_s = robot.period_s();
     let mut controller =
@@ -303,7 +303,7 @@ fn hippocamp(arguments: &[&str], folder: &Path) -> Output {
 }
 
 #[test]
-fn the_commands_of_other_rigs_work_on_it() {
+fn the_commands_of_other_rigs_work_on_a_figure() {
     let folder = tempfile::tempdir().unwrap();
     let file = config_file("figure.toml");
     let file = file.to_str().unwrap();
@@ -356,7 +356,7 @@ fn the_commands_of_other_rigs_work_on_it() {
 }
 
 #[test]
-fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
+fn mistakes_in_a_figures_file_are_reported_with_their_key() {
     let text = std::fs::read_to_string(config_file("figure.toml")).unwrap();
     for (from, to, key, words) in [
         ("name = \"stand\"", "name = \"rest\"", "motion.pose", "the pose it stands in as the first"),
@@ -391,7 +391,7 @@ fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
 
 /// With `HIPPOCAMP_FULL` set a minute of ten seeds, else a quarter of one.
 #[test]
-fn nudges_do_not_move_it_off_its_feet() {
+fn small_pushes_do_not_make_a_figure_fall() {
     let robot = in_physics("figure.toml");
     // 0.015 N s a kg each second, to any side, from when hands have let go of it.
     let faults = "[[fault]]\nkind = \"push\"\nat_s = 15\nimpulse_n_s = 0.0315\nfor_s = 0.1\nevery_s = 1\n";
@@ -412,7 +412,7 @@ fn nudges_do_not_move_it_off_its_feet() {
 
 /// Set down by then, it goes through them all; a trunk that is to bow is none that falls.
 #[test]
-fn on_its_feet_it_takes_every_pose() {
+fn a_figure_on_the_ground_takes_every_pose() {
     let robot = in_physics("figure.toml");
     let mut stood_s: Option<f64> = None;
     let mut taken = vec![false; poses(&robot)];
@@ -437,7 +437,7 @@ fn on_its_feet_it_takes_every_pose() {
 
 /// From any of them it goes straight to its sitting pose if it must, and that is no fall either.
 #[test]
-fn stopped_at_once_in_any_pose_it_sits_down() {
+fn a_figure_stopped_in_any_pose_sits_down() {
     let robot = in_physics("figure.toml");
     // All, or a bow and a lean, from which the way is longest.
     let names = robot.motion.figure().unwrap().poses.iter().map(|pose| pose.name.as_str());
@@ -458,7 +458,7 @@ fn stopped_at_once_in_any_pose_it_sits_down() {
 
 /// From the operator's motion to the reflex's and, of who keeps its feet, back: no goal leaps from one cycle to the next.
 #[test]
-fn the_reflex_takes_over_and_gives_back_without_a_leap() {
+fn the_reflex_takes_over_and_hands_back_without_a_jump() {
     let robot = in_physics("figure.toml");
     let pushed = |direction_deg: f64, impulse_n_s: f64| {
         let faults = format!(

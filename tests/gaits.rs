@@ -229,7 +229,7 @@ fn a_trunk_that_may_accelerate_steeply_starts_and_stops_in_every_gait_all_the_sa
 }
 
 #[test]
-fn random_scripts_keep_everything() {
+fn random_scripts_keep_every_limit() {
     let (horse_scripts, thoroughbred_scripts) = if is_full() { (600, 400) } else { (36, 24) };
     let robot = shipped("horse.toml");
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());

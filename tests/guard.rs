@@ -90,7 +90,7 @@ fn a_controller_that_hangs_is_killed_and_its_servos_are_let_go() {
 }
 
 #[test]
-fn a_safe_end_leaves_no_guard_behind() {
+fn a_safe_end_leaves_no_guard_process() {
     let rig = Rig::new("horse.toml", "");
     let child = rig.start("jog", &["left_hind.hip", "-85"]);
     let output = child.wait_with_output().unwrap();
@@ -109,7 +109,7 @@ fn nearly_full_pipe(left: usize) -> (OwnedFd, OwnedFd) {
 }
 
 #[test]
-fn a_loop_does_not_wait_for_those_who_do_not_read_what_it_says() {
+fn a_loop_does_not_wait_for_a_reader_of_its_output() {
     let rig = Rig::new("horse.toml", "");
     let jog = |stdout: Stdio| {
         let mut command = rig.command("jog", &["left_hind.hip", "-85"]);
@@ -141,7 +141,7 @@ fn real_time_priority(process: u32) -> u32 {
 }
 
 #[test]
-fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
+fn an_endless_computation_of_the_loop_leaves_the_guard_a_processor() {
     let rig = Rig::new("horse.toml", "");
     let child = rig.start("run", &["--for", "60"]);
     rig.wait_for_torque(true);
@@ -159,7 +159,7 @@ fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
 }
 
 #[test]
-fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
+fn the_guard_waits_for_a_port_that_is_briefly_in_use() {
     let rig = Rig::new("horse.toml", "");
     let device = rig.server.as_ref().unwrap().paths()[0].clone();
     let earlier = serialport::new(device.to_str().unwrap(), 1_000_000).exclusive(true);
@@ -173,7 +173,7 @@ fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
 }
 
 #[test]
-fn a_port_that_cannot_be_opened_leaves_no_guard_behind() {
+fn a_port_that_cannot_be_opened_leaves_no_guard_process() {
     let rig = Rig::new("horse.toml", "");
     // The port is another's. A guard that took itself to be needed would try to get at it for a minute.
     let device = rig.server.as_ref().unwrap().paths()[0].clone();

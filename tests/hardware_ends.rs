@@ -235,7 +235,7 @@ fn a_killed_controller_leaves_no_torque() {
 
 /// Which signal it is makes no difference to when it comes: by default each comes at one moment.
 #[test]
-fn a_controller_that_is_told_to_stop_takes_its_stop_action_whatever_the_signal() {
+fn a_controller_takes_its_stop_action_on_every_stop_signal() {
     let signals = ["TERM", "INT", "HUP"];
     let of_horse = MOMENTS.into_iter().enumerate().flat_map(|(number, moment)| {
         let wanted = move |(of, _): &(usize, &str)| is_full() || *of == number;
@@ -285,7 +285,7 @@ fn panicked_ns(built: &Built, said: &str) -> u64 {
 
 #[test]
 #[cfg(debug_assertions)]
-fn a_controller_that_panics_lets_go_before_it_says_a_word() {
+fn a_controller_that_panics_takes_torque_off_before_it_prints() {
     try_all(robots_and_moments(), |(file, moment)| {
         let _place = Place::take(file);
         let built = Built::new(file);
@@ -472,7 +472,7 @@ fn a_controller_without_its_only_port_ends_by_itself() {
 }
 
 #[test]
-fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
+fn servos_that_missed_the_end_go_limp_when_their_adapter_is_back() {
     let _place = Place::take("horse.toml");
     let built = Built::new("horse.toml");
     let mut child = built.run().spawn().unwrap();

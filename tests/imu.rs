@@ -63,7 +63,7 @@ fn between(seen: &[Seen], from_s: f64, to_s: f64) -> impl Iterator<Item = &Seen>
 }
 
 #[test]
-fn every_cycle_knows_how_the_trunk_lies_and_how_old_that_is() {
+fn every_cycle_has_the_trunk_attitude_and_its_age() {
     for name in common::ROBOTS {
         let robot = shipped(name);
         let imu = robot.imu.clone().unwrap();
@@ -79,7 +79,7 @@ fn every_cycle_knows_how_the_trunk_lies_and_how_old_that_is() {
 
 /// A walk on the ground that is held by safety for a moment: the feet stay where they were to be, feedback added once.
 #[test]
-fn feedback_does_not_add_up_while_the_walk_is_held() {
+fn balance_feedback_does_not_accumulate_while_the_walk_is_held() {
     let robot = in_physics("horse.toml");
     // Long enough to hold, too short to stop.
     let faults = "[[fault]]\nkind = 'unplugged'\nat_s = 9.0\nfor_s = 0.4\nbus = 'main'\n";

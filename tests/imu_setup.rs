@@ -154,7 +154,7 @@ fn a_unit_out_of_its_box_is_set_up_however_it_is_built_in() {
 }
 
 #[test]
-fn tilts_that_are_none_or_do_not_go_together_are_told() {
+fn missing_or_contradictory_tilts_are_reported() {
     let robot = shipped("horse.toml");
     let settings = robot.imu.clone().unwrap();
     let upright = [0.0, 0.0, -90.0];
@@ -166,11 +166,11 @@ fn tilts_that_are_none_or_do_not_go_together_are_told() {
     let said = refused(NOSE_DOWN, [30.0, 0.0, 0.0]);
     assert!(said.contains("the other way round"), "{said}");
     let said = refused(NOSE_DOWN, [-20.0, 20.0, 0.0]);
-    assert!(said.contains("do not go together"), "{said}");
+    assert!(said.contains("do not match"), "{said}");
 }
 
 #[test]
-fn a_unit_that_is_not_there_or_falls_silent_is_told() {
+fn a_missing_or_silent_unit_is_reported() {
     let robot = shipped("horse.toml");
     let settings = robot.imu.clone().unwrap();
     let fault = |kind: &str, at_s: f64| {
@@ -186,7 +186,7 @@ fn a_unit_that_is_not_there_or_falls_silent_is_told() {
 }
 
 #[test]
-fn up_is_up_once_it_is_known_how_the_unit_is_built_in() {
+fn a_calibrated_mounting_gives_the_right_vertical() {
     // What the setup is for: the body's attitude out of a unit on its head, turned by 35 degrees.
     let robot = shipped("horse.toml");
     let mut settings = robot.imu.clone().unwrap();

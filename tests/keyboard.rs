@@ -173,7 +173,7 @@ fn scratch(name: &str) -> PathBuf {
 }
 
 #[test]
-fn walk_trot_canter_turn_and_stop() {
+fn keys_make_the_horse_walk_trot_canter_turn_and_stop() {
     let mut screen = Screen::run(&[]);
     screen.see("1 walk");
     screen.see("EMERGENCY STOP");
@@ -211,7 +211,7 @@ fn walk_trot_canter_turn_and_stop() {
 }
 
 #[test]
-fn every_way_to_stop_ends_the_run_and_gives_the_terminal_back() {
+fn every_way_to_stop_ends_the_run_and_restores_the_terminal() {
     for keys in ["q", "x", "X", "\x1b", "\x03", "\x04", "\x1a", "qx", "\x03\x03"] {
         let mut screen = Screen::run(&[]);
         screen.see_line("a horse that does as it is told", |line| line.asked_m_s.abs() < 1e-9);
@@ -232,7 +232,7 @@ fn every_way_to_stop_ends_the_run_and_gives_the_terminal_back() {
 }
 
 #[test]
-fn arrows_and_other_keys_are_no_emergency_stop() {
+fn arrow_and_other_keys_cause_no_emergency_stop() {
     let mut screen = Screen::run(&[]);
     screen.see("up, down");
     screen.press("\x1bOA\x1b[3~\x1b[15~\x1bOP");
@@ -244,7 +244,7 @@ fn arrows_and_other_keys_are_no_emergency_stop() {
 }
 
 #[test]
-fn a_terminal_that_is_gone_ends_the_run() {
+fn the_loss_of_the_terminal_ends_the_run() {
     let report = scratch("terminal-gone.json");
     let mut screen = Screen::run(&["--report", report.to_str().unwrap()]);
     screen.see("up, down");
@@ -269,5 +269,5 @@ fn keys_need_a_terminal() {
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--keys") && said.contains("no terminal"), "{said}");
+    assert!(said.contains("--keys") && said.contains("not a terminal"), "{said}");
 }

@@ -115,7 +115,7 @@ fn the_loop_names_no_observer() {
 }
 
 #[test]
-fn paths_are_found_in_code_and_not_in_comments_or_tests() {
+fn module_paths_are_found_in_code_but_not_in_comments_or_tests() {
     let text = "use crate::b::{X, y::Z};\n/// [`crate::c`]\nuse crate::{d, e::{F, G}, h};\nlet i = crate::j::k();\n\
                 #[cfg(test)]\nmod tests {\n use crate::l;\n}";
     let found: Vec<_> = named(&code_of(text)).into_iter().collect();

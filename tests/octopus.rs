@@ -21,7 +21,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 
 #[test]
-fn sections_end_where_their_strokes_have_them() {
+fn sections_end_where_their_strokes_put_them() {
     let robot = shipped("octopus.toml");
     let arm_m = robot.chains[0].length_m(robot.joints_of(&robot.chains[0]));
     for stroke in [Stroke::Walk, Stroke::Swim] {

@@ -84,7 +84,7 @@ impl Folder {
 }
 
 #[test]
-fn no_output_of_any_command_takes_the_place_of_what_it_reads() {
+fn no_command_overwrites_its_own_input() {
     let folder = Folder::new();
     folder.record("k.mcap");
     let run = |more: &[&'static str]| [&RUN[..], more].concat();
@@ -126,7 +126,7 @@ fn no_output_of_any_command_takes_the_place_of_what_it_reads() {
 }
 
 #[test]
-fn pictures_take_the_place_of_no_script_and_a_backup_of_no_file() {
+fn pictures_overwrite_no_script_and_a_backup_overwrites_no_file() {
     let folder = Folder::new();
     fs::create_dir(folder.path("out")).unwrap();
     fs::hard_link(folder.path("script.txt"), folder.path("out/footfalls.svg")).unwrap();
@@ -142,7 +142,7 @@ fn pictures_take_the_place_of_no_script_and_a_backup_of_no_file() {
 }
 
 #[test]
-fn two_outputs_in_one_file_are_refused_whatever_they_are_called() {
+fn two_outputs_to_one_file_are_refused_whatever_their_names() {
     let folder = Folder::new();
     folder.write("old", "old");
     symlink("old", folder.path("link")).unwrap();
@@ -160,7 +160,7 @@ fn two_outputs_in_one_file_are_refused_whatever_they_are_called() {
 }
 
 #[test]
-fn a_page_destroys_no_file_of_a_like_name() {
+fn a_page_destroys_no_file_with_a_similar_name() {
     let folder = Folder::new();
     for name in ["walk.html.mcap", "walk.html.mcap.part", "walk.html.part"] {
         folder.write(name, "mine");
@@ -175,7 +175,7 @@ fn a_page_destroys_no_file_of_a_like_name() {
 }
 
 #[test]
-fn a_half_recording_that_a_run_left_is_not_written_over() {
+fn a_partial_recording_of_an_earlier_run_is_not_overwritten() {
     let folder = Folder::new();
     folder.write("walk.mcap", "earlier");
     folder.write("walk.mcap.part", "half");
@@ -190,7 +190,7 @@ fn a_half_recording_that_a_run_left_is_not_written_over() {
 }
 
 #[test]
-fn no_link_that_was_laid_out_is_followed() {
+fn a_symbolic_link_in_place_of_a_part_file_is_not_followed() {
     let folder = Folder::new();
     folder.write("victim", "mine");
     for name in ["report.part", "page.part", "page.mcap", "page.mcap.part", "walk.mcap.part"] {
@@ -266,7 +266,7 @@ fn standard_output_is_written_to_and_not_replaced() {
 }
 
 #[test]
-fn places_where_no_file_can_be_are_refused() {
+fn impossible_output_paths_are_refused() {
     let folder = Folder::new();
     fs::create_dir(folder.path("folder")).unwrap();
     folder.write("other.toml", "of another robot");
@@ -287,7 +287,7 @@ fn places_where_no_file_can_be_are_refused() {
 }
 
 #[test]
-fn links_to_simulated_buses_take_no_files_place() {
+fn links_to_simulated_buses_replace_no_file() {
     for name in ["main", "main.new", "imu.new"] {
         let folder = Folder::new();
         folder.write(name, "mine");
@@ -317,7 +317,7 @@ fn a_recording_whose_start_fails_leaves_nothing() {
 }
 
 #[test]
-fn no_recording_is_begun_that_could_not_be_read_back() {
+fn a_recording_that_could_not_be_read_back_is_not_begun() {
     let folder = Folder::new();
     let text = folder.text("robot.txt");
     folder.write("robot.txt", &(text + &"# a long remark\n".repeat(1 << 16)));
@@ -328,7 +328,7 @@ fn no_recording_is_begun_that_could_not_be_read_back() {
 }
 
 #[test]
-fn a_page_of_a_run_is_that_of_its_recording() {
+fn the_page_of_a_run_equals_the_page_of_its_recording() {
     let folder = Folder::new();
     folder.assert_done(&[&RUN[..], &["--html", "alone.html"]].concat());
     folder.assert_done(&[&RUN[..], &["--html", "beside.html", "--record", "walk.mcap"]].concat());

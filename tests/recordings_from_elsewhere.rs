@@ -51,7 +51,7 @@ fn replayed_file(folder: &Path, name: &str, kib: u64) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_recording_that_the_others_are_made_of_is_good() {
+fn the_recording_that_the_others_derive_from_is_good() {
     assert!(matches!(look(figure()), Found::Judged(replay, Ending::Outcome(_), _) if replay.agrees()));
 }
 
@@ -331,7 +331,7 @@ fn the_largest_records_that_are_read_take_little_memory_however_they_are_filled(
 }
 
 #[test]
-fn a_file_of_six_gib_is_read_as_far_as_it_holds_something() {
+fn a_file_of_six_gib_is_read_up_to_the_end_of_its_data() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.mcap");
     let grown_to = |bytes: &[u8], gib: u64| {
@@ -368,7 +368,7 @@ fn after_change(file: &str, name: &str, from: &str, to: &str) -> Option<String> 
 }
 
 #[test]
-fn what_no_run_has_is_refused() {
+fn contents_that_no_run_has_are_refused() {
     let (figure, horse) = ("config/figure.toml", "config/horse.toml");
     let drive = r#""order":"drive","command":{"choice":"gait","gait":99,"speed_m_s":0,"yaw_rate_rad_s":0,"rise_m":0,
                 "pitch_rad":0,"roll_rad":0,"sway_m":0}"#;

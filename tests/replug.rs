@@ -18,7 +18,7 @@ use hippocamp::telemetry::Outcome;
 use rig::Rig;
 
 #[test]
-fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
+fn adapters_swapped_while_unplugged_are_detected_and_not_written_to() {
     // Out while the robot rises.
     let faults = "[[fault]]\nkind = 'unplugged'\nbus = 'left_hind'\nat_s = 1.5\nfor_s = 1.0\n\
                   [[fault]]\nkind = 'unplugged'\nbus = 'left_fore'\nat_s = 1.5\nfor_s = 1.0\n";
@@ -74,7 +74,7 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
     for (bus, other, id) in [("left_hind", "left_fore", 8), ("left_fore", "left_hind", 4)] {
         let plug = rig.folder.path().join(format!("plug-{bus}"));
         let expected = format!(
-            "bus {bus}: {} came back with other servos on it, and was left alone: servo {id} of bus {other} answers \
+            "bus {bus}: {} came back with other servos on it, and is not used: servo {id} of bus {other} answers \
              there",
             plug.display()
         );

@@ -109,7 +109,7 @@ fn of(robot: &Robot, faults: &str) -> String {
 
 /// Twelve hinges in gears stay where they were: nothing but its torque switch tells that it was away.
 #[test]
-fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_anew_and_its_torque_rises_again() {
+fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_again_and_its_torque_rises_again() {
     for file in ["tentacle.toml", "octopus.toml"] {
         let robot = shipped(file);
         let (report, seen) = watched(&robot, &of(&robot, GLITCH), slow(&robot));
@@ -125,7 +125,7 @@ fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_anew_and_its_torque_rises
 }
 
 #[test]
-fn a_servo_that_was_restarted_is_set_up_anew() {
+fn a_servo_that_was_restarted_is_set_up_again() {
     let overload = "[[fault]]\nkind = 'overload'\nat_s = 12.0\nfor_s = 2.0\nbus = 'BUS'\nid = 3\n";
     let robot = shipped("tentacle.toml");
     let (report, seen) = watched(&robot, &of(&robot, overload), slow(&robot));
@@ -152,7 +152,7 @@ fn a_servo_with_another_alarm_than_overload_stays_frozen_and_is_named() {
 
 /// Its replies are lost, and it hears all the time.
 #[test]
-fn a_servo_that_was_only_not_heard_keeps_its_torque() {
+fn a_servo_that_was_only_silent_keeps_its_torque() {
     let damaged = "[[fault]]\nkind = 'garbled'\nat_s = 12.0\nfor_s = 0.6\nbus = 'BUS'\nid = 3\n";
     for file in ["tentacle.toml", "octopus.toml"] {
         let robot = shipped(file);

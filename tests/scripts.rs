@@ -92,14 +92,14 @@ fn each_entry_changes_what_it_names_and_keeps_the_rest() {
 }
 
 #[test]
-fn a_script_that_names_no_end_ends_five_seconds_after_its_last_entry() {
+fn a_script_without_an_end_ends_five_seconds_after_its_last_entry() {
     let script = parse("[[at]]\ntime_s = 2\ngait = 'walk'", &shipped("horse.toml")).unwrap();
     assert!(matches!(script.order_at(6.99), Order::Drive(_)));
     assert_eq!(script.order_at(7.01), Order::Stop);
 }
 
 #[test]
-fn what_is_wrong_is_said_by_line_and_key() {
+fn mistakes_are_reported_by_line_and_key() {
     let robot = shipped("horse.toml");
     let cases: &[(&str, usize, &str, &[&str])] = &[
         ("", 1, "at", &["at least one entry"]),
@@ -149,7 +149,7 @@ fn what_is_wrong_is_said_by_line_and_key() {
 }
 
 #[test]
-fn all_faults_are_said_at_once() {
+fn all_faults_are_reported_at_once() {
     let text = "end = 3\n[[at]]\ntime_s = -1\n[[at]]\ntime_s = 0\ngait = 'pace'\npitch_deg = 90\n\
                 [[at]]\ntime_s = 1\nspeed_m_s = 0.1";
     let error = parse(text, &shipped("horse.toml")).unwrap_err();
@@ -184,7 +184,7 @@ fn run(robot: &str, script: &str, rest: &[&str]) -> (String, Option<i32>) {
 }
 
 #[test]
-fn the_script_beside_the_horses_runs_to_its_end_and_replays() {
+fn the_shipped_script_runs_to_its_end_and_replays() {
     let script = config_file("scripts/round.toml");
     std::thread::scope(|scope| {
         ROBOTS.map(|robot| drop(scope.spawn(|| runs_to_its_end_and_replays(robot, &script))))
@@ -223,7 +223,7 @@ fn runs_to_its_end_and_replays(robot: &str, script: &std::path::Path) {
 }
 
 #[test]
-fn a_script_faster_than_the_robot_is_held_and_said() {
+fn a_script_faster_than_the_robot_is_limited_and_reported() {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("fast-script.toml");
     fs::write(&path, "end_s = 1\n[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 3\nyaw_deg_s = -300\n")
         .unwrap();

@@ -122,7 +122,7 @@ fn at_another_rate_no_servo_answers_and_the_start_says_so() {
 }
 
 #[test]
-fn adapters_plugged_the_wrong_way_round_are_found_out() {
+fn swapped_adapters_are_detected() {
     let mut rig = rig("horse-dynamixel.toml");
     let first = rig.devices[0].path.clone();
     rig.devices[0].path = std::mem::replace(&mut rig.devices[1].path, first);
@@ -176,7 +176,7 @@ fn an_adapter_unplugged_and_put_back_is_found_again() {
 }
 
 #[test]
-fn a_line_served_anew_under_the_same_path_comes_back() {
+fn a_line_that_reappears_under_the_same_path_is_used_again() {
     let Rig { robot, devices, server, _folder: folder, .. } = rig("horse.toml");
     let mut ports = SerialPorts::open(&devices).unwrap();
     let deadline = ports.now() + Duration::from_secs(60);

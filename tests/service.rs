@@ -113,7 +113,7 @@ fn installed(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn systemd_finds_no_fault_with_it_and_little_that_it_exposes() {
+fn systemd_accepts_the_service_and_rates_its_exposure_low() {
     if Command::new("systemd-analyze").arg("--version").output().is_err() {
         eprintln!("skipped: there is no systemd-analyze here to read the unit file");
         return;
@@ -283,7 +283,7 @@ fn kills_with_torque(served: &mut Served, count: u32) -> u32 {
 
 /// With `HIPPOCAMP_FULL` set; one kill by chance would show nothing.
 #[test]
-fn of_many_kills_under_systemd_none_leaves_torque() {
+fn no_kill_under_systemd_leaves_torque() {
     if !common::is_full() {
         eprintln!("skipped: it takes a minute and has HIPPOCAMP_FULL set");
         return;

@@ -63,7 +63,7 @@ fn every_stroke_of_both_rigs_runs_and_keeps_its_joints_limits() {
 }
 
 #[test]
-fn check_tells_what_both_rigs_are() {
+fn check_describes_both_rigs() {
     let (words, code) = said(&["check", "config/octopus.toml"]);
     assert_eq!(code, Some(0), "{words}");
     for part in ["8 chains, 48 joints", "STS3215-12V id 6 on bus right_4", "Weight carried by water, 90 %"] {
@@ -90,7 +90,7 @@ fn an_arm_on_cords_has_no_urdf_and_one_on_hinges_has() {
 }
 
 #[test]
-fn a_show_goes_through_all_strokes_and_on_without_servos_that_trip() {
+fn a_show_performs_all_strokes_and_continues_without_tripped_servos() {
     for (rig, bus, told) in [
         ("tentacle", "root", ["arm.lift_2", "arm.sweep_3"]),
         ("octopus", "left_1", ["left_1.lift_2", "left_1.sweep_3"]),

@@ -190,7 +190,7 @@ fn compare(robot: &Robot, middle: &[f64], share: f64) {
 }
 
 #[test]
-fn joint_torque_is_within_a_percent_of_the_least_there_is() {
+fn joint_torque_is_within_a_percent_of_the_minimum() {
     let horse = in_physics("horse.toml");
     let middle: Vec<f64> = horse.joints.iter().map(Joint::middle_rad).collect();
     compare(&horse, &middle, 1.0);

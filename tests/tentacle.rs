@@ -172,7 +172,7 @@ fn pole_of(links: f64) -> Pole {
 }
 
 #[test]
-fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
+fn a_wound_arm_lies_on_its_pole_and_no_link_enters_it() {
     let mut robot = shipped("tentacle.toml");
     // As it was wound, before it grips.
     let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arm") };
@@ -255,7 +255,7 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
 }
 
 #[test]
-fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
+fn a_jammed_joint_goes_limp_and_the_show_continues_without_it() {
     let mut robot = shipped("tentacle.toml");
     let jam = "[[fault]]\nkind = 'stuck'\nat_s = 12.0\nfor_s = 10.0\nbus = 'root'\nid = 3";
     let order = |time_s: f64| {
@@ -385,7 +385,7 @@ impl Servos {
 /// half a minute, which is what a restart while parked can keep up with) and a line that loses and damages replies. Each
 /// stays silent for less than it may. With `HIPPOCAMP_FULL` set, eight hours of it.
 #[test]
-fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
+fn a_show_on_the_buses_continues_through_random_trips_and_lost_replies() {
     let robot = shipped("tentacle.toml");
     let tentacle = robot.motion.tentacle().unwrap();
     let mut source = Pcg64Mcg::seed_from_u64(11);
@@ -434,7 +434,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
 /// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
 /// simulated buses, for minutes, is the test above.
 #[test]
-fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
+fn a_show_continues_for_eight_hours_of_trips_and_lost_replies() {
     let mut robot = shipped("tentacle.toml");
     robot.rate_hz = 20.0;
     let tentacle = robot.motion.tentacle().unwrap();
@@ -493,7 +493,7 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
 
 /// Somebody takes the arm by a joint, turns it away with more than the arm is to resist, and lets it be.
 #[test]
-fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
+fn a_pulled_arm_yields_on_its_servos_and_returns() {
     let robot = shipped("tentacle.toml");
     let of = servo(&robot.joints[2]);
     let place = robot.joints[..2].iter().filter(|joint| servo(joint).bus == of.bus).count();

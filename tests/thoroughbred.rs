@@ -170,7 +170,7 @@ fn worst_misses_m(robot: &Robot, horse: &HorseMotion, method: Method) -> [[f64; 
 
 /// Sweeps alone, as the thesis has them, leave feet behind; the table of docs/ik.md.
 #[test]
-fn the_finish_leaves_nothing_of_what_sweeps_alone_leave() {
+fn the_finish_removes_the_residual_of_sweeps_alone() {
     let (robot, horse) = thoroughbred();
     let mut without = robot.clone();
     without.joints.iter_mut().for_each(|joint| joint.stiffness = 1.0);

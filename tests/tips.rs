@@ -22,7 +22,7 @@ fn tip(robot: &Robot, arm: &Arm<'_>) -> DVec3 {
 }
 
 #[test]
-fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
+fn a_tip_follows_its_path_at_one_speed_through_all_points() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let waypoints =
@@ -57,7 +57,7 @@ fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
 }
 
 #[test]
-fn a_point_that_moves_is_followed_and_one_that_leaps_is_a_new_motion() {
+fn a_moving_point_is_followed_and_a_jump_starts_a_new_motion() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let reach = |point_in_body: DVec3, direction: Option<DVec3>| {
@@ -119,7 +119,7 @@ fn with_twists() -> Robot {
 }
 
 #[test]
-fn twists_have_a_part_in_where_a_tip_points() {
+fn twist_hinges_help_to_point_a_tip() {
     let (two, three) = (shipped("tentacle.toml"), with_twists());
     assert_eq!(three.joints.len(), 36);
     // To the side and back; down beside the arm; over and back to the base.

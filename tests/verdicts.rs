@@ -23,7 +23,7 @@ fn good() -> Report {
 }
 
 #[test]
-fn a_trot_that_goes_as_asked_is_good() {
+fn a_trot_that_follows_its_order_is_good() {
     let report = good();
     assert_eq!((report.verdict, found(&report)), (Verdict::Good, vec![]), "{:?}", report.findings);
     let (asked, reached) = (report.asked.unwrap(), report.reached.unwrap());
@@ -72,7 +72,7 @@ fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
 }
 
 #[test]
-fn a_way_is_judged_by_what_was_asked_at_each_moment() {
+fn a_path_is_judged_by_the_order_at_each_moment() {
     let (robot, report) = (in_physics("horse.toml"), good());
     let judge = |walked: Walked| found(&report.clone().judged(&robot, Some(walked)));
     let none: [&str; 0] = [];
@@ -89,7 +89,7 @@ fn a_way_is_judged_by_what_was_asked_at_each_moment() {
     assert_eq!(judge(to_and_fro), ["speed not as asked"]);
     let mut aside = walked([1.0, 0.9], [0.0, 0.0]);
     aside.reached.side_m = -1.0;
-    assert_eq!(judge(aside), ["it went aside"]);
+    assert_eq!(judge(aside), ["it drifted sideways"]);
     // Starting and stopping are no walk.
     assert_eq!(judge(Walked { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
 }
@@ -120,14 +120,14 @@ fn each_margin_makes_a_run_poor_by_itself() {
             OutageReport { time_s: 1.0, joint: "left_hind.hip".to_owned(), reason: "hot".to_owned() };
         report.outages.push(outage);
     });
-    poor("the recording is not whole", &|report| {
+    poor("the recording is not complete", &|report| {
         let file = "walk.mcap".to_owned();
         report.recording = Some(RecordingReport { file, records: 10, dropped: 1, error: None });
     });
 }
 
 #[test]
-fn what_did_not_complete_is_no_good_run_whatever_else_was_well() {
+fn a_run_that_did_not_complete_is_never_good() {
     let robot = in_physics("horse.toml");
     for outcome in [Outcome::StoppedBySafety, Outcome::Fallen, Outcome::Failed] {
         let judged = Report { outcome, ..good() }.judged(&robot, None);

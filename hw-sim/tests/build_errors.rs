@@ -10,7 +10,7 @@ fn message(buses: &[BusConfig]) -> String {
 }
 
 #[test]
-fn messages() {
+fn build_errors_have_clear_messages() {
     let good = || feetech_bus(vec![servo("STS3215-12V", 1)]);
     let with = |servo: ServoConfig| message(&[feetech_bus(vec![servo])]);
     let sts = || servo("STS3215-12V", 1);

@@ -14,7 +14,7 @@ fn indirect(model: &str) -> (u16, u16, u16) {
 
 /// The examples of the e-manual, Indirect Address.
 #[test]
-fn indirect_data_are_what_they_point_at() {
+fn indirect_data_are_the_registers_they_point_at() {
     for model in MODELS {
         let mut world = one_at(model, 2048.0);
         let (address, data, _) = indirect(model);
@@ -71,7 +71,7 @@ fn every_pair_works_in_every_kind_of_read_and_write() {
 }
 
 #[test]
-fn indirect_data_take_on_size_range_and_access_of_what_they_stand_for() {
+fn indirect_data_have_size_range_and_access_of_their_targets() {
     let mut world = one_at("XM430-W210", 2048.0);
     // Goal Position, but its bytes in the wrong order; then a piece of it only.
     write(&mut world, 168, &[116, 0, 118, 0, 117, 0, 119, 0]);

@@ -133,7 +133,7 @@ fn the_moving_flag_is_up_from_the_goal_to_the_arrival() {
 }
 
 #[test]
-fn step_mode_goes_on_from_its_last_goal_and_shows_the_way_left() {
+fn step_mode_continues_from_its_last_goal_and_shows_the_remaining_distance() {
     let mut world = world(sts(2048.0));
     write(&mut world, 33, &[3]);
     write(&mut world, 40, &[1]);
@@ -189,7 +189,7 @@ fn the_resolution_makes_steps_of_several_counts() {
 }
 
 #[test]
-fn the_dead_band_is_left_alone() {
+fn the_servo_does_not_drive_inside_the_dead_band() {
     let mut world = world(sts(2048.0));
     write(&mut world, 26, &[16, 16]);
     write_word(&mut world, 42, 2048 + 16);
@@ -257,7 +257,7 @@ fn overload_follows_its_registers_and_its_bit_in_the_mask() {
 }
 
 #[test]
-fn a_scripted_overload_is_one() {
+fn a_scripted_overload_acts_as_a_real_one() {
     let script = "[[fault]]\nat_s = 1\nfor_s = 1\nkind = 'overload'";
     let mut world = world_with_faults(sts(2048.0), script);
     write(&mut world, 40, &[1]);

@@ -18,7 +18,7 @@ fn position(world: &World, place: usize) -> f64 {
 }
 
 #[test]
-fn servos_out_of_the_box_are_told_apart_only_one_at_a_time() {
+fn new_servos_can_only_be_told_apart_one_at_a_time() {
     let mut world = three();
     for place in 0..3 {
         world.make_new(0, place);

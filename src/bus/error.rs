@@ -137,8 +137,8 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "servo 7 of joint left_hind.hip on bus legs refused a write of 1 to register 64 with error 7: the \
-             register cannot be used so now; torque must be off to change settings, and its firmware must know the \
-             register"
+             register cannot be accessed like this now; torque must be off to change settings, and its firmware \
+             must know the register"
         );
     }
 }

@@ -94,7 +94,7 @@ mod tests {
 
     /// Test vectors from the makers' manuals: ping of servo 1, read of position, and the answers.
     #[test]
-    fn requests_and_answers_are_those_of_the_manuals() {
+    fn requests_and_answers_match_the_manuals() {
         let asked = |protocol, instruction, parameters: &[u8]| {
             let mut out = Vec::new();
             request(protocol, &mut out, ServoId(1), instruction, parameters);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_leads_nowhere_hides_nothing_for_good() {
+    fn a_false_header_does_not_hide_packets_for_ever() {
         let mut heard = Vec::new();
         let mut listener = Listener::new(Protocol::Feetech, 6);
         listener

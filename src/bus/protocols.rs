@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rate_is_looked_for_and_the_factorys_is_among_them() {
+    fn the_scan_covers_every_rate_and_the_factory_rate() {
         for spec in PROTOCOLS {
             let mut likely = spec.likely_rates.to_vec();
             likely.sort_unstable();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn models_and_series_are_of_their_protocol_and_their_names_differ() {
+    fn models_and_series_belong_to_their_protocol_and_have_different_names() {
         for spec in PROTOCOLS {
             assert!(spec.series.iter().all(|of| of.protocol == spec.protocol), "{}", spec.name);
             assert!(spec.models.iter().all(|of| of.protocol == spec.protocol), "{}", spec.name);

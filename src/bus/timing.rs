@@ -119,7 +119,7 @@ mod tests {
 
     /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).
     #[test]
-    fn sixteen_feetech_servos() {
+    fn cycle_cost_of_sixteen_feetech_servos() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_STS, 16, GroupRead::Plain);
         assert_eq!(cost.bytes_out, (8 + 16 * 3) + (8 + 16 * 3) + (8 + 16 * 2) + (8 + 16));
         assert_eq!(cost.bytes_in, 16 * 14);
@@ -128,7 +128,7 @@ mod tests {
 
     /// 4 servos: sync write 14 + N(1 + L), sync read 14 + N, replies N(11 + L) or 8 + N(4 + L).
     #[test]
-    fn four_dynamixel_servos() {
+    fn cycle_cost_of_four_dynamixel_servos() {
         let bus = bus(Protocol::Dynamixel, 4_000_000, 250);
         let plain = cycle_cost(&bus, &DYNAMIXEL_X, 4, GroupRead::Plain);
         assert_eq!(plain.bytes_out, (14 + 4 * 3) + (14 + 4 * 5) + (14 + 4 * 2) + (14 + 4));
@@ -141,7 +141,7 @@ mod tests {
 
     /// Servos asked one by one: for each, a read of 8 bytes, a reply of 6 + 8 bytes, and the adapter.
     #[test]
-    fn four_scs_servos() {
+    fn cycle_cost_of_four_scs_servos() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_SCS, 4, GroupRead::Plain);
         assert_eq!(
             (cost.bytes_out, cost.bytes_in),
@@ -151,13 +151,13 @@ mod tests {
     }
 
     #[test]
-    fn no_servos_cost_nothing() {
+    fn a_bus_without_servos_costs_no_time() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 0, 9), &FEETECH_STS, 0, GroupRead::Plain);
         assert_eq!(cost, CycleCost::default());
     }
 
     #[test]
-    fn a_byte_is_ten_bits() {
+    fn a_byte_takes_ten_bits_on_the_line() {
         assert_eq!(wire_time(100, 1_000_000), Duration::from_millis(1));
         assert_eq!(wire_time(1, 57_600), Duration::from_nanos(173_611));
         wire_time(usize::MAX, 0);

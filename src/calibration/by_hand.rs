@@ -23,7 +23,7 @@ pub(super) fn sweep_all<P: Ports, H: Person>(
         return Ok(());
     }
     bench.person.hear("");
-    bench.person.hear("Now each joint by hand, one after the other; all are limp.");
+    bench.person.hear("Now turn each joint by hand, one after the other; all are limp.");
     let mut to_mount = Vec::new();
     for place in left {
         if !sweep_one(bench, unit, place, is_unattended)? {
@@ -70,8 +70,8 @@ fn sweep_one<P: Ports, H: Person>(
             return Ok(false);
         }
         bench.person.hear(
-            "The cure is written into the servo, for good: where it stands becomes its middle count. Best in the middle \
-             of its travel.",
+            "The cure is written into the servo permanently: its present position becomes its middle count. The \
+             middle of its travel is best.",
         );
         if !is_unattended && !bench.ask_whether("Bring it there and hold it. Write it?")? {
             return Ok(false);
@@ -135,7 +135,7 @@ fn tell<P: Ports, H: Person>(
     let counts = if swept.is_falling { "fall" } else { "rise" };
     let mounted = match swept.is_falling == servo.reversed {
         true => "as the robot file says",
-        false => "the other way round than the robot file says, which is noted",
+        false => "the other way round than in the robot file, which is recorded",
     };
     bench
         .person

@@ -70,8 +70,8 @@ pub enum CalibrateError {
     },
     /// A servo did not make its present position its middle count as asked.
     #[error(
-        "{joint}: its servo was to take where it stands for count {middle:.0}, and says {found:.0}: hold it still; if \
-         that does not help, update its firmware"
+        "{joint}: its servo should have taken its present position as count {middle:.0}, but reports {found:.0}: \
+         hold it still; if that does not help, update its firmware"
     )]
     NotCentred {
         /// Name of the joint.
@@ -92,7 +92,7 @@ pub enum CalibrateError {
         joints: Vec<String>,
     },
     /// Joints that did not turn.
-    #[error("did not turn: {}: see what blocks them, and that their horns are tight", joints.join(", "))]
+    #[error("did not turn: {}: check what blocks them, and that their horns are tight", joints.join(", "))]
     Stuck {
         /// Names of the joints.
         joints: Vec<String>,
@@ -151,7 +151,7 @@ pub fn calibrate<P: Ports>(
 ) -> Ended {
     let by_hand = || -> Result<Buses<P>, CalibrateError> {
         let mut buses = Buses::new(robot, ports);
-        person.hear("All servos go limp now: have the robot on its stand, or hold it.");
+        person.hear("All servos go limp now: put the robot on its stand, or hold it.");
         if !is_unattended {
             listen(&mut buses, person, "Press Enter.")?;
         }

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_turn_shows_the_sign_and_the_second_end_ends_it() {
+    fn the_first_turn_shows_the_sign_and_the_second_stop_ends_the_sweep() {
         let done =
             |is_falling, has_seam, end| Stage::Done(Swept { is_falling, has_seam, travel: 800.0, end });
         assert_eq!(
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_at_its_end_goes_to_the_middle_first() {
+    fn a_joint_at_its_stop_is_moved_to_the_middle_first() {
         let mut sweep = Sweep::new(2048.0, 400.0, 4096.0);
         // From its high end past the middle, where it rests: the way there does not count as the turn forward.
         let mut count = 2448.0;
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_sweep_is_none() {
+    fn half_a_sweep_does_not_count() {
         assert_eq!(stages(2048.0, &[400.0]), [Stage::Forward, Stage::Back]);
         assert_eq!(stages(2048.0, &[80.0, -60.0]), [Stage::Forward]);
     }

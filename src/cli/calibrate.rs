@@ -26,7 +26,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     Outputs::of_reading([&options.robot]).claim("the unit file", &path, Writing::UnitFile)?;
     let unit_file = path.exists().then(|| load_unit(&path)).transpose()?;
     let Some(mut unit) = unit_to_go_on_with(options, &robot, unit_file.as_ref())? else {
-        say!("{} is calibrated: nothing to do (--again calibrates it anew)", robot.name);
+        say!("{} is calibrated: nothing to do (--again calibrates it once more)", robot.name);
         return Ok(COMPLETED);
     };
     let ports = ports::devices_for_tools(&robot, unit_file.as_ref(), &options.ports)?;
@@ -55,8 +55,8 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
             let code =
                 if matches!(error, CalibrateError::Stopped { .. }) { STOPPED_BY_SAFETY } else { FAILED };
             let kept = match person.is_kept {
-                true => format!("what was done is kept in {path}: the same command goes on from there"),
-                false => "nothing was kept yet: the same command begins again".to_owned(),
+                true => format!("the finished part is kept in {path}: the same command continues from there"),
+                false => "nothing was kept yet: the same command starts from the beginning".to_owned(),
             };
             say::complain(&format!("hippocamp: {error}"));
             say::complain(&kept);
@@ -101,8 +101,9 @@ fn unit_to_go_on_with(
             file.apply(&mut built)?;
             if unit.calibrated_on.is_some() {
                 // The measurements do not show what was changed since.
-                file.check_calibrated(&built, &options.robot)
-                    .context("it cannot be gone on from here: calibrate all joints anew with --again")?;
+                file.check_calibrated(&built, &options.robot).context(
+                    "the calibration cannot continue: calibrate all joints from the beginning with --again",
+                )?;
                 if again.is_none() {
                     return Ok(None);
                 }

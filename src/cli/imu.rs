@@ -76,11 +76,11 @@ fn setup(options: &ImuArguments) -> Result<u8> {
     say!(
         "{}: the unit is turned by roll {roll:.1}, pitch {pitch:.1}, yaw {yaw:.1} degrees{}; kept in {}.",
         place.robot.name,
-        if found.rates_reversed { ", and tells its turn rates with the other sign" } else { "" },
+        if found.rates_reversed { ", and reports its turn rates with the opposite sign" } else { "" },
         place.unit_path.display()
     );
     say!(
-        "See with 'hippocamp imu show' that pitch grows as the nose goes down, and roll as the left side goes up."
+        "Check with 'hippocamp imu show' that pitch grows as the nose goes down, and roll as the left side goes up."
     );
     Ok(COMPLETED)
 }

@@ -17,7 +17,7 @@ use crate::run;
 use crate::signals::Status;
 
 /// Printed, and written into the report, when the guard is gone.
-const GUARD_GONE: &str = "the guard process is gone or hangs, and nobody would take the torque off if this program \
+const GUARD_GONE: &str = "the guard process is gone or hangs, so nothing would take the torque off if this program \
                           died too: stopped";
 
 /// Parts that only a loop on real servos has.

@@ -41,7 +41,9 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     print_summary(&course);
     let (from_s, to_s) = course.times_s();
     if to_s - from_s > LONG_S {
-        say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
+        say!(
+            "  strides lie close together in pictures of such a long time: draw a part of it with --from and --to"
+        );
     }
     fs::create_dir_all(&options.out)
         .map_err(|error| BadInput(format!("--out {}: {error}; expected a folder", options.out.display())))?;

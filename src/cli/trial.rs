@@ -83,7 +83,9 @@ fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let tables = format!("{}\n\n{summary}", headline(options, robot_file, &trials));
     if options.is_json {
         let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
-        say::lines(&serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
+        say::lines(
+            &serde_json::to_string_pretty(&json).context("the trials could not be converted to JSON")?,
+        );
     } else {
         say::lines(&tables);
     }

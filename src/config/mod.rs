@@ -173,7 +173,7 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
     let on_trip = safety.as_ref().map(|safety| safety.on_trip);
     if on_trip == Some(OnTrip::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
-        let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
+        let expected = "\"stop\", or no such key: arms can do without a joint, but a robot on legs falls";
         file.fault("safety.tripped_servo", expected);
     }
     if let Some(rate_hz) = rate_hz {

@@ -194,7 +194,7 @@ mod tests {
     const TEXT: &str = "a = 1\n[b]\nc = [1,\n  [2, 3]]\n\"d.e[\" = 4\n[[f]]\ng = 5\n[[f]]\ng = 'grün' # x\n";
 
     #[test]
-    fn every_key_is_found_by_its_path_and_what_is_not_set_at_the_section_that_lacks_it() {
+    fn every_key_is_found_by_its_path_and_a_missing_one_at_its_section() {
         let (document, _) = DeTable::parse_recoverable(TEXT);
         let source = Source::new("x.toml", TEXT, document.get_ref());
         for (key, line, value) in [

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_reading_and_the_first_after_a_silence_need_a_second_that_agrees() {
+    fn the_first_reading_and_the_first_after_silence_need_a_second_that_agrees() {
         let mut filter = filter();
         assert_eq!(
             accepted(&mut filter, &[at(0.3), at(-0.8), at(0.2), at(0.21)]),
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_replies_say_is_so() {
+    fn two_replies_that_agree_are_believed() {
         let mut filter = filter();
         accepted(&mut filter, &[at(0.0), at(0.0)]);
         let hot = JointState { temperature_c: 72.0, voltage_v: 8.0, ..at(1.2) };

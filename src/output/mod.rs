@@ -56,7 +56,7 @@ impl Outputs {
             }
             if let Some((other, _)) = self.claimed.iter().find(|(_, claimed)| claimed == id) {
                 return Err(refused(format!(
-                    "{other} is written there: expected a file of its own for each"
+                    "{other} is also written there: expected a file of its own for each"
                 )));
             }
         }

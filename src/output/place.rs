@@ -70,7 +70,7 @@ impl Place {
             return Ok((Place { named: path.to_owned(), file: Some(path.to_owned()) }, ids));
         };
         if writing == Writing::New {
-            return Err("is there already; give another name".to_owned());
+            return Err("exists already; give another name".to_owned());
         }
         let id = Id::of(&found);
         if is_stream(&found, &id) {
@@ -80,7 +80,7 @@ impl Place {
         let real = fs::canonicalize(path).map_err(|error| error.to_string())?;
         let is_toml = |path: &Path| path.extension().is_some_and(|extension| extension == "toml");
         if writing != Writing::UnitFile && (is_toml(path) || is_toml(&real)) {
-            return Err("is there already, and no command writes over .toml files".to_owned());
+            return Err("exists already, and no command overwrites .toml files".to_owned());
         }
         access(&real, Access::WRITE_OK).map_err(|error| {
             format!("{}; allow it to be written, or name another file", io::Error::from(error))
@@ -160,8 +160,8 @@ fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
     if fs::symlink_metadata(&part).is_ok() {
         let part = part.display();
         return Err(format!(
-            "{part} is there, and a recording has that name until it is whole. If a run left it, 'hippocamp replay \
-             {part}' reads it; then move it away or delete it, or name another file"
+            "{part} exists, and a recording has that name until it is complete. If a run left it, 'hippocamp \
+             replay {part}' reads it; then move it away or delete it, or name another file"
         ));
     }
     Id::of_name(&part).map(Some).map_err(|error| error.to_string())
@@ -201,7 +201,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// True for a device, a pipe, and the file that standard output or error already goes to.
-#[allow(clippy::disallowed_methods, reason = "looks where the streams go, and writes nothing")]
+#[allow(clippy::disallowed_methods, reason = "checks where the streams go, and writes nothing")]
 fn is_stream(found: &Metadata, id: &Id) -> bool {
     let is_own = |stream: BorrowedFd<'_>| {
         let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());

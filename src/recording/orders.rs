@@ -147,7 +147,7 @@ mod tests {
     use crate::motion::{Stroke, StrokeCommand};
 
     #[test]
-    fn every_order_comes_back_to_the_last_bit() {
+    fn orders_round_trip_to_the_last_bit() {
         let command = |gait| Command {
             gait,
             speed_m_s: 0.1 + 0.2,

@@ -154,7 +154,7 @@ impl Observer for Recorder {
         self.is_lost().then_some(LOST)
     }
 
-    fn end(&mut self, end: &mut End) {
+    fn end(&mut self, end: &mut End, has_stopped_run: bool) {
         let entries = [
             ("outcome", end.outcome.name().to_owned()),
             ("reason", end.reason.clone()),
@@ -163,9 +163,7 @@ impl Observer for Recorder {
             ("late_cycles", end.late_cycles.to_string()),
         ];
         let report = self.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());
-        if let Some(error) = &report.error
-            && end.reason.ends_with(LOST)
-        {
+        if has_stopped_run && let Some(error) = &report.error {
             end.reason = format!("{}: {error}", end.reason);
         }
         end.recording = Some(report);

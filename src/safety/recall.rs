@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn two_answers_that_agree_settle_the_torque_and_a_goal_that_was_sent_settles_the_goal() {
+    fn two_equal_answers_determine_the_torque_and_a_sent_goal_determines_the_goal() {
         let mut recall = Recall::default();
         for answer in [true, false, true] {
             assert_eq!(recall.question(), Question::Torque);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_that_cannot_say_counts_as_limp_or_as_holding_the_goal_next_to_where_it_stands() {
+    fn a_servo_that_cannot_answer_counts_as_limp_or_as_holding_the_goal_nearest_its_position() {
         let here = JointState { position_rad: 0.9, ..JointState::default() };
         let mut recall = Recall::default();
         (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());

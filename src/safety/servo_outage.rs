@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overload_that_lasts_takes_it_out_and_a_restart_brings_it_back() {
+    fn a_lasting_overload_takes_a_servo_out_and_a_restart_brings_it_back() {
         let overload = alarmed(0x20);
         assert!(!looked(ServoOutage::NONE, &overload, 49).is_out());
         let out = looked(ServoOutage::NONE, &overload, 52);
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn no_other_alarm_is_answered_with_a_restart() {
+    fn alarms_other_than_overload_cause_no_restart() {
         // Causes that a restart does not clear: voltage, heat, encoder, shock; and an overload that came with heat.
         for causes in [0x01, 0x04, 0x08, 0x10, 0x24] {
             let measured = alarmed(causes);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_does_not_say_why_is_asked_three_times_and_restarted_once_a_park() {
+    fn a_servo_that_does_not_report_the_cause_is_asked_three_times_and_restarted_once_per_park() {
         let measured = alarmed(0);
         let mut out = look(ServoOutage::NONE, &measured, 60, true);
         for _ in 0..3 {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_jammed_stays_out_until_the_robot_is_parked() {
+    fn a_jammed_servo_stays_out_until_the_robot_is_parked() {
         let mut servo = ServoOutage::NONE;
         servo.jam();
         assert_eq!(servo.take_cause(&well()), Some(OutageCause::Jam));
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restart_in_vain_is_tried_again_and_not_at_once() {
+    fn a_failed_restart_is_tried_again_after_a_wait() {
         let overload = alarmed(0x20);
         let out = looked(ServoOutage::NONE, &overload, 52);
         let again = looked(restarted(out, &overload), &overload, 402);

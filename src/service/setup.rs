@@ -115,7 +115,7 @@ mod tests {
     use crate::model::Firmware;
 
     #[test]
-    fn every_target_is_a_setting_that_takes_its_value() {
+    fn every_target_is_a_setting_that_accepts_its_value() {
         for series in PROTOCOLS.iter().flat_map(|spec| spec.series.iter().copied()) {
             let firmware = Firmware { major: 46, minor: None };
             let identity = Identity { series, model_number: 0, firmware, is_speed_fine: true };

@@ -153,7 +153,7 @@ mod tests {
 
     /// A quarter of a circle to the left, 1 m round, then 1 m to the right of where the trunk then points.
     #[test]
-    fn a_curve_is_all_way_forward_and_whole_turns_count() {
+    fn a_curve_counts_as_forward_distance_and_whole_turns_count() {
         let mut sum = Sum::default();
         for step in 0..=1000 {
             let angle = f64::from(step) / 1000.0 * 2.5 * std::f64::consts::TAU;

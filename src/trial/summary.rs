@@ -180,21 +180,21 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "| with the reflex off | count | share | 95 % interval |\n|---|---|---|---|")?;
         writeln!(f, "| fell | {} |", share(&self.fell))?;
-        writeln!(f, "| falls told before the trunk met the ground | {} |", share(&self.predicted))?;
-        writeln!(f, "| told, and never came: false alarms | {} |", share(&self.false_alarms))?;
+        writeln!(f, "| falls predicted before the trunk hit the ground | {} |", share(&self.predicted))?;
+        writeln!(f, "| predicted, but did not happen: false alarms | {} |", share(&self.false_alarms))?;
         writeln!(f, "| falls whose direction was the push's | {} |", share(&self.direction))?;
         if !self.by_strength.is_empty() {
-            writeln!(f, "| told before the trunk leant {EARLY_DEG} degrees | {} |", share(&self.told_early))?;
             writeln!(
                 f,
-                "| trunk met the ground softer than in the passive drop | {} |",
+                "| predicted before the trunk leant {EARLY_DEG} degrees | {} |",
+                share(&self.told_early)
+            )?;
+            writeln!(
+                f,
+                "| trunk hit the ground softer than in the passive drop | {} |",
                 share(&self.softer_trunk)
             )?;
-            writeln!(
-                f,
-                "| head met the ground softer, where it did at all | {} |",
-                share(&self.softer_head)
-            )?;
+            writeln!(f, "| head hit the ground softer, if it hit it | {} |", share(&self.softer_head))?;
             writeln!(
                 f,
                 "\n| fallen of all pushes | ahead | ahead left | left | back left | back | back right | right | ahead right \
@@ -211,7 +211,7 @@ impl fmt::Display for Summary {
         let least = self.least_lead_s.map_or_else(String::new, |least_s| format!("; least {least_s:.2} s"));
         writeln!(
             f,
-            "\nFrom then until the trunk met the ground: median {} s{least}.\n",
+            "\nFrom then until the trunk hit the ground: median {} s{least}.\n",
             figure(self.lead_s, 2)
         )?;
         writeln!(

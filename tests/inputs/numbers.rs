@@ -85,7 +85,7 @@ fn path(way: &[Step]) -> String {
 }
 
 #[test]
-fn no_key_takes_a_number_that_is_no_robots() {
+fn no_key_accepts_a_number_impossible_for_a_robot() {
     for name in ROBOTS {
         let table: Table = shipped_with(name, &[]).parse().unwrap();
         let ways = numbers(&table);
@@ -107,7 +107,7 @@ fn no_key_takes_a_number_that_is_no_robots() {
 
 /// What is worked out of a horse takes half a second: with `HIPPOCAMP_FULL` that of all robots is.
 #[test]
-fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
+fn tiny_numbers_are_refused_or_give_a_finite_result() {
     let is_full = std::env::var_os("HIPPOCAMP_FULL").is_some();
     for name in ROBOTS {
         let is_quick = name.contains("figure") || name.contains("tentacle");
@@ -126,7 +126,7 @@ fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
 }
 
 #[test]
-fn the_slowest_motions_there_can_be_take_no_more_steps_than_others() {
+fn the_slowest_possible_motions_take_no_more_steps_than_others() {
     let folder = tempfile::tempdir().unwrap();
     let check = |name: &str, content: String| {
         let path = written(folder.path(), name, content);
@@ -151,7 +151,7 @@ fn the_slowest_motions_there_can_be_take_no_more_steps_than_others() {
 }
 
 #[test]
-fn arms_that_lie_in_each_other_are_refused_before_they_push_each_other_for_ever() {
+fn arms_that_overlap_when_parked_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (from, to, says) in [
         ("radius_mm = 15", "radius_mm = 1000", "arm[0].radius_mm = 1000"),

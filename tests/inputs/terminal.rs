@@ -62,7 +62,7 @@ const NAMES: &[Bad] = &[
 ];
 
 #[test]
-fn names_that_steer_a_terminal_are_refused_with_their_line_and_shown_by_their_codes() {
+fn names_with_control_characters_are_refused_by_line_and_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
     for (number, Bad { file, replaced, key, shown }) in NAMES.iter().enumerate() {
         let content = shipped_with(file, &[*replaced]);
@@ -80,13 +80,13 @@ fn names_that_steer_a_terminal_are_refused_with_their_line_and_shown_by_their_co
                 stderr.contains(&format!("{key} = ")) && stderr.contains(shown),
                 "{key}, {shown}: {stderr}"
             );
-            assert!(stderr.contains("only steers a terminal"), "{stderr}");
+            assert!(stderr.contains("controls a terminal"), "{stderr}");
         }
     }
 }
 
 #[test]
-fn keys_values_and_file_names_are_shown_by_their_codes() {
+fn control_characters_in_keys_values_and_file_names_are_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
     let key = "\"\\u001b]0;owned\\u0007\\nforged\\u202e\" = 1\n";
     let robot = written(folder.path(), "robot.toml", format!("{key}{}", shipped_with(HORSE, &[])));
@@ -137,7 +137,7 @@ fn keys_values_and_file_names_are_shown_by_their_codes() {
 }
 
 #[test]
-fn what_a_recording_says_is_shown_by_its_codes() {
+fn control_characters_in_a_recording_are_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
     // The recording tells by which script it was driven.
     let script = written(

@@ -35,7 +35,7 @@ fn running(name: &str) -> (Child, PathBuf) {
 }
 
 #[test]
-fn killed_it_is_readable_but_for_the_last_seconds() {
+fn the_recording_of_a_killed_run_lacks_only_the_last_seconds() {
     let (mut child, file) = running("killed.mcap");
     child.kill().unwrap();
     child.wait().unwrap();
@@ -58,7 +58,7 @@ fn killed_it_is_readable_but_for_the_last_seconds() {
 }
 
 #[test]
-fn told_to_stop_it_is_whole() {
+fn the_recording_of_a_run_ended_by_a_signal_is_complete() {
     let (mut child, file) = running("terminated.mcap");
     // Nobody reads on: a full pipe must not hold the run up either.
     drop(child.stderr.take());
@@ -109,7 +109,7 @@ impl Ports for Panicking {
 }
 
 #[test]
-fn after_a_panic_in_the_loop_it_is_whole() {
+fn the_recording_is_complete_after_a_panic_of_the_loop() {
     let robot = horse();
     let world = simulation::world(&robot, 7, &hw_sim::FaultScript::default()).unwrap();
     let ports = Panicking(SimPorts::on_virtual_clock(world), Some(Time(6_000_000_000)));

@@ -80,7 +80,7 @@ fn table() -> String {
 }
 
 #[test]
-fn the_page_of_the_keys_says_what_the_reader_asks_for() {
+fn the_page_of_keys_matches_the_reader() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/robot-file.md");
     let page = fs::read_to_string(&path).unwrap();
     let (head, tables) = page.split_once(BEGIN).expect("the page says where its tables begin");

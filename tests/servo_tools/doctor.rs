@@ -53,7 +53,7 @@ fn settings(rig: &Rig, robot: &Robot, last: u16) -> Vec<Option<u8>> {
 }
 
 #[test]
-fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
+fn a_healthy_robot_has_no_finding_and_is_not_changed() {
     at_once([("horse.toml", 55), ("horse-dynamixel.toml", 119)], |(file, last)| {
         let rig = Rig::new(file, "");
         let before = settings(&rig, &rig.robot, last);
@@ -66,7 +66,7 @@ fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
         assert!(lines.iter().all(|line| !line.starts_with("fault")), "{file}: {lines:#?}");
         assert_eq!(settings(&rig, &rig.robot, last), before, "{file}");
         let is_said = |part: &str| lines.iter().any(|line| line.starts_with("ok ") && line.contains(part));
-        for part in ["calibrated, and unchanged since", "opens, for this program alone", "no echo"] {
+        for part in ["calibrated, and unchanged since", "opens, and no other program uses it", "no echo"] {
             assert!(is_said(part), "{file}: no {part:?} in {lines:#?}");
         }
         assert_eq!(
@@ -89,7 +89,7 @@ fn only(rig: &Rig, verdict: &str) -> String {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_servo_and_cure() {
+fn faults_are_named_with_servo_and_remedy() {
     let cases = [
         (
             "kind = 'silent'\nid = 3",
@@ -104,14 +104,14 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
         (
             "kind = 'hot'\nid = 7\ncelsius = 66",
             "fault",
-            "servo 7 of joint left_fore.elbow on bus main: 66 C: the most is 65",
+            "servo 7 of joint left_fore.elbow on bus main: 66 C: the limit is 65",
         ),
         (
             "kind = 'hot'\nid = 7\ncelsius = 60",
             "warning",
             "servo 7 of joint left_fore.elbow on bus main: 60 C: near",
         ),
-        ("kind = 'echo'", "warning", "bus main: the adapter hands back what it is sent"),
+        ("kind = 'echo'", "warning", "bus main: the adapter returns what it is sent"),
     ];
     // Two at a time: a line that is served late loses replies.
     cases.chunks(2).for_each(|pair| {
@@ -125,7 +125,7 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
 }
 
 #[test]
-fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
+fn the_wrong_robot_file_is_recognised_by_its_servos() {
     let rig = Rig::new("horse.toml", "");
     let text = fs::read_to_string(&rig.robot_file).unwrap();
     // Of the servos on the bus, one is another model, one is not in the file, and the bus is at another rate.
@@ -144,7 +144,7 @@ fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
         "fault unit file: ",
         "fault servo 2 of joint left_hind.hip on bus main: it is STS3215-7V4 or STS3215-12V, and the robot file says STS3250",
         "fault servo 40 of joint left_hind.hock on bus main: no answer",
-        "warning bus main: on it are servos that no joint of the robot file has: id 4 (STS3215-7V4 or STS3215-12V)",
+        "warning bus main: it has servos that are not in the robot file: id 4 (STS3215-7V4 or STS3215-12V)",
     ] {
         assert!(all.iter().any(|line| line.starts_with(expected)), "no {expected:?} in {all:#?}");
     }
@@ -156,7 +156,7 @@ fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
 }
 
 #[test]
-fn an_adapter_that_is_not_there_is_told_and_the_other_buses_are_looked_at() {
+fn a_missing_adapter_is_reported_and_the_other_buses_are_checked() {
     let mut rig =
         Rig::new("horse-dynamixel.toml", "[[fault]]\nat_s = 0\nkind = 'unplugged'\nbus = 'left_fore'\n");
     let (said, code) = examine(&rig);

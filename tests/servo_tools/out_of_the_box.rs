@@ -199,7 +199,7 @@ impl Drop for Workshop {
 }
 
 #[test]
-fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
+fn new_servos_become_a_walking_robot_despite_interruptions() {
     let mut shop = Workshop::new("horse.toml", &REVERSED, &[]);
     let port = format!("main={}", shop.folder.path().join("ports/main").display());
     let port = ["--yes", "--port", &port];
@@ -257,7 +257,7 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
 /// Ball joints are three servos each like any others to a person with a screwdriver. With `HIPPOCAMP_FULL` set: it takes one
 /// and a half minutes.
 #[test]
-fn a_box_of_new_servos_becomes_a_figure_that_takes_a_pose() {
+fn new_servos_become_a_figure_that_takes_a_pose() {
     if !is_full() {
         eprintln!("skipped: it takes one and a half minutes and has HIPPOCAMP_FULL set");
         return;

@@ -45,7 +45,7 @@ fn assert_restored(boxed: &Boxed, joint: &str, as_new: &[Option<u8>], addresses:
 }
 
 #[test]
-fn a_box_of_feetech_servos_becomes_a_robots_and_goes_back() {
+fn new_feetech_servos_become_those_of_a_robot_and_can_be_restored() {
     let boxed = Boxed::new("horse.toml");
     let first = boxed.robot.joints[0].name.clone();
     assert_eq!(boxed.robot.joints[0].servo.unwrap().id.0, 1, "this one ends where new ones begin");
@@ -91,7 +91,7 @@ fn wait_until(mut is_true: impl FnMut() -> bool) {
 }
 
 #[test]
-fn a_box_of_dynamixels_becomes_a_robots_whatever_breaks_it_off() {
+fn new_dynamixels_become_those_of_a_robot_despite_interruptions() {
     let boxed = Boxed::new("horse-dynamixel.toml");
     let names: Vec<String> = boxed.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     let as_new = boxed.bytes(&names[0], X);
@@ -153,7 +153,7 @@ fn a_box_of_dynamixels_becomes_a_robots_whatever_breaks_it_off() {
 }
 
 #[test]
-fn what_is_in_the_way_is_said_and_waited_for() {
+fn setup_names_obstacles_and_waits_for_their_removal() {
     let boxed = Boxed::new("horse-dynamixel.toml");
     let names: Vec<String> = boxed.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     // Two new ones at once.
@@ -209,7 +209,7 @@ fn a_person_is_asked_before_each_step_and_can_say_no() {
             return Some("\n".into());
         }
         // The second is refused.
-        text.contains("Do so? [y/N]").then(|| if asked == 1 { "y\n".into() } else { "n\n".into() })
+        text.contains("Continue? [y/N]").then(|| if asked == 1 { "y\n".into() } else { "n\n".into() })
     });
     assert_eq!(code, Some(1), "{text}");
     assert!(text.contains("not confirmed; nothing was written"), "{text}");

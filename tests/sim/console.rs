@@ -43,7 +43,7 @@ fn packet(id: u8, fifth: u8, parameters: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn the_end_of_standard_input_is_not_the_end_of_the_servos_and_a_signal_takes_the_links_away() {
+fn servos_outlive_standard_input_and_a_signal_removes_the_links() {
     let mut sim = Sim::start("horse.toml", &[]);
     let port = sim.port("main");
     assert!(port.read_link().unwrap().starts_with("/dev/pts"));
@@ -92,7 +92,7 @@ fn joints_are_turned_by_hand_and_servos_pulled_out() {
 }
 
 #[test]
-fn what_is_not_understood_is_said_and_changes_nothing() {
+fn unknown_console_commands_are_reported_and_change_nothing() {
     let mut sim = Sim::start("horse.toml", &[]);
     let nearest = sim.asked("unplug left_hind.hips");
     assert!(nearest.ends_with("did you mean left_hind.hip?"), "{nearest}");

@@ -115,14 +115,14 @@ fn all_faults_are_told_at_once() {
 }
 
 #[test]
-fn a_file_of_another_version_is_judged_by_that_alone() {
+fn a_file_of_another_version_is_refused_for_that_only() {
     let text = spoil("version = 1", "version = 7\nhorn = \"new\"").replace("zero_count", "zero");
     let faults = refused(&text).faults;
     assert_eq!(faults.iter().map(|fault| fault.key.as_str()).collect::<Vec<_>>(), ["version"]);
 }
 
 #[test]
-fn files_that_cannot_be_read_and_text_that_is_no_toml() {
+fn unreadable_files_and_text_that_is_not_toml_are_refused() {
     let absent = config::load_unit(Path::new("config/hrose.unit.toml")).unwrap_err().to_string();
     assert!(absent.starts_with("config/hrose.unit.toml: expected a unit file that can be read"), "{absent}");
     let said = refused(&spoil("version = 1", "version = 1.1.1")).to_string();

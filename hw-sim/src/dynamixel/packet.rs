@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn stuffing_is_undone_also_when_data_hold_the_stuffed_form() {
+    fn stuffing_is_removed_even_if_data_contain_the_stuffed_form() {
         for data in [
             &[0xFF, 0xFF, 0xFD][..],
             &[0xFF, 0xFF, 0xFD, 0xFD],

@@ -102,15 +102,15 @@ fn identity(data: &[u8]) -> Option<Identity> {
 /// Meaning and cure of an error number (ROBOTIS e-manual, `dxl/protocol2`, status packet).
 fn refusal(error: u8) -> &'static str {
     match error {
-        1 => "it could not do it now; restart it and try again",
-        2 => "it does not know the instruction; update its firmware",
-        3 => "the request reached it damaged; check the bus for loose plugs and long cables",
+        1 => "the servo could not carry it out now; restart it and try again",
+        2 => "the servo does not know the instruction; update its firmware",
+        3 => "the request arrived damaged; check the bus for loose plugs and long cables",
         4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
-        5 => "the length is not the register's; check that the robot file names the right servo model",
+        5 => "the length does not match the register; check that the robot file names the right servo model",
         6 => "the value is beyond a limit set in the servo; look at its limits with 'hippocamp servo read'",
         7 => {
-            "the register cannot be used so now; torque must be off to change settings, and its firmware must \
-             know the register"
+            "the register cannot be accessed like this now; torque must be off to change settings, and its \
+             firmware must know the register"
         }
         _ => "a number the manual does not list; update its firmware",
     }

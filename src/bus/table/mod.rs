@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_in_order_without_overlap_or_twin_names() {
+    fn tables_are_in_order_without_overlap_or_duplicate_names() {
         for identity in all() {
             let (table, name) = (identity.registers(), identity.series.name);
             for pair in table.windows(2) {
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_registers_are_compared_whole() {
+    fn register_names_are_compared_whole() {
         assert!(is_same(b"lock", b"lock"));
         for other in ["loc", "lock_", "luck", ""] {
             assert!(!is_same(b"lock", other.as_bytes()), "{other}");

@@ -55,7 +55,7 @@ pub(super) fn write_finding(
         orders_s: episode.orders.iter().map(|ordered| ordered.at_s).collect(),
     };
     let (faults, file) = (folder.join("faults.toml"), folder.join("episode.toml"));
-    let text = toml::to_string(&written).context("an episode could not be put into TOML")?;
+    let text = toml::to_string(&written).context("an episode could not be converted to TOML")?;
     let mut outputs = Outputs::of_reading(&options.robots);
     for (path, text) in [(&faults, &episode.script().to_toml()), (&file, &text)] {
         write_whole(&outputs.claim("--out", path, Writing::Whole)?, text)?;
@@ -80,7 +80,7 @@ fn said(finding: &Finding) -> String {
 /// Replays the episode at `path`, with the faults at `faults`.
 pub(super) fn again(options: &TryArguments, path: &Path, faults: &Path) -> Result<u8> {
     let [robot] = &options.robots[..] else {
-        return Err(BadInput("--episode: expected one robot, whose episode it is".to_owned()).into());
+        return Err(BadInput("--episode: expected one robot, the one of the episode".to_owned()).into());
     };
     let subject = subject(robot)?;
     let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
@@ -106,7 +106,7 @@ pub(super) fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
         say!("# at {:.3} s: {:?}", ordered.at_s, ordered.order);
     }
     say!(
-        "# told to stop at {:.3} s; physics {}, sits {}, {:?}, {:?}",
+        "# ordered to stop at {:.3} s; physics {}, sits {}, {:?}, {:?}",
         episode.end_s,
         episode.has_physics,
         episode.sits,

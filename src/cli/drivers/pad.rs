@@ -189,8 +189,8 @@ fn candidates() -> String {
     let found: Vec<String> = evdev::enumerate().filter_map(named).collect();
     match found.is_empty() {
         true => {
-            "no gamepad that this user may read is plugged in; whom /dev/input belongs to, such as the group \
-                 input, may read them"
+            "no gamepad that this user may read is plugged in; members of the group that owns /dev/input, often \
+             'input', may read them"
                 .to_owned()
         }
         false => format!("gamepads are {}: name one with --gamepad=DEVICE", found.join(", ")),

@@ -93,8 +93,8 @@ fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &s
         }
         if !has_said && waited > WORD_AFTER {
             tell(&format!(
-                "{what}, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its guard goes on trying to \
-                 take their torque off"
+                "{what}, AND NOT ALL SERVOS OF BUS {buses} ANSWER: CUT THEIR POWER. Its guard keeps trying to take \
+                 their torque off"
             ));
             has_said = true;
         }
@@ -159,7 +159,7 @@ mod tests {
     use crate::config;
 
     #[test]
-    fn a_bus_that_another_program_has_for_long_is_left_to_it() {
+    fn a_bus_that_another_program_keeps_open_is_left_to_it() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
         let (_near, far) = TTYPort::pair().unwrap();

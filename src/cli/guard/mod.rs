@@ -194,7 +194,7 @@ fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
 pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     if std::io::stdin().is_terminal() {
         return Err(BadInput(
-            "'guard' is for the program's own use: 'run' and 'jog' start it beside themselves on real servos, and it \
+            "'guard' is for internal use: 'run' and 'jog' start it when they use real servos, and it \
              takes their torque off if the controller dies; nothing was touched"
                 .to_owned(),
         )
@@ -210,7 +210,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     let pipe = std::io::stdin();
     never_wait(pipe.as_fd()).context("the pipe from the controller")?;
     // The controller waits for the ready message, so it cannot have ended and its process id cannot be reused yet.
-    let controller = getppid().context("the guard is for the program's own use")?;
+    let controller = getppid().context("the guard is for internal use")?;
     let source = Source::of(controller.as_raw_pid());
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
     // A process that keeps others from the processors, the controller's loop among them, must not keep the guard
@@ -253,13 +253,13 @@ mod tests {
     }
 
     #[test]
-    fn the_controller_goes_before_its_guard_where_both_are_spared() {
+    fn the_controller_is_killed_for_memory_before_its_guard() {
         let all = [-1000, -900, -50, 0, 300].map(less_spared);
         assert_eq!(all, [Some(-900), Some(-800), Some(0), None, None]);
     }
 
     #[test]
-    fn a_guard_that_is_gone_is_noticed_at_the_next_beat() {
+    fn a_dead_guard_is_noticed_at_the_next_beat() {
         let (near, heart) = pipe();
         assert!(heart.beat());
         drop(near);
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guard_that_does_not_listen_is_noticed_and_waited_for_never() {
+    fn a_guard_that_does_not_listen_is_noticed_without_waiting() {
         let (_near, heart) = pipe();
         let beats = std::iter::repeat_with(|| heart.beat()).take_while(|is_heard| *is_heard).count();
         // At 100 Hz 41 s, at 500 Hz 8 s.
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_falls_silent_is_noticed_and_one_that_has_ended_is_not() {
+    fn the_guard_notices_a_silent_loop_but_not_an_ended_one() {
         let (near, heart) = pipe();
         heart.beat();
         let start = monotonic();

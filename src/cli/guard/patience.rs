@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_hangs_is_borne_for_a_second_and_one_that_is_kept_from_running_for_five() {
+    fn the_guard_waits_a_second_for_a_hung_loop_and_five_for_one_that_may_not_run() {
         // Stopped, or waiting for something that does not come; or its state is unknown.
         assert_eq!(given_up(|_| thread(false, 700)), (10, Cause::Hangs));
         assert_eq!(given_up(|_| None), (10, Cause::Hangs));
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_is_heard_again_is_borne_as_long_as_ever() {
+    fn a_loop_that_is_heard_again_gets_the_full_wait_again() {
         let mut patience = Patience::default();
         for _ in 0..3 {
             patience.hear(true);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_silence_of_a_loop_that_has_not_begun_or_has_ended_means_nothing() {
+    fn silence_before_the_loop_begins_and_after_it_ends_means_nothing() {
         let mut patience = Patience::default();
         let waits =
             |patience: &mut Patience| (0..1000).all(|_| patience.hear_nothing(thread(false, 0)).is_none());
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thread_that_computes_is_seen_to_and_a_process_that_is_gone_is_not_seen() {
+    fn the_processor_time_of_a_thread_is_read_and_a_dead_process_has_none() {
         let own = i32::try_from(std::process::id()).unwrap();
         let first = Source::of(own).look().unwrap();
         assert!(first.ran < Duration::from_secs(3600), "{first:?}");

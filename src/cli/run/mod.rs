@@ -61,7 +61,7 @@ pub(super) fn run(options: &RunArguments, mode: RunMode) -> Result<u8> {
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
     if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
-        say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
+        say!("  --virtual: a minute passes in less than a second; leave it out to drive by hand");
     }
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let plan = RunPlan { motion, method: options.ik.into(), move_for_s, driver: driver_name };

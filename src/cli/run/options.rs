@@ -106,7 +106,7 @@ pub(super) fn check(options: &RunArguments, mode: RunMode, robot: &Robot) -> Res
         )));
     }
     if mode == RunMode::Run && options.driver.script().is_some() && options.walk_for_s.is_some() {
-        let said = "--for: cannot be used with --script, which says itself when it ends (end_s)";
+        let said = "--for: cannot be used with --script, which sets its own end (end_s)";
         return Err(BadInput(said.to_owned()));
     }
     let for_s = mode.for_s(options);
@@ -133,7 +133,8 @@ pub(super) fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<
     if let (Some(_), Some(record)) = (&page, record.as_ref().filter(|record| record.is_stream())) {
         let path = record.path().display();
         return Err(BadInput(format!(
-            "--record {path}: no file, and the page of --html is made from the recording: name a file, or leave one out"
+            "--record {path}: not a file, but the page of --html is made from the recording: name a file, or leave \
+             out one of the two"
         ))
         .into());
     }
@@ -141,8 +142,8 @@ pub(super) fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<
     if (page.is_some() || record.is_some()) && bytes > RECORD_MAX {
         let path = options.robot.display();
         return Err(BadInput(format!(
-            "{path}: {bytes} bytes; a recording has the robot file inside, and none of more than {RECORD_MAX} is read back: \
-             take out comments, or run without --record and --html"
+            "{path}: {bytes} bytes; a recording contains the robot file, and one of more than {RECORD_MAX} bytes \
+             cannot be read back: remove comments, or run without --record and --html"
         ))
         .into());
     }

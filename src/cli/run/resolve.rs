@@ -53,7 +53,9 @@ fn show(options: &RunArguments, for_s: f64, asked: &MotionOptions<'_>, loaded: &
     let all = kind.show(robot, for_s).map_err(BadInput::from)?;
     kind.plan(robot, asked).map_err(BadInput::from)?;
     if asked.is_some() {
-        return Err(BadInput("--stroke: a show has many; --script says which".to_owned()).into());
+        return Err(
+            BadInput("--stroke: a show has many strokes; choose them with --script".to_owned()).into()
+        );
     }
     if options.driver.is_by_hand() {
         return Err(BadInput("show: plays a script; run --keys drives by hand".to_owned()).into());

@@ -55,15 +55,15 @@ pub(super) fn center(which: &Which, consent: &Consent) -> Result<()> {
 
 /// Restarts the servo.
 pub(super) fn reboot(which: &Which, consent: &Consent) -> Result<()> {
-    restart(which, consent, "start it anew: torque off, volatile registers as after power-on", |servo| {
+    restart(which, consent, "restart it: torque off, volatile registers as after power-on", |servo| {
         servo.reboot()
     })
 }
 
 /// Resets the servo's settings to the factory values.
 pub(super) fn reset(which: &Which, consent: &Consent) -> Result<()> {
-    let what = "torque off, and every setting back to the factory's, but for id and rate ('servo backup' keeps them first; a Feetech \
-                servo may also go back to its factory rate)";
+    let what = "torque off, and every setting except id and rate back to its factory value ('servo backup' keeps \
+                them first; a Feetech servo may also go back to its factory rate)";
     restart(which, consent, what, |servo| servo.reset())
 }
 

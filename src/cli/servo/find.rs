@@ -24,7 +24,7 @@ pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Add
         Err(error) if error.is::<BadInput>() => Err(error),
         Ok(_) | Err(_) => {
             say!(
-                "nobody answers as id {}: the servo where it was when it was backed up, {home}, is taken",
+                "no servo answers as id {}: using the servo at {home}, where it was when it was backed up",
                 which.id
             );
             Ok(port.servo(home)?)
@@ -52,7 +52,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
     match found.as_slice() {
         [address] => Ok(*address),
         [] => Err(anyhow::anyhow!(
-            "nobody answers as id {} on {}: check its power and cable; 'hippocamp scan {}' finds who does",
+            "no servo answers as id {} on {}: check its power and cable; 'hippocamp scan {}' lists those that do",
             which.id,
             port.path().display(),
             port.path().display()
@@ -60,7 +60,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
         several => {
             let several: Vec<String> = several.iter().map(Address::to_string).collect();
             Err(BadInput(format!(
-                "several answer: {}; say which with --baud and --protocol",
+                "several servos answer: {}; choose one with --baud and --protocol",
                 several.join(", ")
             ))
             .into())

@@ -47,9 +47,11 @@ pub(super) struct SetupArguments {
 /// Sets up all servos of the robot.
 pub(super) fn setup(options: &SetupArguments) -> Result<()> {
     if !options.yes && !std::io::stdin().is_terminal() {
-        return Err(
-            BadInput("there is nobody to ask: --yes sets up every servo that appears".to_owned()).into()
-        );
+        return Err(BadInput(
+            "standard input is not a terminal, so nobody can be asked: --yes sets up every servo that appears"
+                .to_owned(),
+        )
+        .into());
     }
     let robot = load_file(&options.robot, None)?.robot;
     if robot.buses.is_empty() {
@@ -109,7 +111,7 @@ impl Walk<'_> {
                     return Ok(());
                 }
                 Standing::Unfinished(at) => {
-                    say!("{}: {at} was begun; going on", self.job().joint);
+                    say!("{}: {at} was begun before; continuing", self.job().joint);
                     (at, false)
                 }
                 Standing::Missing => {
@@ -125,7 +127,7 @@ impl Walk<'_> {
                 }
                 Err(error) => match error.downcast_ref::<ServiceError>() {
                     Some(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => {
-                        say!("{}: {error}; once it is back, this goes on", self.job().joint);
+                        say!("{}: {error}; setup continues once it is back", self.job().joint);
                     }
                     _ => return Err(error.context(self.job().joint.clone())),
                 },
@@ -156,7 +158,7 @@ impl Walk<'_> {
         let read = interrupt::while_asking(|| std::io::stdin().read_line(&mut line))
             .context("no answer can be read")?;
         if read == 0 || line.trim() == "q" {
-            bail!("ended; run the same again to go on");
+            bail!("ended; run the same command again to continue");
         }
         Ok(())
     }
@@ -177,7 +179,7 @@ impl Walk<'_> {
 
     fn mind_the_user(&self) -> Result<()> {
         match self.stop.load(Ordering::Relaxed) {
-            true => bail!("broken off; run the same again to go on"),
+            true => bail!("interrupted; run the same command again to continue"),
             false => Ok(()),
         }
     }
@@ -189,7 +191,7 @@ impl Walk<'_> {
         let mut servo = self.bench.port.servo(at)?;
         let targets = targets(servo.identity().series, self.bench.return_delay_us);
         let changes = changes(&mut servo, &targets, is_new)?;
-        say!("{joint}: {at} is to change:");
+        say!("{joint}: {at} will change:");
         for change in &changes {
             say!("  {} from {} to {}", change.register.name, change.held, change.wanted);
         }

@@ -106,8 +106,8 @@ impl Seeker {
                 {
                     let (port, joint) = (bench.port.path().display(), &bench.jobs[index].joint);
                     self.say(format!(
-                        "{address} answers where the servo of {} belongs; if it is the new one of {joint}, give it an id \
-                         nobody has first: hippocamp servo id {port} {} 200",
+                        "{address} answers where the servo of {} belongs; if it is the new one of {joint}, give it \
+                         an unused id first: hippocamp servo id {port} {} 200",
                         owner.joint, address.id
                     ));
                 }

@@ -66,7 +66,7 @@ impl UnitNotes {
         if self.unit.joints.len() == count {
             return Ok(());
         }
-        say!("{joint}: its calibration is taken out of {}", self.path.display());
+        say!("{joint}: its calibration is removed from {}", self.path.display());
         self.write()
     }
 

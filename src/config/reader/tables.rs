@@ -49,7 +49,7 @@ impl<'a> Section<'a> {
             return vec![None];
         };
         if items.len() > most {
-            self.fault(key, format!("{meaning}, a list of at most {most} tables; these are {}", items.len()));
+            self.fault(key, format!("{meaning}, a list of at most {most} tables; there are {}", items.len()));
             return vec![None];
         }
         let items = items.iter().enumerate();

@@ -25,10 +25,7 @@ impl<'a> Section<'a> {
         // The text is printed, and must not control the terminal.
         if let Some(bad) = text.chars().find(|c| is_unprintable(*c)) {
             let code = printable(bad.encode_utf8(&mut [0; 4])).into_owned();
-            self.fault(
-                key,
-                format!("{expected}, of characters that are shown: {code} only steers a terminal"),
-            );
+            self.fault(key, format!("{expected}, of printable characters: {code} controls a terminal"));
             return None;
         }
         if text.chars().count() > TEXT_LONGEST {

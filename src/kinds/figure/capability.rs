@@ -28,7 +28,7 @@ pub struct FigureCapability {
 
 /// The reason why a figure cannot take a pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the {leg} sole is {miss_mm:.1} mm from where it is to be")]
+#[error("the {leg} sole is {miss_mm:.1} mm from its target")]
 pub struct PoseError {
     /// Number of the pose; `None` for sitting.
     pub pose: Option<usize>,

@@ -61,7 +61,7 @@ mod tests {
     use crate::motion::curves::smooth_step;
 
     #[test]
-    fn from_rest_it_is_the_smooth_step() {
+    fn a_glide_from_rest_is_a_smooth_step() {
         let mut glide = Glide::at(2.0);
         glide.turn_to(0.0, 5.0, 1.5);
         for step in 0..=150 {
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_changes_on_the_way_makes_neither_place_nor_speed_nor_acceleration_jump() {
+    fn a_new_goal_on_the_way_causes_no_jump_of_position_speed_or_acceleration() {
         let mut glide = Glide::at(0.0);
         glide.turn_to(0.0, 1.0, 1.0);
         for (time_s, end, duration_s) in [(0.3, -2.0, 0.8), (0.25, 4.0, 2.0), (1.1, 0.5, 0.6)] {

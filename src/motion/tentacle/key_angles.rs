@@ -103,7 +103,7 @@ mod tests {
     ];
 
     #[test]
-    fn key_poses_are_those_of_the_table() {
+    fn key_poses_match_the_table() {
         for (keys, table) in TABLE {
             for between in BETWEEN {
                 for key in 0..4 {
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_of_the_thesis_are_the_linear_ones() {
+    fn the_linear_interpolation_matches_the_thesis() {
         // (3.8) and (3.9) as printed, and (3.15) with its third slope corrected.
         let alpha_1 = |t: f64| match t / PI {
             x if x < 0.5 => 5.0 / 18.0 * t,
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_are_continuous_everywhere_and_smooth_ones_twice_differentiable() {
+    fn angles_are_continuous_and_smooth_ones_twice_differentiable() {
         let h = 1e-4;
         for (keys, _) in TABLE {
             for step in 0..4000 {

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn swaying_goes_on_gently_and_does_not_repeat() {
+    fn swaying_is_gentle_and_does_not_repeat() {
         let sway = strokes(1, false, 0.0).sway;
         let links_m = [0.034; 12];
         let mut places = [DVec3::ZERO; 12];

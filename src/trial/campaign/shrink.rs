@@ -128,7 +128,7 @@ mod tests {
 
     /// A robot that safety stops for heat, among unrelated faults.
     #[test]
-    fn what_is_left_is_the_one_guilty_fault() {
+    fn shrinking_leaves_only_the_fault_that_is_the_cause() {
         let text = include_str!("../../../config/tentacle.toml");
         let robot = config::parse(text, "tentacle.toml").unwrap().robot;
         let subject = Subject::new(robot.clone(), kinds::of(&robot).unwrap()).unwrap();

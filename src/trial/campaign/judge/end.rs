@@ -110,7 +110,9 @@ impl Judge {
             }
             if is_quiet && report.servo_restarts == 0 && told > REPLIES_SLACK {
                 self.find(Wrong::Report, now_s, || {
-                    format!("bus {name}: the report counts {told} lost replies, and nothing befell any")
+                    format!(
+                        "bus {name}: the report counts {told} lost replies, and nothing went wrong with any"
+                    )
                 });
             }
         }

@@ -248,7 +248,7 @@ impl Eye {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
-        self.throw = self.throw_of(now_s, goal, truth, "its goal leapt").or(self.throw);
+        self.throw = self.throw_of(now_s, goal, truth, "its goal jumped").or(self.throw);
         Some((
             Wrong::Rate,
             format!(

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn nothing_comes_alive_after_the_run() {
+fn no_servo_gains_torque_after_the_run() {
     let mut bench = Bench::awake();
     assert_eq!(bench.end(&Ended::GivenUp), []);
     let goal = bench.servo().goal;
@@ -26,7 +26,7 @@ fn nothing_comes_alive_after_the_run() {
 }
 
 #[test]
-fn torque_after_a_limp_end_is_found_unless_the_report_tells_of_a_servo_that_cannot_be_reached() {
+fn torque_after_a_limp_end_is_found_unless_the_report_names_an_unreachable_servo() {
     for (is_reachable, is_told, found) in [
         (true, false, vec![Wrong::Torque]),
         (true, true, vec![Wrong::Torque]),
@@ -56,7 +56,7 @@ fn torque_after_a_limp_end_is_found_unless_the_report_tells_of_a_servo_that_cann
 }
 
 #[test]
-fn a_report_that_counts_nothing_where_goals_left_their_limits_is_untrue() {
+fn a_report_without_interventions_is_wrong_if_goals_left_their_limits() {
     let mut bench = Bench::awake();
     let (_, high) = bench.range();
     bench.tell(high + 50.0, 1000);
@@ -73,11 +73,11 @@ fn a_report_that_counts_nothing_where_goals_left_their_limits_is_untrue() {
     let found = bench.end(&report(|_| {}));
     assert!(found[0].what.contains("could not be reached 500 times"), "{found:?}");
     let found = Bench::new().end(&report(|report| report.buses[0].corrupt = 500));
-    assert!(found[0].what.contains("nothing befell any"), "{found:?}");
+    assert!(found[0].what.contains("nothing went wrong with any"), "{found:?}");
 }
 
 #[test]
-fn a_panic_is_found_wherever_it_was() {
+fn a_panic_is_found_wherever_it_happened() {
     let in_loop = report(|report| report.reason = "the loop panicked: this is a defect".to_owned());
     for ended in [in_loop, Ended::Panicked("a panic".to_owned())] {
         assert_eq!(Bench::new().end(&ended)[0].wrong, Wrong::Panic);

@@ -164,7 +164,7 @@ fn after_a_loss_of_torque_the_first_goal_must_be_inside_even_where_the_joint_han
 }
 
 #[test]
-fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_is() {
+fn a_jump_of_the_goal_is_found_after_any_silence_and_at_any_shaft_position() {
     let middle = |bench: &Bench| bench.range().0.midpoint(bench.range().1).round();
     // The rate is 189 degrees per second: 1.9 degrees per cycle.
     let mut bench = Bench::awake();
@@ -195,7 +195,7 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
 
 /// The servo's watchdog makes it hold its position, which is outside: from there the joint is brought in.
 #[test]
-fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
+fn a_joint_that_its_servo_holds_outside_may_be_brought_in() {
     for holds_itself in [true, false] {
         let mut bench = Bench::awake();
         let (low, _) = bench.range();
@@ -213,7 +213,7 @@ fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
 }
 
 #[test]
-fn a_servo_that_obeys_what_was_meant_for_another_is_excused() {
+fn a_servo_that_obeys_a_request_for_another_is_excused() {
     let mut bench = Bench::awake();
     let (_, high) = bench.range();
     bench.servo().is_misled = true;
@@ -224,7 +224,7 @@ fn a_servo_that_obeys_what_was_meant_for_another_is_excused() {
 }
 
 #[test]
-fn a_shaft_that_is_thrown_is_a_snap_and_one_that_is_pushed_slowly_is_none() {
+fn a_thrown_shaft_counts_as_a_snap_and_a_slowly_pushed_one_does_not() {
     for (torque_limit, is_snap) in [(1000, true), (30, false)] {
         let mut bench = Bench::new();
         let from = bench.servo().position_counts;
