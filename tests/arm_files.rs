@@ -1,4 +1,4 @@
-//! Robot files with arms: what `[[arm]]` stands for, and what arms weigh on their servos.
+//! Robot files with arms: the joints that `[[arm]]` expands to, and the load of arms on their servos.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -84,8 +84,7 @@ fn mistakes_in_an_arm_are_reported_by_line() {
     }
 }
 
-/// Torque about each hinge of the arm of `robot` in this pose, where the body stands so, by forward kinematics of its own,
-/// N m.
+/// Torque about each hinge of the arm of `robot` in this pose of arm and body, by separate forward kinematics, N m.
 fn torques_nm(robot: &Robot, angles: &[f64], stands: DQuat) -> Vec<f64> {
     let chain = &robot.chains[0];
     let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);
@@ -130,7 +129,7 @@ fn the_load_of_a_joint_is_the_maximum_over_all_poses() {
     }
 }
 
-/// What `hippocamp check` says of the arm with these changes, and its exit code.
+/// Output of `hippocamp check` for the arm with these changes, and its exit code.
 fn checked(name: &str, changes: &[(&str, &str)]) -> (String, Option<i32>) {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, tentacle_with(changes)).unwrap();
@@ -153,7 +152,7 @@ fn check_prints_the_loads_of_arms_and_refuses_loads_that_servos_cannot_hold() {
         checked("arm-too-heavy.toml", &[counterweight, ("carried_share = 0.95", "carried_share = 0")]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("motion.carried_share") && said.contains("_1 would need"), "{said}");
-    // The word alone does not make it float: that takes a share.
+    // The word "water" alone does not make it float: it also needs a share.
     let (said, code) = checked("arm-sinks.toml", &[("carried_share = 0.95", "carried_share = 0")]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("motion.carried_share") && said.contains("water carries 0 %"), "{said}");
@@ -167,8 +166,8 @@ fn check_prints_the_loads_of_arms_and_refuses_loads_that_servos_cannot_hold() {
     assert!(said.contains("motion.carried_by"), "{said}");
 }
 
-/// The share carried at which a joint comes to a fifth of its servo's stall torque, and to all of it: `check` warns above
-/// the one and refuses above the other.
+/// The shares carried at which a joint's load is a fifth of its servo's stall torque, and all of it: `check` warns
+/// above the first load and refuses above the second.
 #[test]
 fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_above_stall_torque() {
     let by_servos =
@@ -187,7 +186,7 @@ fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_above_stall_tor
     }
 }
 
-/// A robot file, a script and a stroke that is asked for name the key and the reason.
+/// The refusals of a robot file, of a script and of the option for a stroke name the key and the reason.
 #[test]
 fn a_pole_that_no_arm_can_wind_round_is_a_fault_at_its_key() {
     let pole = "pole = { point_mm = [50, 0, 150], axis = [0, 1, 0], radius_mm = 30 }";

@@ -1,4 +1,4 @@
-//! Horses in physics: from lying limp to their feet, walking, and down again. About 14 s of one core.
+//! Horses in physics rise from lying limp, walk, and sit down. Takes about 14 s of one core.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -64,7 +64,7 @@ fn the_horse_rises_walks_and_sits_down() {
         );
         assert!(distance_m > 0.9 * 8.0 * mean_speed_m_s, "{file}: {:?}", report.body);
         assert!(height_error_max_m.unwrap() < 6e-3, "{file}: {:?}", report.body);
-        // Then it lets go, and lies down on its legs.
+        // Then its torque goes off, and it lies down on its legs.
         let mut world = ports;
         hippocamp::bus::Ports::wait_until(&mut world, hippocamp::units::Time(60_000_000_000));
         let ports = world.borrow();

@@ -1,4 +1,4 @@
-//! If the loop dies, Dynamixel servos stop by themselves; if it only stumbles, they go on.
+//! If the loop dies, Dynamixel servos stop by themselves; if it only stalls, they continue.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 use std::time::Duration;
@@ -71,7 +71,7 @@ fn shafts(robot: &Robot, ports: &SimPorts) -> Vec<Shaft> {
     servos.map(|servo| ports.world().shaft(servo.bus, servo.id.0).unwrap()).collect()
 }
 
-/// A joint in its swing lags by some 7 degrees; one that has been left behind, by all of its swing.
+/// A joint in its swing lags by about 7 degrees; a stopped joint lags by its whole swing.
 fn off_goal_deg(cycle: &Cycle<'_, SimPorts>) -> f64 {
     let state = cycle.record().state;
     let errors =
@@ -95,7 +95,7 @@ fn when_the_loop_dies_every_servo_stops_within_the_time() {
     run(&robot, &mut cycle, 8.0);
     assert_eq!(cycle.record().facts.activity, Activity::Walking);
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [10; 16]);
-    // No more cycles: the program is gone, the servos are not. 1 ms is the step of the simulated clock.
+    // No more cycles: the program has died, and the servos still run. 1 ms is the step of the simulated clock.
     wait(&mut cycle, watchdog_time(&robot) + MS);
     let ports = cycle.buses_mut().ports_mut();
     assert_eq!(watchdogs(&robot, ports), [TRIPPED; 16]);
@@ -157,7 +157,7 @@ fn a_new_start_clears_a_watchdog_that_has_tripped_and_an_end_disarms_it() {
     assert_eq!(watchdogs(&robot, buses.ports_mut()), [0; 16]);
 }
 
-/// An end that holds: torque stays on, and nobody talks to the servos any more.
+/// An end that holds: torque stays on, and no program talks to the servos any more.
 #[test]
 fn watchdogs_do_not_release_a_robot_that_holds_its_pose_at_the_end() {
     let robot = horse();

@@ -1,4 +1,4 @@
-//! Calibration on simulated servos and a virtual clock, with a person who has hands.
+//! Calibration on simulated servos and a virtual clock, by a simulated person.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -23,7 +23,7 @@ use toml::value::Date;
 
 const DAY: Date = Date { year: 2026, month: 11, day: 25 };
 
-/// Simulated servos in many hands, which look at the torque whenever somebody waits.
+/// Simulated servos that several owners share, and that note the torque at each wait.
 #[derive(Clone)]
 struct Servos {
     ports: Rc<RefCell<SimPorts>>,
@@ -107,23 +107,23 @@ impl Ports for Servos {
     }
 }
 
-/// Somebody who does what they are told.
+/// A person who follows instructions.
 struct Somebody<'t> {
     built: &'t Robot,
     servos: Servos,
     file: &'t Path,
-    /// What they say next, once their hands are at rest.
+    /// The next answer of the person, once their hands are at rest.
     next: Option<&'static str>,
     heard: Vec<String>,
-    /// Keeps that still succeed, and whether the one after them fails; then they are called away.
+    /// Number of saves that still succeed, and whether the next one fails; then the person leaves.
     keeps: usize,
     is_last_lost: bool,
     is_called_away: bool,
     /// The joint they turn the wrong way first.
     wrong_way: Option<&'static str>,
-    /// The joint whose plug they pull out when they are to turn it.
+    /// The joint whose plug the person pulls out when asked to turn it.
     pulls: Option<&'static str>,
-    /// What they say of the joint's first powered turn.
+    /// The answer of the person after the first powered turn of the joint.
     says: &'static str,
 }
 
@@ -172,7 +172,7 @@ impl Person for Somebody<'_> {
             } else if rest.starts_with("did the end") {
                 self.next = Some(self.says);
                 if is_wrong {
-                    // It was the wrong way round, and is told so once.
+                    // The joint turned the wrong way, and the person says so once.
                     (self.next, self.wrong_way) = (Some("n"), None);
                 }
             }
@@ -208,8 +208,8 @@ fn somewhere() -> (TempDir, std::path::PathBuf) {
     (folder, file)
 }
 
-/// The robot of the file `name`, and as it was built: horns anywhere within `most` counts of where the file has them,
-/// and these servos the other way round.
+/// The robot of the file `name`, and the robot as built: each horn within `most` counts of its position in the
+/// file, and these servos reversed.
 fn built(name: &str, most: f64, reversed: &[usize]) -> (Robot, Robot) {
     let robot = shipped(name);
     let mut built = robot.clone();
@@ -234,7 +234,7 @@ fn run(robot: &Robot, unit: &mut Unit, person: &mut Somebody<'_>, is_unattended:
     calibrate(robot, unit, servos, person, &mut |_: &Status| Order::Go, is_unattended, DAY)
 }
 
-/// What the file says is true of the servos: every angle it gives is the true one.
+/// The unit file is true of the servos: every angle that it gives is the true one.
 fn assert_true(robot: &Robot, built: &Robot, servos: &Servos, name: &str, file: &Path) {
     let UnitFile { unit, .. } = load_unit(file).unwrap();
     let mut applied = robot.clone();
@@ -280,7 +280,7 @@ fn calibration_finds_horn_positions_and_three_reversed_servos() {
     assert!((1..=200).contains(&limit), "a fifth of its torque at most: {limit} of 1000");
 }
 
-/// The program dies right after each step is kept, or right before.
+/// The program dies right after it saves each step, or right before.
 #[test]
 fn a_calibration_ended_after_any_step_resumes_there() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
@@ -306,7 +306,7 @@ fn a_calibration_ended_after_any_step_resumes_there() {
 #[test]
 fn the_check_by_the_person_corrects_a_careless_sweep() {
     for name in ROBOTS {
-        // Horns as the robot file wants them, more or less.
+        // Horns roughly where the robot file has them.
         let (robot, built) = built(name, 100.0, &[]);
         let (_folder, file) = somewhere();
         let servos = Servos::new(&built, &marked_pose_rad(&built), "");
@@ -351,7 +351,7 @@ fn a_servo_pulled_out_is_named_and_nothing_is_lost() {
     let mut known = load_unit(&file).unwrap().unit;
     assert_eq!(known.joints.iter().filter(|entry| entry.reversed.is_some()).count(), 4);
 
-    // Without it, the start says so; with it, everything goes on.
+    // Without the servo, the start reports it; with it, the calibration continues.
     let mut person = Somebody::new(&built, &servos, &file);
     let error = run(&robot, &mut known, &mut person, true).result.unwrap_err();
     assert!(error.to_string().contains("did not answer a ping"), "{error}");
@@ -371,7 +371,7 @@ fn a_jammed_joint_is_reported_and_the_others_are_checked() {
         .unwrap();
     let mut known = load_unit(&file).unwrap().unit;
     known.joints[2..4].iter_mut().for_each(|entry| entry.direction_checked = false);
-    // The servos have no middle of their own: nothing was written into these.
+    // These servos cannot be centred: nothing was written into them.
     let jam = "[[fault]]\nkind = 'stuck'\nat_s = 0\nid = 3\n";
     let servos = Servos::new(&built, &built.joints.iter().map(Joint::middle_rad).collect::<Vec<_>>(), jam);
     let error = run(&robot, &mut known, &mut Somebody::new(&built, &servos, &file), true).result.unwrap_err();

@@ -1,4 +1,4 @@
-//! Robots run while everything goes wrong, before a judge who reads their servos' own registers.
+//! Robots run under many faults, and a judge reads their servos' own registers.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -39,7 +39,7 @@ fn campaign(names: &[&str], seed: u64, hours: f64) -> (Vec<Judged>, Tally) {
     (all, tally)
 }
 
-/// What was found, in words.
+/// The findings, in words.
 fn found(all: &[Judged]) -> Vec<String> {
     let words = |judged: &Judged| {
         let findings = judged.played.findings.clone().into_iter();

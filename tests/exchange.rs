@@ -1,5 +1,5 @@
-//! A walk over pseudo-terminals, in real time, by the real program: the exchange takes as long as its wire and the
-//! terminal do, and not longer.
+//! A walk of the real program over pseudo-terminals in real time: the exchange takes no longer than its wire and
+//! the terminal.
 //!
 //! With `HIPPOCAMP_FULL` set each robot walks for a minute, which the figures of docs/hardware.md need; else for three
 //! seconds: medians need no more.
@@ -55,7 +55,7 @@ fn an_exchange_takes_the_time_of_its_wire_and_the_terminal() {
     }
 }
 
-/// What became of a walk.
+/// The result of a walk.
 struct Walked {
     /// Anything but a proper end.
     bad_end: Option<String>,
@@ -66,7 +66,7 @@ struct Walked {
 }
 
 impl Walked {
-    /// What is not as it should be, if exchanges may be off by `share`.
+    /// The errors of a walk whose exchange times may be off by `share`.
     fn fault(&self, share: f64) -> Option<String> {
         let is_off = |ratio: &&f64| (**ratio - 1.0).abs() > share;
         let off = || self.ratios.iter().find(is_off);

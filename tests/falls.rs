@@ -1,5 +1,5 @@
-//! Horses that are pushed over, in physics, by the whole program: whether the fall is told in time, which way it goes,
-//! what it does to the robot, and what the robot does then.
+//! Horses that are pushed over in physics, with the whole program: whether the fall is predicted in time, its
+//! direction, its impact on the robot, and what the robot does afterwards.
 //!
 //! With `HIPPOCAMP_FULL` set, three times as many pushes, each from all sides.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -15,7 +15,7 @@ use hippocamp::reflex::FallOutcome;
 use hippocamp::telemetry::Outcome;
 use hippocamp::trial::{Scene, Summary, Trials, Tried};
 
-/// Seeds of the poses' and thresholds' making are 11 to 13 and 101; this is none of them.
+/// A seed that was not used to tune poses and thresholds: those were 11 to 13 and 101.
 const HELD_OUT: u64 = 2;
 
 /// A sixth as many as there are in docs/falls.md, or a third of these.
@@ -36,7 +36,8 @@ fn falls_are_predicted_in_time_and_land_softer() {
     assert!(summary.less_than_passive.joint_load_nm.unwrap().value > 0.0, "{told}");
 }
 
-/// One push a side and strength, or a fifth of these: of each strength, to different sides. docs/figure.md has ten of each.
+/// One push for each side and strength, or a fifth of these, with each strength to different sides. docs/figure.md
+/// has ten of each.
 #[test]
 fn a_figure_keeps_its_feet_or_falls_softer_than_a_limp_one() {
     let trials = Trials::new(&in_physics("figure.toml")).unwrap();
@@ -122,7 +123,7 @@ fn a_horse_pushed_over_sideways_ends_limp_and_reports_it() {
     assert!(report.body.unwrap().fell);
 }
 
-/// Down on its underside it rises by its ordinary start phases, and goes on as it was told.
+/// A robot on its underside rises by its ordinary start phases, and continues with its order.
 #[test]
 fn a_horse_pushed_onto_its_underside_gets_up_and_walks_on() {
     let robot = in_physics("horse.toml");

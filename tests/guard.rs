@@ -1,4 +1,4 @@
-//! Controller and guard watch each other: either of them dead or hung, on pseudo-terminals, in real time.
+//! Controller and guard watch each other: each in turn is dead or hung, on pseudo-terminals, in real time.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod rig;
@@ -116,7 +116,7 @@ fn a_loop_does_not_wait_for_a_reader_of_its_output() {
         command.stdout(stdout).spawn().unwrap()
     };
     let output = jog(Stdio::piped()).wait_with_output().unwrap();
-    // What is said before the loop begins has room, and nothing else.
+    // The pipe has room for the output before the loop begins, and for nothing more.
     let said = String::from_utf8(output.stdout).unwrap();
     let before = said.lines().take_while(|line| !line.contains("real-time priority"));
     let before = before.map(|line| line.len() + 1).sum();
@@ -175,7 +175,7 @@ fn the_guard_waits_for_a_port_that_is_briefly_in_use() {
 #[test]
 fn a_port_that_cannot_be_opened_leaves_no_guard_process() {
     let rig = Rig::new("horse.toml", "");
-    // The port is another's. A guard that took itself to be needed would try to get at it for a minute.
+    // Another program uses the port. A guard that acted would try to open it for a minute.
     let device = rig.server.as_ref().unwrap().paths()[0].clone();
     let missing = format!("main={}.gone", device.display());
     for command in [&["run", "--for", "1"][..], &["jog", "left_hind.hip", "-85"]] {

@@ -16,7 +16,7 @@ use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hw_sim::{FaultScript, Shaft, World};
 
-/// What a look at the shafts after each wait shows: which had torque, how fast they turned.
+/// State of the shafts after each wait: which had torque, how fast they turned.
 #[derive(Default)]
 struct Seen {
     had_torque: Vec<bool>,
@@ -121,7 +121,7 @@ fn a_jogged_joint_moves_slowly_and_then_goes_limp() {
 
 #[test]
 fn a_joint_does_not_jump_when_its_torque_comes_on() {
-    // Told to stay where it is: 1 s of torque ramp, 0.5 s of no way, 1 s of hold.
+    // Its goal is its present angle: 1 s of torque ramp, 0.5 s without a move, 1 s of hold.
     let (report, seen) = jogged("horse-dynamixel.toml", -85.0, 0.0, "", |_| Order::Go);
     assert!((report.measured_rad.unwrap().to_degrees() + 85.0).abs() < 0.1);
     assert!(seen.fastest_rad_s[HIP].to_degrees() < 2.0, "{}", seen.fastest_rad_s[HIP].to_degrees());
@@ -282,7 +282,7 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
     let file_robot = shipped("horse.toml");
     let mut built = file_robot.clone();
     for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
-        // No horn sits where the robot file would have it.
+        // No horn is where the robot file has it.
         servo.zero_count += 50.0;
     }
     for bus in &mut built.buses {

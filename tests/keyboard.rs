@@ -18,9 +18,9 @@ const HORSE: &str = "config/horse.toml";
 const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
 const RIGHT: &str = "\x1b[C";
-/// A program that writes nothing for so long hangs.
+/// A program that writes nothing for this long counts as hung.
 const SILENCE: Duration = Duration::from_secs(120);
-/// What is not there after so many status lines, half an hour of the run, will not come.
+/// A state not reached after so many status lines, half an hour of the run, will not come.
 const LINES: usize = 10_000;
 
 /// The program in a terminal of 24 lines.
@@ -36,7 +36,7 @@ struct Screen {
 /// A status line.
 #[derive(Debug, PartialEq)]
 struct Line {
-    /// What the robot does, and what it is to do if that is something else: "walk -> trot".
+    /// The robot's motion, and the ordered motion if that differs: "walk -> trot".
     doing: String,
     speed_m_s: f64,
     asked_m_s: f64,
@@ -59,7 +59,7 @@ impl Screen {
         let (sender, pieces) = channel();
         std::thread::spawn(move || {
             let mut bytes = [0; 1024];
-            // An error means that nobody has the other end any more.
+            // An error means that the other end is closed.
             while let Ok(count @ 1..) = reader.read(&mut bytes) {
                 if sender.send(bytes[..count].to_vec()).is_err() {
                     return;
@@ -105,7 +105,7 @@ impl Screen {
         panic!("the screen never showed '{words}':\n{}", self.text());
     }
 
-    /// Waits for a status line that is as it should be.
+    /// Waits for a status line that passes the check.
     fn see_line(&mut self, what: &str, is_right: impl Fn(&Line) -> bool) -> Line {
         for _ in 0..LINES {
             if let Some(line) = self.line().filter(|line| is_right(line)) {

@@ -1,4 +1,4 @@
-//! Looking at a robot: what is shown, and that nothing is written.
+//! The monitor: its output, and that it writes nothing to a servo.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -24,7 +24,7 @@ fn ports(robot: &Robot, faults: &str) -> Spy<fn(&SimPorts)> {
     Spy::new(simulation::world_from_pose(robot, &pose, 1, &faults).unwrap(), |_| {})
 }
 
-/// Looks ten times a second until `until_s`.
+/// Polls ten times a second until `until_s`.
 fn look_until<P: Ports>(monitor: &mut Monitor<'_, P>, until_s: f64) {
     loop {
         monitor.look();

@@ -1,5 +1,5 @@
 //! Inverse kinematics of the shipped horses' legs against a dense search: the nearest pose, from any start, for
-//! targets in and out of reach, and no leaps on the way of a stride.
+//! targets in and out of reach, and no jumps during a stride.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

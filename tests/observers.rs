@@ -1,4 +1,4 @@
-//! Observers of a run: each sees every cycle, may stop the run, and hears how it ended.
+//! Observers of a run: each gets every cycle, may stop the run, and gets the end.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -14,7 +14,7 @@ use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
 
-/// Looks on, and wants the run stopped after so many cycles.
+/// Observes, and objects after so many cycles.
 struct Onlooker {
     enough: u64,
     cycles: u64,

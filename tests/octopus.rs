@@ -1,4 +1,4 @@
-//! The eight arms of config/octopus.toml: they reach where their strokes have them, and keep clear of each other.
+//! The eight arms of config/octopus.toml: they reach the targets of their strokes, and keep clear of each other.
 #![allow(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
@@ -97,7 +97,7 @@ fn random_scripts_keep_arms_apart() {
 fn sections_wind_round_thick_poles_and_refuse_thin_ones() {
     let mut robot = shipped("octopus.toml");
     let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arms") };
-    // As it was wound, before it grips.
+    // As the winding put it, before it grips.
     tentacle.grip_share = 0.0;
     let (settings, chain) = (tentacle.clone(), robot.chains[0].clone());
     let skin_m = settings.arms[0].radius_m;

@@ -1,6 +1,7 @@
-//! Runs that end otherwise than by the plan: the operator stops them, the start fails, the program itself does.
+//! Runs that do not end by the plan: the operator stops them, the start fails, or the program panics.
 //!
-//! With `HIPPOCAMP_FULL` set, the operator stops at more times, and at each in both ways; else in one after the other.
+//! With `HIPPOCAMP_FULL` set, the operator stops at more times, and at each time in both ways; otherwise the ways
+//! alternate.
 
 mod common;
 
@@ -79,7 +80,7 @@ fn a_walk_that_ends_in_hold_stands_still() {
         let goals: Vec<i32> =
             watched.moments[last - 20..].iter().map(|moment| moment.servos[servo].goal).collect();
         let spread = goals.iter().max().unwrap() - goals.iter().min().unwrap();
-        // Joints to spare still settle: a quarter of a degree.
+        // Redundant joints still settle, by a quarter of a degree.
         assert!(spread <= 3, "{}: {goals:?}", robot.joints[servo].name);
     }
 }

@@ -1,4 +1,5 @@
-//! Files that commands write destroy none that is needed: what is refused, before anything is done, and what is replaced.
+//! Commands destroy no file that is needed: which outputs they refuse before doing anything, and which files they
+//! replace.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -41,7 +42,7 @@ impl Folder {
         String::from_utf8_lossy(&fs::read(self.path(name)).unwrap()).into_owned()
     }
 
-    /// Every name in it, and what is there.
+    /// Every name in it, and the content.
     fn all(&self) -> Vec<(String, Vec<u8>)> {
         let entries = fs::read_dir(self.0.path()).unwrap().map(|entry| entry.unwrap());
         let mut all: Vec<_> = entries
@@ -61,7 +62,7 @@ impl Folder {
         command.args(arguments).current_dir(self.0.path()).output().unwrap()
     }
 
-    /// Asserts that the command refuses its input and leaves every file as it is; what it said.
+    /// Asserts that the command refuses its input and changes no file; returns its message.
     fn assert_refused(&self, arguments: &[&str]) -> String {
         let before = self.all();
         let done = self.run(arguments);
@@ -71,7 +72,7 @@ impl Folder {
         said
     }
 
-    /// Asserts that the command does what it is to.
+    /// Asserts that the command succeeds.
     fn assert_done(&self, arguments: &[&str]) -> Output {
         let done = self.run(arguments);
         assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
@@ -89,7 +90,7 @@ fn no_command_overwrites_its_own_input() {
     folder.record("k.mcap");
     let run = |more: &[&'static str]| [&RUN[..], more].concat();
     let driven = ["--script", "script.txt", "--faults", "faults.txt", "--unit", "unit.txt"];
-    // The command before the name of its output, and what it reads.
+    // The command before the name of its output, and its inputs.
     let mut table: Vec<(Vec<&str>, Vec<&str>)> = vec![
         (vec!["check", "robot.txt", "--urdf"], vec!["robot.txt"]),
         (vec!["replay", "k.mcap", "--html"], vec!["k.mcap"]),
@@ -251,7 +252,7 @@ fn a_new_file_has_the_rights_that_the_mask_leaves() {
     }
 }
 
-/// A report to standard output, which goes to a file: that file holds all that was said, and the report.
+/// A report to standard output, which goes to a file: that file holds the whole output, and the report.
 #[test]
 fn standard_output_is_written_to_and_not_replaced() {
     let folder = Folder::new();
@@ -293,7 +294,7 @@ fn links_to_simulated_buses_replace_no_file() {
         folder.write(name, "mine");
         let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
         command.args(["sim", "robot.txt", "--link", "."]).current_dir(folder.0.path());
-        // If it begins all the same, this ends it.
+        // If it starts in spite of this, this ends it.
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let _ = child.stdin.take().unwrap().write_all(b"quit\n");
         let done = child.wait_with_output().unwrap();

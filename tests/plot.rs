@@ -1,4 +1,4 @@
-//! What the pictures of `plot` are made of, and that they are drawn.
+//! The data of the pictures of `plot`, and that they are drawn.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -12,7 +12,7 @@ use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use hippocamp::motion::{self, GaitChoice, Generator, Order};
 use hippocamp::plot::{self, Course, CourseError, Subject};
 
-/// A robot with what it can do.
+/// A robot with its capability.
 struct Rig {
     robot: Robot,
     kind: Horse,
@@ -33,7 +33,7 @@ impl Rig {
         self.kind.settings.gaits.iter().position(|gait| gait.name == name).unwrap()
     }
 
-    /// Goes one gait until `change_s`, then another until `end_s`.
+    /// Walks in one gait until `change_s`, then in another until `end_s`.
     fn course(&self, first: (&str, f64), then: (&str, f64), change_s: f64, end_s: f64) -> Course<'_> {
         let order = |(gait, speed_m_s): (&str, f64)| {
             let gait = GaitChoice::Gait(self.gait(gait));
@@ -107,7 +107,7 @@ fn walk_to_trot_keeps_in_reach_where_the_thesis_rule_does_not() {
 
 #[test]
 fn feet_of_the_stick_figure_match_the_plan() {
-    // What is drawn comes from joint angles after safety: on this robot it changes none.
+    // The pictures show joint angles after safety, which changes none on this robot.
     let rig = Rig::load("config/thoroughbred.toml");
     let course = rig.course(("walk", 1.78), ("trot", 3.9), 3.0, 6.0);
     assert!(course.frames.iter().all(|frame| frame.interventions == 0));
@@ -185,7 +185,7 @@ fn a_span_after_the_end_shows_nothing() {
     );
 }
 
-/// Runs `hippocamp plot` on the thoroughbred; its exit code, and what it said.
+/// Runs `hippocamp plot` on the thoroughbred; its exit code and output.
 fn plot_command(script: &Path, out: &Path, rest: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
     command.args(["plot", "config/thoroughbred.toml", "--script"]).arg(script).arg("--out").arg(out);

@@ -28,7 +28,7 @@ fn adapters_swapped_while_unplugged_are_detected_and_not_written_to() {
         ids.iter().fold(text, |text, (id, twin)| text.replacen(id, twin, 1))
     });
     let (robot, server) = (&rig.robot, rig.server.as_ref().unwrap());
-    // Names that stay, for whatever is plugged in there.
+    // Stable names of the two sockets.
     let plugs: Vec<PathBuf> =
         robot.buses.iter().map(|bus| rig.folder.path().join(format!("plug-{}", bus.name))).collect();
     for (plug, terminal) in plugs.iter().zip(server.paths()) {
@@ -63,7 +63,7 @@ fn adapters_swapped_while_unplugged_are_detected_and_not_written_to() {
             }
             (is_swapped, swapped_at_s) = (true, status.time_s);
         }
-        // By then the servos' watchdogs have stopped them where they are, and nobody is plugged in yet.
+        // By then the servos' watchdogs have stopped them in place, and no adapter is plugged in yet.
         if is_swapped && last_goals.is_none() && status.time_s > swapped_at_s + 0.5 {
             last_goals = Some(goals());
         }

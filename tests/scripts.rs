@@ -1,4 +1,4 @@
-//! Motion scripts: what they mean, what is refused, and a run by one.
+//! Motion scripts: their meaning, refusals, and a run.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -74,7 +74,7 @@ fn each_entry_changes_what_it_names_and_keeps_the_rest() {
         (2.5, trotting),
         (4.9, MotionOptions { gait: GaitChoice::Auto, ..trotting }),
         (5.0, MotionOptions { posture: bowed, ..MotionOptions::default() }),
-        // A stand takes speed and turn away: they have to be named again.
+        // A stand resets speed and turn: they have to be named again.
         (11.9, MotionOptions { gait: gait(&robot, "walk"), posture: bowed, ..MotionOptions::default() }),
     ];
     for (time_s, wanted) in expected {
@@ -154,7 +154,7 @@ fn all_faults_are_reported_at_once() {
                 [[at]]\ntime_s = 1\nspeed_m_s = 0.1";
     let error = parse(text, &shipped("horse.toml")).unwrap_err();
     let lines: Vec<usize> = error.faults.iter().map(|fault| fault.line).collect();
-    // That nobody knows in which gait the last one goes is no fault of its own.
+    // The unknown gait of the last entry is not a fault of its own.
     assert_eq!(lines, [1, 3, 6, 7], "{error}");
     assert!(error.to_string().contains("known are at, end_s\n"), "each key once: {error}");
 }

@@ -1,5 +1,4 @@
-//! What a start says when the servos are not those of the robot file: on simulated buses whose servos are
-//! those of another robot than the one that is started.
+//! Messages of a start on the wrong servos: the simulated buses have the servos of another robot.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -26,7 +25,7 @@ fn feetech_horse() -> Robot {
 /// A spy that does not look while it waits.
 type DeafSpy = Spy<fn(&SimPorts)>;
 
-/// Starts `robot` on the servos of `built`; what was said, and what was sent.
+/// Starts `robot` on the servos of `built`; returns the message, and the bytes sent.
 fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
     let (result, buses) = start_with(robot, built, gone, "");
     (result, buses.into_ports().sent)
@@ -55,7 +54,7 @@ fn writes(sent: &[Vec<u8>], protocol: Protocol) -> usize {
     sent.iter().filter(|bytes| [0x03, 0x83].contains(&bytes[at])).count()
 }
 
-/// What disagrees, after a look that nothing was written.
+/// The differences, after a check that nothing was written.
 fn refused(robot: &Robot, built: &Robot) -> (Vec<Disagreement>, String) {
     let (result, sent) = start(robot, built, None);
     assert_eq!(writes(&sent, robot.buses[0].protocol), 0, "nothing is written before all agree");
@@ -175,8 +174,7 @@ fn models_that_share_a_number_are_both_named() {
     assert!(said.contains("the servo reports model number 777 (STS3215-7V4 or STS3215-12V)"), "{said}");
 }
 
-/// Ids that are the same on both buses, but for a model: the swap shows in the models. Without that it
-/// shows nowhere.
+/// Equal ids on both buses, and one different model: the model shows the swap. Otherwise nothing shows it.
 #[test]
 fn swapped_buses_with_equal_ids_are_recognised_by_their_models() {
     let mut robot = dynamixel_horse();
@@ -213,7 +211,7 @@ fn a_swap_hides_no_servo_that_is_missing() {
     assert!(said.contains("servo 1 of joint") && said.contains("servo 16 of joint"), "{said}");
 }
 
-/// What `robot` says of servos of its own with `faults`, after a look that nothing was written.
+/// The message of `robot` on its own servos with `faults`, after a check that nothing was written.
 fn said_with(robot: &Robot, faults: &str) -> String {
     let (result, buses) = start_with(robot, robot, None, faults);
     let said = result.expect_err(faults).to_string();

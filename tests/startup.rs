@@ -1,4 +1,4 @@
-//! Getting up from wherever the limp joints are: slowly, by the shortest way, never past a limit.
+//! Starts from any limp pose: slowly, by the shortest way, never past a limit.
 
 mod common;
 
@@ -91,8 +91,8 @@ fn towards((low, high): (f64, f64), count: f64) -> f64 {
     (0.5 * (low + high) - count).signum()
 }
 
-/// Gets `robot` up from `pose` through all stages but the buses: its servos are where they are told to be.
-/// Returns how many of its joints began outside their range.
+/// Brings `robot` from `pose` to its stand through all stages except the buses: its servos are always at their
+/// goals. Returns how many of its joints began outside their range.
 fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String> {
     let mut generator = Generator::new(robot, plan.clone(), 1.0);
     let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
@@ -208,7 +208,7 @@ fn limp_poses_on_simulated_buses_end_in_the_stand() {
     }
 }
 
-/// The same, of the registers and shafts of simulated servos.
+/// The same, checked on registers and shafts of simulated servos.
 fn assert_stands_up(robot: &Robot, scenario: &Scenario<'_>) {
     let watched = scenario.watch_until(Activity::Walking);
     let pose = scenario.pose.as_deref().unwrap_or_default();

@@ -1,5 +1,5 @@
-//! The thesis' own change of gait (Takizawa 2005, 3.1, 3.3, 4.3), at the size of its horse: what it does and
-//! where it fails.
+//! The thesis' change of gait (Takizawa 2005, 3.1, 3.3, 4.3), at the size of its horse: its results and its
+//! failures.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

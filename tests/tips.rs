@@ -16,7 +16,7 @@ use hippocamp::model::{Motion, Pole, Robot, TipPath};
 use hippocamp::motion::{Stroke, StrokeCommand};
 use hippocamp::signals::{Targets, Wanted};
 
-/// Where the goals bring the tip of the only arm.
+/// Position of the tip of the only arm by its goals.
 fn tip(robot: &Robot, arm: &Arm<'_>) -> DVec3 {
     robot.tip_in_body(&robot.chains[0], arm.goals[0].iter().copied())
 }
@@ -37,7 +37,7 @@ fn a_tip_follows_its_path_at_one_speed_through_all_points() {
         tips.push(tip(&robot, &arm));
     }
     assert_eq!(arm.interventions, 0, "goals held back by safety");
-    // It comes to rest on the first, and goes on from there.
+    // It comes to rest on the first, and continues from there.
     let first = tips.iter().rposition(|tip| tip.distance(waypoints[0]) < 1e-5).unwrap();
     let tips = &tips[first..];
     for waypoint in waypoints {
@@ -174,7 +174,7 @@ fn twists_turn_the_suckers_to_a_pole_beside_them() {
     assert!(begin_rad[8] > 1.4 && offs_rad[4..].iter().all(|off| *off < 0.1), "{offs_rad:?}");
 }
 
-/// The angle that the lower side of each link is off from facing the pole, rad, by forward kinematics of its own.
+/// The angle that the lower side of each link is off from facing the pole, rad, by separate forward kinematics.
 fn off_suckers_rad(robot: &Robot, goals: &[f64], pole: Pole) -> Vec<f64> {
     let chain = &robot.chains[0];
     let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);

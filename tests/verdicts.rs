@@ -1,4 +1,4 @@
-//! Whether a run says that it was good: by the truth of the simulated body, and by one thing at a time that is not.
+//! The verdict of a run: on the true state of the simulated body, and with one margin spoilt at a time.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic")]
 
 mod common;
@@ -11,7 +11,7 @@ use hippocamp::telemetry::{
     BusReport, Followed, OutageReport, Outcome, RecordingReport, Report, Verdict, Walked, Way,
 };
 
-/// What was found, in the order of the report.
+/// The findings, in the order of the report.
 fn found(report: &Report) -> Vec<&'static str> {
     report.findings.iter().map(|finding| finding.what).collect()
 }
@@ -28,7 +28,7 @@ fn a_trot_that_follows_its_order_is_good() {
     assert_eq!((report.verdict, found(&report)), (Verdict::Good, vec![]), "{:?}", report.findings);
     let (asked, reached) = (report.asked.unwrap(), report.reached.unwrap());
     let body = report.body.unwrap();
-    // The body's own account of the same way.
+    // The same path by the simulated body.
     assert!((reached.speed_m_s - body.mean_speed_m_s).abs() < 0.01, "{reached:?}, {body:?}");
     assert!(asked.distance_m > 0.3 && (reached.distance_m / asked.distance_m - 1.0).abs() < 0.3);
 }
@@ -83,14 +83,14 @@ fn a_path_is_judged_by_the_order_at_each_moment() {
     assert_eq!(judge(walked([1.0, 0.9], [300.0, 115.0])), ["turn not as asked"]);
     assert_eq!(judge(walked([1.0, 0.9], [300.0, 250.0])), none);
     assert_eq!(judge(walked([1.0, 0.9], [0.0, -45.0])), ["turn not as asked"]);
-    // There and back, of which it did half each way: the net way says nothing.
+    // Forward and back, half the ordered distance each time: the net distance says nothing.
     let to_and_fro =
         Walked { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
     assert_eq!(judge(to_and_fro), ["speed not as asked"]);
     let mut aside = walked([1.0, 0.9], [0.0, 0.0]);
     aside.reached.side_m = -1.0;
     assert_eq!(judge(aside), ["it drifted sideways"]);
-    // Starting and stopping are no walk.
+    // Starting and stopping do not count as walking.
     assert_eq!(judge(Walked { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
 }
 

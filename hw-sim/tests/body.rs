@@ -162,7 +162,7 @@ fn energy_of_a_swinging_arm_does_not_grow() {
     assert!(fastest < 0.01, "it has come to rest, but for {fastest} rad/s");
 }
 
-/// What a joint gives its link is what its motor gives, less what its rotor takes up.
+/// The torque of a joint on its link is that of its motor less that of its rotor's acceleration.
 #[test]
 fn impulses_through_joints_are_the_motors_and_the_rotors() {
     // Held straight out by just the torque of its weight.

@@ -1,4 +1,4 @@
-//! Servos in a body, over the bus: what carries a load, and what its registers say of it.
+//! Servos in a body, over the bus: servos under load, and their registers.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 mod common;

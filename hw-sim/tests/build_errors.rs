@@ -1,4 +1,4 @@
-//! A world that cannot be says what was wrong, where, and what was expected.
+//! The error for an impossible world says what was wrong, where, and what was expected.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;

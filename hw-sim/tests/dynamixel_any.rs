@@ -1,4 +1,4 @@
-//! Dynamixel servos take any well-framed packet, however mad, and are servos still.
+//! Dynamixel servos survive any well-framed packet, however absurd.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;

@@ -93,7 +93,7 @@ fn a_motor_that_pushes_in_vain_shuts_down_and_one_that_turns_does_not() {
         assert!(!shaft(&world).torque_on, "{}", model.name);
         assert_eq!((get(&world, 70, 1), get(&world, 64, 1)), (32, 0), "{}", model.name);
     }
-    // With the bit out of Shutdown it is only told.
+    // With the bit cleared in Shutdown it is only reported.
     let mut world = one_with("XM430-W210", 2048.0, STUCK);
     set(&mut world, 63, 1, 4);
     torque_on(&mut world);

@@ -83,10 +83,10 @@ fn indirect_data_have_size_range_and_access_of_their_targets() {
     // A gap of the table.
     write(&mut world, 168, &[66, 0]);
     assert_eq!(write(&mut world, 224, &[1]), ACCESS);
-    // EEPROM cannot be pointed at, nor what is past the table.
+    // Pointers cannot reach the EEPROM, nor addresses past the table.
     assert_eq!(write(&mut world, 168, &[63, 0]), DATA_RANGE);
     assert_eq!(write(&mut world, 168, &[0x96, 0x02]), DATA_RANGE, "662");
-    // Data that point at data mean that byte, not what it points at in its turn.
+    // A pointer to indirect data means that byte, not the byte that it points to in turn.
     write(&mut world, 170, &[65, 0]);
     write(&mut world, 168, &[225, 0]);
     assert_eq!(write(&mut world, 224, &[1]), 0);

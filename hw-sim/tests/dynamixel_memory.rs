@@ -1,4 +1,5 @@
-//! What Dynamixel servos keep and what they lose: reboot, factory reset, backup, startup configuration, clear. Facts: ROBOTIS e-manual, Protocol 2.0 and X-series.
+//! Registers that Dynamixel servos keep and lose: reboot, factory reset, backup, startup configuration, clear.
+//! Facts: ROBOTIS e-manual, Protocol 2.0 and X-series.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;

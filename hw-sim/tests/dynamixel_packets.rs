@@ -189,7 +189,7 @@ fn reg_write_is_refused_as_a_write_would_be_and_the_last_one_counts() {
     assert_eq!(world.register(0, 1, 69), Some(0));
     assert_eq!(reg_write(&mut world, 116, &goal(1000)), 0);
     assert_eq!(reg_write(&mut world, 36, &500u16.to_le_bytes()), 0);
-    // Torque on locks the EEPROM, where what is registered would go.
+    // Torque on locks the EEPROM, the target of the registered write.
     dynamixel_write(&mut world, 1, 64, &[1]);
     assert_eq!(exchange(&mut world, &dynamixel(1, &[5])), status(1, ACCESS, &[]));
     assert_eq!(world.register(0, 1, 69), Some(0));

@@ -1,4 +1,4 @@
-//! The ways of Dynamixel servos to their goals. Facts: ROBOTIS e-manual, X-series, "What is the Profile".
+//! How Dynamixel servos move to their goals. Facts: ROBOTIS e-manual, X-series, "What is the Profile".
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 #![allow(clippy::cast_precision_loss, reason = "times are short")]
 

@@ -1,4 +1,4 @@
-//! What a Feetech servo does on its own: modes, ways to a goal, protection, flags. Rules: Feetech wiki, memory-sts and
+//! The behaviour of a Feetech servo: modes, moves to a goal, protection, flags. Rules: Feetech wiki, memory-sts and
 //! memory-scscl.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
@@ -225,7 +225,7 @@ fn overload_leaves_the_holding_torque_after_the_protection_time() {
     assert_eq!((byte(&world, 65), word(&world, 60)), (0, 880));
     after(&mut world, 20 * MS);
     assert_eq!((byte(&world, 65), word(&world, 60)), (32, 200));
-    // The alarm comes with every answer, which is valid all the same.
+    // Every answer has the alarm, and is still valid.
     assert_eq!(exchange(&mut world, &feetech(1, 2, &[42, 2])), feetech(1, 32, &[0x6E, 0x08]));
     after(&mut world, 5 * S);
     assert_eq!(word(&world, 60), 200);
@@ -246,7 +246,7 @@ fn overload_follows_its_registers_and_its_bit_in_the_mask() {
     assert_eq!((byte(&world, 65), word(&world, 60)), (0, 560));
     after(&mut world, 40 * MS);
     assert_eq!((byte(&world, 65), word(&world, 60)), (32, 350));
-    // Torque off and on: it begins anew.
+    // After torque off and on it starts again.
     write(&mut world, 40, &[0]);
     write(&mut world, 40, &[1]);
     after(&mut world, 10 * MS);

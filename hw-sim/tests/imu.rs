@@ -1,5 +1,5 @@
-//! The inertial measurement unit: what it says, when, and what it can be told. The decoder here is written from the
-//! manual (WitMotion WT901 datasheet v20-0702, section 5).
+//! The inertial measurement unit: its output, the timing of it, and its commands. The decoder here is written from
+//! the manual (WitMotion WT901 datasheet v20-0702, section 5).
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss, reason = "a test may panic")]
 
 use hw_sim::body::{BodyConfig, Ground, JointMechanics, Push, Trunk};

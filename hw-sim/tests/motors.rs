@@ -1,4 +1,4 @@
-//! What a shaft does: facts of the data sheets and of mechanics.
+//! The motion of a shaft: facts of the data sheets and of mechanics.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;

@@ -30,7 +30,7 @@ fn open(server: &PtyServer, bus: usize, baud: u32) -> File {
     line
 }
 
-/// Waits for what is asked for, or the line's end.
+/// Waits for the expected bytes, or for the end of the line.
 fn wait(line: &File, flags: PollFlags) -> PollFlags {
     let mut lines = [PollFd::new(line, flags)];
     poll(&mut lines, Some(&MINUTE)).unwrap();

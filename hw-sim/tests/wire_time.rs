@@ -228,7 +228,7 @@ fn every_exchange_of_feetech_servos_takes_its_bytes_and_return_delays() {
                 ),
             ]);
         }
-        // Unlocked, what is stored; and at last the restart, which nobody answers.
+        // Stored settings, unlocked; and at last the restart, which no servo answers.
         exchanges.extend([
             exchange("unlocking".into(), feetech(1, 3, &[55, 0]), 8, 6, 1),
             exchange("parameter backup".into(), feetech(1, 9, &[]), 6, 6, 1),

@@ -89,9 +89,9 @@ pub(crate) struct ProtocolSpec {
     /// Meaning and cure of the number of a refusal.
     pub(crate) refusal: fn(u8) -> &'static str,
 
-    /// How a servo is asked who it is.
+    /// The request for a servo's identity.
     pub(crate) identify: IdentifyRequest,
-    /// The identity in the answer to that; `None` if it is no such answer.
+    /// The identity in the answer to that; `None` if the data are no such answer.
     pub(crate) identity: fn(&[u8]) -> Option<Identity>,
     /// Parameters of a reset that keeps the id, and if possible the rate.
     pub(crate) reset_parameters: &'static [u8],

@@ -61,7 +61,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
     /// If the task is that of another kind, or names a gait or pose that the robot does not have.
     fn plan_of_task(&self, robot: &Robot, task: &Task) -> Result<Plan, TaskError>;
 
-    /// A script of everything it can show, on repeat, for `for_s`: it plays where nobody asks for one motion.
+    /// A script of everything it can show, on repeat, for `for_s`: it plays if the user asks for no single motion.
     ///
     /// # Errors
     /// If this kind gives no shows.

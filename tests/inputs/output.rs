@@ -1,4 +1,4 @@
-//! What cannot be printed is no success, and a reader who has seen enough is no failure.
+//! Output that cannot be printed is a failure, and a reader that closes the pipe is not.
 
 use std::fs::File;
 use std::process::Stdio;

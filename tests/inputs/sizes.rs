@@ -1,4 +1,4 @@
-//! However large a file is, or whatever it is: what it takes to refuse it stays small.
+//! Refusing a file takes little time and memory, whatever its size and kind.
 
 use std::fs::File;
 use std::path::Path;
@@ -7,12 +7,12 @@ use rustix::fs::{CWD, Mode, mkfifoat};
 
 use crate::{FIGURE, HORSE, bounded, shipped_with, text, texts, written};
 
-/// Faults told one by one, the line that counts them, and the two lines that follow a fault of the file as a whole.
+/// Lines of the faults, the line that counts them, and the two lines after a fault of the whole file.
 const LINES_MAX: usize = 52;
 /// Largest answer, bytes.
 const BYTES_MAX: usize = 40_000;
 
-/// Refused with exit code 2 within little time, memory and text; what was said.
+/// Asserts a refusal with exit code 2 in little time, memory and text; returns the text.
 fn refused(arguments: &[&str], file: &Path) -> String {
     let (_, stderr, code) = texts(&bounded(arguments).output().unwrap());
     assert_eq!(code, Some(2), "{}: {stderr:.1000}", file.display());

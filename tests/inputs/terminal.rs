@@ -1,10 +1,10 @@
-//! Nothing that comes from outside is obeyed by the terminal.
+//! No text from outside controls the terminal.
 
 use std::path::Path;
 
 use crate::{FIGURE, HORSE, TENTACLE, hippocamp, shipped_with, text, texts, written};
 
-/// What a terminal would do as it is told: an escape, a line of its own, the order of letters.
+/// Characters that control a terminal: an escape, a new line, the order of letters.
 fn assert_harmless(said: &str, of: &str) {
     let steers = |c: char| {
         (c.is_control() && c != '\n')
@@ -139,7 +139,7 @@ fn control_characters_in_keys_values_and_file_names_are_shown_as_codes() {
 #[test]
 fn control_characters_in_a_recording_are_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
-    // The recording tells by which script it was driven.
+    // The recording names the script of the run.
     let script = written(
         folder.path(),
         "s\u{1b}[2J\nforged\u{202e}.toml",
@@ -194,7 +194,7 @@ fn every_refusal_names_its_file() {
         (vec!["run", FIGURE, "--virtual", "--no-physics", "--faults", push], push),
         (vec!["replay", HORSE], HORSE),
         (vec!["replay", absent], absent),
-        // What is wrong is what the robot is, not a key of its file.
+        // The fault concerns the whole robot, not a key of its file.
         (vec!["run", paper], paper),
         (vec!["monitor", paper], paper),
         (vec!["jog", paper, "left_hind.hip", "3"], paper),

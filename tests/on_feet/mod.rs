@@ -1,5 +1,5 @@
-//! A horse on its feet without buses: generator, inverse kinematics and safety at the loop's rate, servos that
-//! are where they are told to be. Everything that must always hold is judged in every cycle.
+//! A standing or walking horse without buses: generator, inverse kinematics and safety at the loop's rate, and
+//! servos that are always at their goals. Every cycle is checked for everything that must always hold.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -15,10 +15,10 @@ use hippocamp::telemetry::Telemetry;
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
 const ROUNDING_M: f64 = 1e-9;
-/// What inverse kinematics may leave, m.
+/// Largest permitted residual of inverse kinematics, m.
 const RESIDUAL_MAX_M: f64 = 1e-4;
 
-/// The horse, and what was seen of it.
+/// The horse, and measurements of it.
 pub(crate) struct OnFeet<'r> {
     pub(crate) robot: &'r Robot,
     pub(crate) drive: Drive,
@@ -30,7 +30,7 @@ pub(crate) struct OnFeet<'r> {
     state: State,
     slots: Vec<Slot>,
     pub(crate) telemetry: Telemetry<'r>,
-    /// Joints that safety told something else than was asked, summed over the cycles.
+    /// Number of goals that safety changed, summed over the cycles.
     pub(crate) interventions: u64,
     landed_s: [f64; 4],
     was_swing: [bool; 4],
@@ -56,7 +56,7 @@ impl<'r> OnFeet<'r> {
             was_swing: [false; 4],
             shortest_stance_s: f64::INFINITY,
         };
-        // The pose of the stand, settled in its joints to spare.
+        // The pose of the stand, in which the redundant joints have settled.
         horse.joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
         horse.targets.posture_pull = posture_pull(robot.period_s());
         for _ in 0..200 {
@@ -78,7 +78,7 @@ impl<'r> OnFeet<'r> {
     /// One cycle.
     ///
     /// # Panics
-    /// When something does not hold that must.
+    /// If something that must hold does not.
     pub(crate) fn step(&mut self, command: Command) {
         let dt_s = self.robot.period_s();
         self.drive.step(dt_s, Some(command));
@@ -144,7 +144,7 @@ impl<'r> OnFeet<'r> {
         }
     }
 
-    /// What must hold over all that was seen.
+    /// Checks of the whole run.
     pub(crate) fn assert_kept(&self) {
         let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report().unwrap());
         assert_eq!((joints.range_violations, joints.rate_violations), (0, 0));

@@ -1,4 +1,4 @@
-//! What a recording holds, read by the mcap crate.
+//! The content of a recording, read by the mcap crate.
 
 use std::collections::BTreeMap;
 

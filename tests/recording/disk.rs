@@ -1,4 +1,4 @@
-//! Disks that are slow, full, or gone: the recording suffers, and the loop never waits.
+//! Slow, full and failing disks: cycles are lost from the recording, and the loop never waits.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -54,7 +54,7 @@ fn a_large_chunk_ends_whatever_time_it_spans() {
     assert!(sizes.iter().all(|size| *size < CHUNK_MAX / 3), "{sizes:?}");
 }
 
-/// A disk that takes nothing until it is told to.
+/// A disk that accepts nothing until it is released.
 struct Stuck {
     release: Receiver<()>,
     memory: Memory,
@@ -62,7 +62,7 @@ struct Stuck {
 
 impl Write for Stuck {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // Closed: released for good.
+        // A closed channel releases it permanently.
         let _ = self.release.recv();
         self.memory.write(bytes)
     }
@@ -164,7 +164,7 @@ fn a_disk_that_fills_stops_the_robot_and_leaves_what_was_written_readable() {
     assert!(report.error.is_some() && report.dropped > 0);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
     assert!(matches!(recording.ending, Ending::CutShort { .. }));
-    // What the reader finds is a beginning of what the writer counted; the last chunk is lost.
+    // The reader finds the first of the cycles that the writer counted; the last chunk is lost.
     let found = u64::try_from(recording.samples.len()).unwrap();
     assert!(found > 0 && found <= report.records && report.records - found <= 101, "{found} of {report:?}");
 }

@@ -1,4 +1,4 @@
-//! A recorded run judged again.
+//! Replays of a recorded run.
 
 use std::path::Path;
 use std::process::Command;
@@ -160,7 +160,7 @@ fn the_command_reports_what_it_could_not_judge_in_words_and_exit_code() {
     assert_eq!(code, Some(4), "{said}");
     assert!(said.contains("CUT SHORT") && said.contains("NOT JUDGED: the rest of the run"), "{said}");
 
-    // The disk held the loop up: cycles 200 to 499 of 500 are dropped.
+    // The disk was stuck: cycles 200 to 499 of 500 are dropped.
     let (_, with_gap) = recorded_on_a_stuck_disk();
     let (code, said) = replayed_by_command("gap.mcap", &with_gap);
     assert_eq!(code, Some(4), "{said}");

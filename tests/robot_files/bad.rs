@@ -1,4 +1,4 @@
-//! Bad robot files: each a small change to the good one, each with what must be said of it.
+//! Bad robot files: each is a small change to the good one, with the expected message.
 
 use std::path::Path;
 
@@ -537,7 +537,7 @@ fn motion_and_gaits() {
     MOTION.iter().for_each(check);
 }
 
-/// Keys and lines of all faults, in the order told.
+/// Keys and lines of all faults, in the order of the messages.
 fn places(error: &ConfigError) -> Vec<(usize, &str)> {
     error.faults.iter().map(|fault| (fault.line, fault.key.as_str())).collect()
 }
@@ -628,7 +628,7 @@ fn text_that_is_not_toml_is_reported_by_line_and_column() {
     let said = error.to_string();
     assert!(said.starts_with("bad.toml:6:14: expected TOML; invalid float\n"), "{said}");
 
-    // Two slips are both told; what they hide is not guessed at.
+    // Both mistakes are reported; faults that they hide are not guessed.
     let two = spoil(&spoil(GOOD, "mass_kg = 1.1", "mass_kg = "), "baud = 57600", "baud 57600");
     let lines: Vec<_> = refused(&two).faults.iter().map(|fault| fault.line).collect();
     assert_eq!(lines, [6, 17]);

@@ -1,4 +1,4 @@
-//! What good files say, and that no text at all makes the loader panic.
+//! The robots of good files, and that no text makes the loader panic.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -149,7 +149,7 @@ fn thoroughbred_exists_on_paper_only() {
 #[test]
 fn built_in_gaits_match_the_thesis_table_and_our_additions() {
     let horse = shipped("horse.toml").motion.horse().unwrap().clone();
-    // Lags in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
+    // Phase offsets in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
     let expected = [
         ("walk", 0.70, [0.0, 0.20, 0.50, 0.70]),
         ("walk-steady", 0.75, [0.0, 0.25, 0.50, 0.75]),

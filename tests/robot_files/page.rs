@@ -1,4 +1,4 @@
-//! The page of the keys of robot files says what the reader asks for.
+//! The page of robot-file keys matches the reader.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fmt::Write as _;

@@ -1,4 +1,5 @@
-//! What the doctor says of simulated robots behind pseudo-terminals, well and unwell; and that it changes nothing.
+//! The doctor's findings about simulated robots behind pseudo-terminals, healthy and faulty; and that it changes
+//! nothing.
 
 use std::fs;
 
@@ -7,7 +8,7 @@ use serde_json::Value;
 
 use crate::rig::Rig;
 
-/// What the doctor says of a robot, and its exit code.
+/// The doctor's output for a robot, and its exit code.
 fn examine(rig: &Rig) -> (Value, Option<i32>) {
     let output = rig.start("doctor", &["--json"]).wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
@@ -16,11 +17,11 @@ fn examine(rig: &Rig) -> (Value, Option<i32>) {
     (said, output.status.code())
 }
 
-/// What hangs on how busy the machine of the test is.
+/// Lines that depend on how busy the test machine is.
 const OF_THE_MACHINE: [&str; 5] =
     ["imu: ", "this machine: ", " replies", " an exchange takes ", " fast sync read"];
 
-/// Tries all of these side by side: they wait for most of the time.
+/// Runs all of these side by side: they wait most of the time.
 fn at_once<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync) {
     std::thread::scope(|scope| {
         for case in cases {
@@ -30,7 +31,7 @@ fn at_once<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync)
     });
 }
 
-/// `verdict about: found -> cure`, a line each, without what hangs on the machine.
+/// `verdict about: found -> cure`, one line each, without those that depend on the machine.
 fn lines(said: &Value) -> Vec<String> {
     let text = |line: &Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
     let all = said["lines"].as_array().unwrap().iter();
@@ -60,7 +61,7 @@ fn a_healthy_robot_has_no_finding_and_is_not_changed() {
         let (said, code) = examine(&rig);
         assert_eq!(code, Some(i32::from(said["faults"].as_u64().unwrap() > 0)), "{said:#}");
         assert!(said.to_string().contains("an exchange takes "), "{said:#}");
-        // How often, hangs on the machine.
+        // The number depends on the machine.
         assert!(said.to_string().contains("measures "), "{said:#}");
         let lines = lines(&said);
         assert!(lines.iter().all(|line| !line.starts_with("fault")), "{file}: {lines:#?}");
@@ -148,7 +149,7 @@ fn the_wrong_robot_file_is_recognised_by_its_servos() {
     ] {
         assert!(all.iter().any(|line| line.starts_with(expected)), "no {expected:?} in {all:#?}");
     }
-    // The wrong rate: it is found where it is.
+    // The wrong rate: the servo is found at its rate.
     fs::write(&rig.robot_file, text.replace("baud = 1000000", "baud = 500000")).unwrap();
     let all = lines(&examine(&rig).0);
     let expected = "fault servo 1 of joint left_hind.pelvis on bus main: it is set to 1000000 baud, and its bus to 500000";

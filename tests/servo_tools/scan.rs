@@ -53,7 +53,7 @@ fn an_echo_is_noticed_and_is_not_taken_for_a_servo() {
         let text = bench.good(&["scan"], &["--baud", "1000000", "--ids", "0-20"]);
         assert!(text.contains("returns what it is sent"), "{text}");
         assert_eq!(text.lines().filter(|line| line.contains("1000000")).count(), 1, "{text}");
-        // The other commands cope with it too.
+        // The other commands handle it too.
         assert!(bench.good(&["servo", "read"], &["4", "id"]).starts_with('4'));
     }
 }

@@ -112,7 +112,7 @@ fn the_present_shaft_position_becomes_the_middle() {
         assert_eq!(code == 0, is_possible, "{model} {id}: {text}");
         assert!(text.contains("(2048)"), "{model} {id}: {text}");
     }
-    // 3300 counts: 1252 off the middle, and Dynamixel honours 1024.
+    // 3300 counts: 1252 off the middle, and Dynamixel accepts 1024.
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[23]));
     let (code, text) = bench.run(&["servo", "center"], &["23", "--yes"]);
     assert_eq!(code, 1, "{text}");

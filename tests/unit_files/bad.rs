@@ -1,4 +1,4 @@
-//! Bad unit files: each a small change to the good one, each with what must be said of it.
+//! Bad unit files: each is a small change to the good one, with the expected message.
 
 use std::path::Path;
 
@@ -92,7 +92,7 @@ fn each_fault_names_line_key_value_and_what_was_expected() {
         let fault = error.faults.iter().find(|fault| fault.key == key);
         let fault = fault.unwrap_or_else(|| panic!("{key} is not told of: {error}"));
         assert_eq!((fault.file.as_str(), fault.value.as_deref()), ("bad.unit.toml", value), "{fault}");
-        // What is not set is told at its section.
+        // A missing key is reported at its section.
         if value.is_some() {
             let line = marked[..marked.find('@').unwrap()].matches('\n').count() + 1;
             assert_eq!(fault.line, line, "{fault}");

@@ -1,4 +1,4 @@
-//! What a unit file does to its robot, and when a robot counts as calibrated.
+//! The effect of a unit file on its robot, and when a robot counts as calibrated.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -251,7 +251,7 @@ fn devices_with_unstable_names_and_indistinguishable_buses_get_a_warning() {
     let warnings = said(&stable, &twins);
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].contains("ids that differ from those of bus left_hind"), "{warnings:?}");
-    // One servo of another model, and a swap would be found out.
+    // With one servo of another model, a swap would be noticed.
     twins.joints[0].servo.as_mut().unwrap().model = ServoModel::named("XM430-W350").unwrap();
     assert_eq!(said(&stable, &twins).len(), 0);
 }

@@ -1,4 +1,4 @@
-//! What is written is what is read.
+//! Unit files are read as they were written.
 
 use hippocamp::config::{self, Unit, UnitBus, UnitImu, UnitJoint};
 use hippocamp::model::Firmware;
