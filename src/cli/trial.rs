@@ -21,7 +21,7 @@ pub(super) const BAR: u64 = 40;
 /// Options of `try`.
 #[derive(Debug, clap::Args)]
 pub(super) struct TryArguments {
-    /// The robot file; with --faults as many as wanted.
+    /// The robot file; with --faults several are allowed.
     #[arg(required = true, value_name = "ROBOT")]
     pub(super) robots: Vec<PathBuf>,
     /// Try faults instead of falls: "random" draws new ones for each episode; a file of a folder of findings is

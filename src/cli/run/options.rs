@@ -47,15 +47,15 @@ pub(in crate::cli) struct RunArguments {
     pub(in crate::cli) driver: DriverArguments,
     #[command(flatten)]
     pub(in crate::cli) unit: UnitArguments,
-    /// Seed for the start angles of the simulated robot's limp joints, and all other chance.
+    /// Seed for the start angles of the simulated robot's limp joints, and everything else that is random.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
           allow_negative_numbers = true, value_parser = seed)]
     pub(in crate::cli) seed: u64,
-    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    /// Faults of the simulated buses, and their times (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     pub(in crate::cli) faults: Option<PathBuf>,
     /// Write the report of the run to this file (JSON). A cycle counts as late when it begins more than a tenth of
-    /// a period after its time; the robot then goes on from where it is.
+    /// a period after its time; the robot then continues from where it is.
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) report: Option<PathBuf>,
     /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until

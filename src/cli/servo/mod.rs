@@ -44,12 +44,12 @@ pub(super) enum ServoCommand {
         #[command(flatten)]
         consent: Consent,
     },
-    /// Keeps every register of the servo in a file.
+    /// Saves every register of the servo to a file.
     #[command(after_help = "Example: hippocamp servo backup /dev/ttyUSB0 1 left_hip.toml")]
     Backup {
         #[command(flatten)]
         which: Which,
-        /// The file (TOML); must not be there yet.
+        /// The file (TOML); must not exist yet.
         file: PathBuf,
     },
     /// Restores the settings in a file of 'servo backup', byte for byte, id and rate included.

@@ -32,8 +32,8 @@ use crate::service::{Address, ServiceError};
 pub(super) struct SetupArguments {
     /// The robot file.
     pub(super) robot: PathBuf,
-    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml]; made if there is
-    /// none.
+    /// The unit file of this robot [default: the robot file's name with .unit.toml for .toml]; created if it does not
+    /// exist.
     #[arg(long, value_name = "FILE")]
     pub(super) unit: Option<PathBuf>,
     /// Serial device of a bus, instead of the unit file's; written to the unit file.
