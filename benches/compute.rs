@@ -17,7 +17,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{ArmGeometry, Bending, Robot};
 use hippocamp::motion::horse::{Drive, HorsePlan, Velocity, Walk};
-use hippocamp::motion::tentacle::key_angles::Between;
+use hippocamp::motion::tentacle::key_angles::KeyInterpolation;
 use hippocamp::motion::tentacle::stroke::{Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
@@ -334,7 +334,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
     let chain = &chains[0];
     let arm = ArmGeometry::of(chain, &joints).unwrap();
     let part = Part { role: 4, is_right: false, walk_plane_rad: 1.57 };
-    let stroke = Strokes::new(part, Between::Smooth, Variation::new(1, 0, 0.05)).swim;
+    let stroke = Strokes::new(part, KeyInterpolation::Smooth, Variation::new(1, 0, 0.05)).swim;
     let mut target = ArmTarget::new(chain, &joints);
     let targets = (0..500)
         .map(|cycle| {

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use hippocamp::config;
 use hippocamp::ik::ArmSolver;
 use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, Robot};
-use hippocamp::motion::tentacle::key_angles::Between;
+use hippocamp::motion::tentacle::key_angles::KeyInterpolation;
 use hippocamp::motion::tentacle::stroke::{KeyStroke, Part, Strokes};
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::tentacle::winding::Winding;
@@ -154,7 +154,7 @@ fn solve_symmetric(mut matrix: Vec<Vec<f64>>, mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-fn strokes(variation_rad: f64, between: Between) -> [(&'static str, KeyStroke); 2] {
+fn strokes(variation_rad: f64, between: KeyInterpolation) -> [(&'static str, KeyStroke); 2] {
     let part = Part { role: 4, is_right: false, walk_plane_rad: FRAC_PI_2 };
     let strokes = Strokes::new(part, between, Variation::new(3, 0, variation_rad));
     [("walk", strokes.walk), ("swim", strokes.swim)]
@@ -187,7 +187,7 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
         "[bends]\n| stroke | sum of squared bends against the least found | largest bend | ends off by at most |"
     );
     println!("|---|---|---|---|");
-    for (name, stroke) in strokes(0.0, Between::Smooth) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Smooth) {
         let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
         assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name}: {miss_m} m");
         let (mut worst, mut largest_deg, mut at_floor) = (0.0_f64, 0.0_f64, 0);
@@ -231,7 +231,7 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
         "[speeds]\n| stroke, key angles | fastest joint | strongest acceleration | ends off by at most |"
     );
     println!("|---|---|---|---|");
-    for between in [Between::Smooth, Between::Linear] {
+    for between in [KeyInterpolation::Smooth, KeyInterpolation::Linear] {
         for (name, stroke) in strokes(0.05, between) {
             let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
             let speed = |a: &[f64], b: &[f64]| -> Vec<f64> {
@@ -244,7 +244,7 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
                 speeds.windows(2).map(|pair| speed(&pair[0], &pair[1])).collect();
             println!(
                 "| {name}, {} | {:.1} rad/s | {:.0} rad/s^2 | {:.2} % of the arm |",
-                if between == Between::Smooth { "smooth" } else { "linear" },
+                if between == KeyInterpolation::Smooth { "smooth" } else { "linear" },
                 largest(&speeds),
                 largest(&accelerations),
                 100.0 * miss_m / rig.arm.length_m()
@@ -262,7 +262,7 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
 #[test]
 fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
     let rig = Rig::new();
-    for (name, stroke) in strokes(0.0, Between::Linear) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Linear) {
         let leap = |rate_hz: f64| {
             let cycles = (STROKE_S * rate_hz).round();
             let mut solver =
@@ -297,7 +297,7 @@ fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
 fn the_thesis_rule_brings_groups_to_their_pseudo_targets() {
     let rig = Rig::new();
     println!("[descent]\n| stroke | largest bend | ends off by at most |\n|---|---|---|");
-    for (name, stroke) in strokes(0.0, Between::Linear) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Linear) {
         let (poses, miss_m) = poses_of(&rig, Bending::Ccd, stroke);
         let largest_deg = poses.iter().map(|pose| largest_bend_deg(pose)).fold(0.0, f64::max);
         let miss_share = 100.0 * miss_m / rig.arm.length_m();

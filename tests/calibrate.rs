@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use common::{ROBOTS, config_file, servo, shipped};
 use hippocamp::bus::{PortError, Ports, SimPorts};
-use hippocamp::calibration::{CalibrateError, Ended, Person, calibrate, marked_pose_rad};
+use hippocamp::calibration::{CalibrateError, CalibrationEnd, Person, calibrate, marked_pose_rad};
 use hippocamp::config::{Unit, UnitFile, load_unit, write_unit};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::Order;
@@ -229,7 +229,7 @@ fn new_unit(name: &str) -> Unit {
     Unit { robot_file: name.to_owned(), ..Unit::default() }
 }
 
-fn run(robot: &Robot, unit: &mut Unit, person: &mut Somebody<'_>, is_unattended: bool) -> Ended {
+fn run(robot: &Robot, unit: &mut Unit, person: &mut Somebody<'_>, is_unattended: bool) -> CalibrationEnd {
     let servos = person.servos.clone();
     calibrate(robot, unit, servos, person, &mut |_: &Status| Order::Go, is_unattended, DAY)
 }

@@ -56,7 +56,7 @@ fn an_exchange_takes_the_time_of_its_wire_and_the_terminal() {
 }
 
 /// The result of a walk.
-struct Walked {
+struct WalkTotals {
     /// Anything but a proper end.
     bad_end: Option<String>,
     /// Exchange of each bus, as a share of wire time and terminal together; medians.
@@ -65,7 +65,7 @@ struct Walked {
     lost_share: f64,
 }
 
-impl Walked {
+impl WalkTotals {
     /// The errors of a walk whose exchange times may be off by `share`.
     fn fault(&self, share: f64) -> Option<String> {
         let is_off = |ratio: &&f64| (**ratio - 1.0).abs() > share;
@@ -77,7 +77,7 @@ impl Walked {
 }
 
 /// Walks, and measures beside it.
-fn walk(file: &str) -> Walked {
+fn walk(file: &str) -> WalkTotals {
     let (near, far) = (0, std::thread::available_parallelism().map_or(0, |count| count.get() - 1));
     let built = Built::served(file, bare::world_of_twins, move || drop(request_real_time(Some(far))));
     let robot = &built.robot;
@@ -112,7 +112,7 @@ fn walk(file: &str) -> Walked {
             .map(|(bus, bare)| number(&bus["exchange_us"]["p50"]) / bare.p50 as f64),
         robot.joints.len() as f64,
     );
-    Walked {
+    WalkTotals {
         bad_end: (report["outcome"] != "completed").then(|| format!("it ended so: {}", report["reason"])),
         ratios: ratios.collect(),
         lost_share: buses().map(|bus| number(&bus["missing"])).sum::<f64>()

@@ -19,7 +19,7 @@ use hippocamp::bus::Slot;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::kinds::tentacle::Show;
-use hippocamp::model::{Motion, OnTrip, Pole, Robot};
+use hippocamp::model::{Motion, Pole, Robot, TrippedServoPolicy};
 use hippocamp::motion::{Activity, Order, Stroke, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
@@ -311,7 +311,7 @@ fn a_jammed_joint_goes_limp_and_the_show_continues_without_it() {
     assert!((holds.len() as f64) * period_s < longest_s, "{} cycles", holds.len());
     assert!((20.0..32.0).contains(&holds[0]) && *holds.last().unwrap() < 32.0, "{holds:?}");
     // The same jam stops a robot whose file says "stop".
-    robot.safety.on_trip = OnTrip::Stop;
+    robot.safety.tripped_servo = TrippedServoPolicy::Stop;
     let (report, held, _) = walked(&robot);
     assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
 }

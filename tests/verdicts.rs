@@ -8,7 +8,7 @@ use std::path::Path;
 use common::{Scenario, in_physics};
 use hippocamp::config;
 use hippocamp::telemetry::{
-    BusReport, Followed, OutageReport, Outcome, RecordingReport, Report, Verdict, Walked, Way,
+    BusReport, Followed, GroundPath, OutageReport, Outcome, RecordingReport, Report, Verdict, WalkTotals,
 };
 
 /// The findings, in the order of the report.
@@ -53,15 +53,15 @@ fn a_run_that_ends_fallen_has_not_completed() {
 }
 
 /// A walk as asked, of this long, this far, and with these turns.
-fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
-    let way = |place: usize| Way {
+fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> WalkTotals {
+    let way = |place: usize| GroundPath {
         speed_m_s: forward_m[place] / 10.0,
         turn_deg: turn_deg[place],
         side_m: 0.0,
         distance_m: forward_m[place],
     };
     let followed = |[asked, reached]: [f64; 2]| Followed { asked, reached };
-    Walked {
+    WalkTotals {
         time_s: 10.0,
         asked: way(0),
         reached: way(1),
@@ -74,7 +74,7 @@ fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
 #[test]
 fn a_path_is_judged_by_the_order_at_each_moment() {
     let (robot, report) = (in_physics("horse.toml"), good());
-    let judge = |walked: Walked| found(&report.clone().judged(&robot, Some(walked)));
+    let judge = |walked: WalkTotals| found(&report.clone().judged(&robot, Some(walked)));
     let none: [&str; 0] = [];
     assert_eq!(judge(walked([1.0, 0.9], [0.0, 5.0])), none);
     assert_eq!(judge(walked([1.0, 0.5], [0.0, 5.0])), ["speed not as asked"]);
@@ -85,13 +85,13 @@ fn a_path_is_judged_by_the_order_at_each_moment() {
     assert_eq!(judge(walked([1.0, 0.9], [0.0, -45.0])), ["turn not as asked"]);
     // Forward and back, half the ordered distance each time: the net distance says nothing.
     let to_and_fro =
-        Walked { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
+        WalkTotals { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
     assert_eq!(judge(to_and_fro), ["speed not as asked"]);
     let mut aside = walked([1.0, 0.9], [0.0, 0.0]);
     aside.reached.side_m = -1.0;
     assert_eq!(judge(aside), ["it drifted sideways"]);
     // Starting and stopping do not count as walking.
-    assert_eq!(judge(Walked { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
+    assert_eq!(judge(WalkTotals { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
 }
 
 #[test]

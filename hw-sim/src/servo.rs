@@ -30,7 +30,7 @@ pub(crate) struct ProtocolSpec {
     /// The models that come with the crate.
     pub(crate) models: fn() -> Vec<Model>,
     /// Number of the first byte in a reply that follows header, id and length.
-    pub(crate) first_said: usize,
+    pub(crate) first_data_byte: usize,
     /// Line rates a servo can be set to, as (register code, bit/s).
     pub(crate) bauds: &'static [(i64, u32)],
     /// Highest id a servo may have.
@@ -51,11 +51,11 @@ pub(crate) struct ProtocolSpec {
     /// Loses the content of RAM.
     pub(crate) forget: fn(&mut Servo),
     /// False if its settings keep it from understanding any packet.
-    pub(crate) is_understanding: fn(&Servo) -> bool,
+    pub(crate) understands_packets: fn(&Servo) -> bool,
     /// The drive that its controller asks of the bridge, at this speed of the shaft (rad/s) and supply (V).
     pub(crate) drive: fn(&mut Servo, f64, f64) -> Drive,
     /// Writes what it measures into its registers, at this speed of the shaft, rad/s.
-    pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
+    pub(crate) observe: fn(&mut Servo, f64, &Conditions),
     /// True if the bridge is closed.
     pub(crate) is_torque_on: fn(&Servo) -> bool,
     /// Makes the decoder of a line.
@@ -111,7 +111,7 @@ pub(crate) struct Servo {
 
 /// The conditions of a servo in one motor step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surroundings {
+pub(crate) struct Conditions {
     /// Virtual time, ns.
     pub(crate) now_ns: u64,
     /// Step, s.
@@ -242,7 +242,7 @@ impl Servo {
 
     /// Register code of the line rate it listens at now; -1 if it understands nothing at any rate.
     pub(crate) fn baud_code(&self) -> i64 {
-        if (self.spec.is_understanding)(self) { self.get(self.spec.baud) } else { -1 }
+        if (self.spec.understands_packets)(self) { self.get(self.spec.baud) } else { -1 }
     }
 
     /// From the request's last bit to the reply's first, ns.
@@ -276,7 +276,7 @@ impl Servo {
     }
 
     /// Writes what the servo measures into its registers, after the shaft has moved.
-    pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
+    pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Conditions) {
         self.encoder_counts = round_to_i64(shaft.position_rad * self.model.counts_per_rad());
         self.motor.warm(&self.model, around.dt_s);
         if let Some(celsius) = around.celsius {

@@ -1,7 +1,7 @@
 //! Sweeps: a person turns each joint by hand from end to end, which shows its sign and its seam.
 
 use super::bench::Bench;
-use super::sweep::{Stage, Sweep, Swept};
+use super::sweep::{Stage, Sweep, SweepResult};
 use super::zero::{centre_one, zero_count};
 use super::{CalibrateError, Person, ways};
 use crate::bus::Ports;
@@ -98,7 +98,7 @@ fn watch<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joint: usize,
     mut sweep: Sweep,
-) -> Result<(Swept, Sweep), CalibrateError> {
+) -> Result<(SweepResult, Sweep), CalibrateError> {
     let name = &bench.robot.joints[joint].name;
     let [forward, back] = ways(bench.robot, joint);
     let mut told = None;
@@ -127,7 +127,7 @@ fn tell<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     index: usize,
     servo: &Servo,
-    swept: &Swept,
+    swept: &SweepResult,
     half: f64,
 ) {
     let name = &bench.robot.joints[index].name;

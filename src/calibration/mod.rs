@@ -130,7 +130,7 @@ impl CalibrateError {
 
 /// How a calibration ended.
 #[derive(Debug)]
-pub struct Ended {
+pub struct CalibrationEnd {
     /// Ok if it is complete, else the reason why not.
     pub result: Result<(), CalibrateError>,
     /// True if no servo can still have torque: all have confirmed the end of the last turn.
@@ -148,7 +148,7 @@ pub fn calibrate<P: Ports>(
     operator: &mut impl Operator,
     is_unattended: bool,
     day: Date,
-) -> Ended {
+) -> CalibrationEnd {
     let by_hand = || -> Result<Buses<P>, CalibrateError> {
         let mut buses = Buses::new(robot, ports);
         person.hear("All servos go limp now: put the robot on its stand, or hold it.");
@@ -164,14 +164,14 @@ pub fn calibrate<P: Ports>(
     };
     let buses = match by_hand() {
         Ok(buses) => buses,
-        Err(error) => return Ended { result: Err(error), is_end_heard: true },
+        Err(error) => return CalibrationEnd { result: Err(error), is_end_heard: true },
     };
     let (result, is_end_heard) = powered::check_all(robot, buses, unit, person, operator, is_unattended);
     let sealed = result.and_then(|()| {
         unit.seal(robot, day);
         Ok(person.keep(unit)?)
     });
-    Ended { result: sealed, is_end_heard }
+    CalibrationEnd { result: sealed, is_end_heard }
 }
 
 /// Waits for a line from the person, without talking to any servo.

@@ -14,16 +14,16 @@ use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, PortOption};
 use super::sim::typed;
 use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY, say};
-use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
+use crate::calibration::{CalibrateError, CalibrationEnd, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
 use crate::model::Robot;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 
 /// Calibrates the robot, or continues a calibration; returns the exit code.
 pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     let robot = config::load(&options.robot)?.robot;
     let path = options.unit.clone().unwrap_or_else(|| default_unit_path(&options.robot));
-    Outputs::of_reading([&options.robot]).claim("the unit file", &path, Writing::UnitFile)?;
+    Outputs::of_reading([&options.robot]).claim("the unit file", &path, WriteMode::UnitFile)?;
     let unit_file = path.exists().then(|| load_unit(&path)).transpose()?;
     let Some(mut unit) = unit_to_go_on_with(options, &robot, unit_file.as_ref())? else {
         say!("{} is calibrated: nothing to do (--again calibrates it once more)", robot.name);
@@ -44,7 +44,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
         let unattended = options.is_unattended;
         Ok(calibrate_robot(&robot, &mut unit, lines, &mut person, &mut operator, unattended, today()?))
     };
-    let Ended { result, .. } = guard.over(work, |ended| ended.is_end_heard)?;
+    let CalibrationEnd { result, .. } = guard.over(work, |ended| ended.is_end_heard)?;
     let path = person.path.display();
     match result {
         Ok(()) => {

@@ -6,7 +6,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator;
 
 use super::drivers::Driver;
-use super::guard::Heart;
+use super::guard::Heartbeat;
 use super::ports::warn;
 use super::status::Notes;
 use crate::motion::Order;
@@ -25,7 +25,7 @@ pub(super) struct OnHardware {
     /// The processor to stay on, if one was named.
     pub(super) processor: Option<usize>,
     /// Tells the guard that the loop is alive.
-    pub(super) heart: Heart,
+    pub(super) heart: Heartbeat,
 }
 
 /// Takes orders from a driver and from signals; also holds the parts for real servos.

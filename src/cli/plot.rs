@@ -13,7 +13,7 @@ use crate::motion::Generator;
 use crate::motion::horse::swing_of;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use crate::operator::Script;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 use crate::plot::{self, Course, Subject};
 
 /// Longest time that a picture can show, and longest that it shows well, s.
@@ -49,7 +49,7 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
         .map_err(|error| BadInput(format!("--out {}: {error}; expected a folder", options.out.display())))?;
     let mut outputs = Outputs::of_reading([&options.robot, &options.script]);
     let claim = |(name, svg)| {
-        outputs.claim("--out", &options.out.join(name), Writing::Whole).map(|place| (place, svg))
+        outputs.claim("--out", &options.out.join(name), WriteMode::Whole).map(|place| (place, svg))
     };
     let pictures = pictures.into_iter().map(claim).collect::<Result<Vec<_>, _>>()?;
     for (place, svg) in pictures {

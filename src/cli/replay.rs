@@ -11,7 +11,7 @@ use crate::bus::ServoGoal;
 use crate::html::Page;
 use crate::model::Robot;
 use crate::observe::BusFacts;
-use crate::output::{Outputs, Place, Writing, named_part};
+use crate::output::{Outputs, Place, WriteMode, named_part};
 use crate::recording::{self, Ending, RecordedRun, Sample};
 use crate::replay::{Judge, Replay};
 
@@ -27,7 +27,7 @@ pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
         .into());
     }
     let place =
-        page.map(|page| Outputs::of_reading([path]).claim("--html", page, Writing::Whole)).transpose()?;
+        page.map(|page| Outputs::of_reading([path]).claim("--html", page, WriteMode::Whole)).transpose()?;
     let (run, mut cycles) = recording::open(path)?;
     let judge = Judge::new(&run.robot, &run.header);
     let mut judge = judge.with_context(|| path.display().to_string())?;

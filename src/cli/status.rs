@@ -58,7 +58,7 @@ impl StatusLine {
     pub(super) fn start(robot: &Robot, kind: &dyn Kind) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let names = Names(kind.words());
+        let names = StatusFormat(kind.words());
         let robot = robot.clone();
         StatusLine {
             sender,
@@ -130,7 +130,7 @@ impl Notes {
 }
 
 #[allow(clippy::disallowed_methods, reason = "draws over itself, in lines made printable")]
-fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &Robot) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &StatusFormat, robot: &Robot) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
@@ -168,9 +168,9 @@ fn cut(line: &str, columns: usize) -> &str {
 }
 
 /// The line for people; the robot's kind has the words for its motion.
-struct Names(Box<dyn Words>);
+struct StatusFormat(Box<dyn Words>);
 
-impl Names {
+impl StatusFormat {
     /// The most important part first: a narrow terminal shows only the beginning.
     fn line_of(&self, status: &Status, order: Order) -> String {
         let doing = match (status.permission, status.activity) {
@@ -230,7 +230,7 @@ mod tests {
     }
 
     fn line(status: &Status, order: Order) -> String {
-        Names(horse().words()).line_of(status, order)
+        StatusFormat(horse().words()).line_of(status, order)
     }
 
     #[test]

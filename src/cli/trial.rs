@@ -11,7 +11,7 @@ use super::load::load;
 use super::{BadInput, COMPLETED, say, write_whole};
 use crate::kinds::Falls;
 use crate::model::ReflexMode;
-use crate::output::{Outputs, Place, Writing};
+use crate::output::{Outputs, Place, WriteMode};
 use crate::plot::{self, FallRow};
 use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
 
@@ -70,7 +70,7 @@ pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
 fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let mut outputs = Outputs::of_reading([robot_file]);
     let mut place = |option: &str, path: &Option<PathBuf>| {
-        path.as_deref().map(|path| outputs.claim(option, path, Writing::Whole)).transpose()
+        path.as_deref().map(|path| outputs.claim(option, path, WriteMode::Whole)).transpose()
     };
     let picture = place("--picture", &options.picture)?;
     let kept = place("--kept", &options.kept)?;

@@ -47,7 +47,7 @@ use toml::de::DeTable;
 
 use crate::ik::Clearance;
 use crate::input::{self, InputError};
-use crate::model::{IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction, TentacleMotion};
+use crate::model::{IMU_LINE, Motion, Robot, SafetySettings, StopAction, TentacleMotion, TrippedServoPolicy};
 use crate::motion::StrokeCommand;
 use crate::motion::tentacle::{TentaclePlan, winder};
 pub use fault::{ConfigError, Fault};
@@ -171,8 +171,8 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
     let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
-    let on_trip = safety.as_ref().map(|safety| safety.on_trip);
-    if on_trip == Some(OnTrip::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
+    let tripped_servo = safety.as_ref().map(|safety| safety.tripped_servo);
+    if tripped_servo == Some(TrippedServoPolicy::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
         let expected = "\"stop\", or no such key: arms can do without a joint, but a robot on legs falls";
         file.fault("safety.tripped_servo", expected);
     }

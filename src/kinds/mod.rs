@@ -12,10 +12,10 @@ pub mod tentacle;
 
 use std::fmt;
 
-use crate::chance::Chance;
 use crate::model::{Motion, Robot};
 use crate::motion::{GaitChoice, Order, Plan};
 use crate::operator::{Instruction, Key, Script};
+use crate::random::RandomStream;
 use crate::recording::Task;
 use crate::signals::Status;
 use figure::{Figure, PoseError};
@@ -125,10 +125,10 @@ pub trait Kind: fmt::Debug + Send + Sync {
     fn falls(&self) -> Option<Falls>;
 
     /// Any plan of this kind, at random; some ask for more than the robot can do.
-    fn any_plan(&self, robot: &Robot, chance: &mut Chance) -> Plan;
+    fn any_plan(&self, robot: &Robot, chance: &mut RandomStream) -> Plan;
 
     /// Any order, at random; some ask for more than the robot can do.
-    fn any_order(&self, robot: &Robot, chance: &mut Chance) -> Order;
+    fn any_order(&self, robot: &Robot, chance: &mut RandomStream) -> Order;
 }
 
 /// The wishes of a user, from options; each kind takes some of them.

@@ -18,7 +18,7 @@ use std::ops::{Deref, DerefMut};
 use crate::model::Robot;
 pub use crate::signals::{Activity, Command, GaitChoice, Order, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
-use figure::{FigureGenerator, FigurePlan, Poise};
+use figure::{FigureGenerator, FigurePlan, PoseMotion};
 use horse::{Drive, HorseGenerator, HorsePlan};
 pub use jog::Jog;
 use tentacle::{TentacleGenerator, TentaclePlan};
@@ -150,7 +150,7 @@ impl Generator {
             Plan::Horse(plan) => Box::new(HorseGenerator::new(robot, Drive::standing(*plan), move_for_s)),
             Plan::Tentacle(plan) => Box::new(TentacleGenerator::new(robot, *plan, move_for_s)),
             Plan::Figure(plan) => {
-                Box::new(FigureGenerator::new(robot, Poise::standing(robot, *plan), move_for_s))
+                Box::new(FigureGenerator::new(robot, PoseMotion::standing(robot, *plan), move_for_s))
             }
         })
     }

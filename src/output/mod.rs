@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use part::{copy_new, named_part, replace, write_new};
 use place::Id;
-pub(crate) use place::{OutputError, Place, Writing};
+pub(crate) use place::{OutputError, Place, WriteMode};
 
 /// The files of one command.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ impl Outputs {
         &mut self,
         option: &str,
         path: &Path,
-        writing: Writing,
+        writing: WriteMode,
     ) -> Result<Place, OutputError> {
         let refused = |why: String| OutputError { what: format!("{option} {}", path.display()), why };
         let (place, ids) = Place::find(path, writing).map_err(refused)?;

@@ -44,9 +44,9 @@ pub struct Recorder {
 }
 
 /// Sets its flag when dropped, whatever drops it: then nothing is written any more.
-struct Loss(Arc<AtomicBool>);
+struct SetOnDrop(Arc<AtomicBool>);
 
-impl Drop for Loss {
+impl Drop for SetOnDrop {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -92,7 +92,7 @@ impl Recorder {
         }
         let robot = robot.clone();
         let is_lost = Arc::new(AtomicBool::new(false));
-        let loss = Loss(Arc::clone(&is_lost));
+        let loss = SetOnDrop(Arc::clone(&is_lost));
         std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
             let written = if waits {
                 write_all(&robot, &header, &robot_text, sink, loss, handed.iter(), &give_back)
@@ -189,7 +189,7 @@ fn write_all(
     header: &RunHeader,
     robot_text: &str,
     sink: impl Write,
-    loss: Loss,
+    loss: SetOnDrop,
     handed: impl Iterator<Item = Handed>,
     give_back: &Sender<Box<Sample>>,
 ) -> Written {

@@ -13,10 +13,10 @@ mod describe;
 mod joint;
 mod limiter;
 mod listening;
-mod recall;
 mod servo_outage;
 mod shared;
 mod stall;
+mod state_query;
 #[cfg(test)]
 mod tests;
 mod waiting;
@@ -24,7 +24,7 @@ mod watch;
 
 use std::ops::Range;
 
-use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
+use crate::model::{Robot, SafetySettings, SharedRange, TrippedServoPolicy};
 use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
 use joint::JointSafety;
 use listening::Listening;
@@ -221,7 +221,7 @@ impl Safety {
 
     /// Takes tripped servos out of service, and restarts one of them if allowed.
     fn look_for_trips(&mut self, dt_s: f64, targets: &JointTargets, state: &mut State) {
-        if self.settings.on_trip == OnTrip::Stop {
+        if self.settings.tripped_servo == TrippedServoPolicy::Stop {
             return;
         }
         for (joint, measured) in self.joints.iter_mut().zip(&state.joints) {
@@ -261,8 +261,8 @@ impl Safety {
             return;
         }
         if let Some(index) = lost {
-            self.command.question = Some((index, self.joints[index].recall.question()));
-            self.joints[index].recall.note_asked();
+            self.command.question = Some((index, self.joints[index].state_query.question()));
+            self.joints[index].state_query.note_asked();
         } else if let Some(index) = tripped() {
             self.joints[index].outage.ask();
             self.command.question = Some((index, Question::Alarms));

@@ -23,7 +23,7 @@ const RESTART: Duration = Duration::from_secs(5);
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 /// A register, its value, and its bytes in the servo's order.
-type Held = (RegisterInfo, Value, Vec<u8>);
+type RegisterContent = (RegisterInfo, Value, Vec<u8>);
 
 /// A servo that answers, on a line reserved for it.
 #[derive(Debug)]
@@ -181,7 +181,7 @@ impl Servo<'_> {
     }
 
     /// The same with the bytes in the servo's order.
-    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<Held>, ServiceError> {
+    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<RegisterContent>, ServiceError> {
         let registers = self.identity.registers();
         let mut all = Vec::new();
         for block in blocks(&registers) {
@@ -202,7 +202,7 @@ impl Servo<'_> {
         Ok(all)
     }
 
-    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<Held>, ServiceError> {
+    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<RegisterContent>, ServiceError> {
         let (Some(first), Some(last)) = (block.first(), block.last()) else { return Ok(Vec::new()) };
         let start = first.register.address;
         let bytes = end(last) - start;

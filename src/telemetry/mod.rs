@@ -28,7 +28,7 @@ pub use imu::ImuReport;
 use joints::JointObserver;
 pub use report::{ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, OutageReport, Report};
 pub use verdict::{INCOMPLETE, Verdict, VerdictFinding, findings};
-pub use way::{Followed, Walked, Way};
+pub use way::{Followed, GroundPath, WalkTotals};
 
 /// Observes a whole run.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::report::Report;
-use super::way::{Followed, Walked};
+use super::way::{Followed, WalkTotals};
 use crate::model::{Joint, Robot};
 use crate::observe::Outcome;
 
@@ -72,7 +72,7 @@ pub struct VerdictFinding {
 }
 
 /// Everything that was not as it should be in the run of `report` on `robot`, in which it `walked` so.
-pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<VerdictFinding> {
+pub fn findings(report: &Report, robot: &Robot, walked: Option<WalkTotals>) -> Vec<VerdictFinding> {
     let mut found = Vec::new();
     let mut add = |verdict, what, how_much: String, place: &str, likely_cause: String, cure| {
         found.push(VerdictFinding { verdict, what, how_much, place: place.to_owned(), likely_cause, cure });
@@ -184,10 +184,10 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
 /// The way, turn and lean of a robot that walked.
 fn judge_way(
     report: &Report,
-    walked: &Walked,
+    walked: &WalkTotals,
     add: &mut impl FnMut(Verdict, &'static str, String, &str, String, &'static str),
 ) {
-    let Walked { asked, reached, forward_m, turn_rad, flight_share, .. } = *walked;
+    let WalkTotals { asked, reached, forward_m, turn_rad, flight_share, .. } = *walked;
     let is_off = |of: Followed| !(SHARES.0..=SHARES.1).contains(&(of.reached / of.asked));
     let (lag, cure) = if flight_share > FLIGHT_SHARE {
         let share = flight_share * 100.0;

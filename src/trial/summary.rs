@@ -10,7 +10,7 @@ use crate::reflex::FallOutcome;
 
 /// Harm to the robot in one mode, over all falls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Way {
+pub struct Harm {
     /// Mean of the trunk's largest impact, N.
     pub impact_n: Option<Figure>,
     /// Mean of the joints' largest load, N m.
@@ -19,7 +19,7 @@ pub struct Way {
 
 /// Reduction of harm by the reflex compared with another mode: means of the differences fall by fall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Less {
+pub struct HarmReduction {
     /// Reduction of the trunk's impact, N.
     pub impact_n: Option<Figure>,
     /// Reduction of the joints' load, N m.
@@ -42,15 +42,15 @@ pub struct Summary {
     /// Falls whose predicted direction matches the push.
     pub direction: Share,
     /// With the reflex.
-    pub with_reflex: Way,
+    pub with_reflex: Harm,
     /// Limp from the prediction on.
-    pub passive: Way,
+    pub passive: Harm,
     /// With the reflex off.
-    pub off: Way,
+    pub off: Harm,
     /// Compared with the passive drop.
-    pub less_than_passive: Less,
+    pub less_than_passive: HarmReduction,
     /// Compared with no reflex.
-    pub less_than_off: Less,
+    pub less_than_off: HarmReduction,
     /// Falls predicted before the trunk leant 30 degrees: from then on the reference motion is under way.
     pub told_early: Share,
     /// Falls in which the reflex has a smaller impact on the trunk than the passive drop.
@@ -83,23 +83,23 @@ impl Summary {
             lead_s: median(&leads),
             least_lead_s: leads.iter().copied().reduce(f64::min),
             direction: Share::of(falls.iter().filter_map(|tried| Some(tried.direction()?.1))),
-            with_reflex: Way {
+            with_reflex: Harm {
                 impact_n: mean(&of(|(_, reflex, _)| reflex.impact_n)),
                 joint_load_nm: mean(&of(|(_, reflex, _)| reflex.joint_load_nm)),
             },
-            passive: Way {
+            passive: Harm {
                 impact_n: mean(&of(|(.., passive)| passive.impact_n)),
                 joint_load_nm: mean(&of(|(.., passive)| passive.joint_load_nm)),
             },
-            off: Way {
+            off: Harm {
                 impact_n: mean(&of(|(off, ..)| off.impact_n)),
                 joint_load_nm: mean(&of(|(off, ..)| off.joint_load_nm)),
             },
-            less_than_passive: Less {
+            less_than_passive: HarmReduction {
                 impact_n: mean(&of(|(_, reflex, passive)| passive.impact_n - reflex.impact_n)),
                 joint_load_nm: mean(&of(|(_, reflex, passive)| passive.joint_load_nm - reflex.joint_load_nm)),
             },
-            less_than_off: Less {
+            less_than_off: HarmReduction {
                 impact_n: mean(&of(|(off, reflex, _)| off.impact_n - reflex.impact_n)),
                 joint_load_nm: mean(&of(|(off, reflex, _)| off.joint_load_nm - reflex.joint_load_nm)),
             },

@@ -13,7 +13,7 @@ pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     name: "dynamixel",
     models: models::models,
     // FF FF FD 00 id length length.
-    first_said: 7,
+    first_data_byte: 7,
     // ROBOTIS e-manual, Baud Rate (8).
     bauds: &[
         (0, 9_600),
@@ -37,7 +37,7 @@ pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     power_on: power::power_on,
     forget: power::forget,
     // A servo set to another protocol understands nothing at any rate.
-    is_understanding: |servo| servo.get(PROTOCOL_TYPE) == 2,
+    understands_packets: |servo| servo.get(PROTOCOL_TYPE) == 2,
     drive: control::drive,
     observe: control::observe,
     is_torque_on: control::is_torque_on,

@@ -13,7 +13,7 @@ pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     name: "feetech",
     models: models::models,
     // FF FF id length.
-    first_said: 4,
+    first_data_byte: 4,
     // Feetech wiki, memory-sts, address 6.
     bauds: &[
         (0, 1_000_000),
@@ -36,7 +36,7 @@ pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     state: |registers| Box::new(State::new(registers)),
     power_on: control::power_on,
     forget: control::forget,
-    is_understanding: |_| true,
+    understands_packets: |_| true,
     drive: |servo, speed_rad_s, _| control::drive(servo, speed_rad_s),
     observe: control::observe,
     is_torque_on: control::is_torque_on,

@@ -17,7 +17,7 @@ use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{Assigned, FaultScript, HostStalls, ImuFaults, Pushes};
 use crate::imu::Imu;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 use crate::wire::WireStatistics;
 pub use truth::ServoTruth;
 
@@ -359,7 +359,7 @@ impl World {
                 let id = bus.home_id(place);
                 let celsius = bus.faults.celsius(now_ns, id);
                 let is_overloaded = bus.faults.overloads(now_ns, id);
-                let around = Surroundings { now_ns, dt_s, supply_v, celsius, is_overloaded };
+                let around = Conditions { now_ns, dt_s, supply_v, celsius, is_overloaded };
                 bus.servos[place].observe(shaft, &around);
             }
         }

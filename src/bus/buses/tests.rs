@@ -173,7 +173,7 @@ fn robot() -> Robot {
             fault_delay_s: 0.2,
             temperature_c: 65.0,
             voltage_v: 9.5,
-            on_trip: crate::model::OnTrip::Stop,
+            tripped_servo: crate::model::TrippedServoPolicy::Stop,
         },
         physics: None,
         bears_weight: true,

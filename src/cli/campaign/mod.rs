@@ -23,14 +23,14 @@ const KEPT: &str = "episodes.jsonl";
 
 /// The first line of that file: the campaign that the numbers below belong to.
 #[derive(Debug, Serialize)]
-struct Head<'a> {
+struct LogHeader<'a> {
     seed: u64,
     robots: Vec<std::borrow::Cow<'a, str>>,
 }
 
-impl<'a> Head<'a> {
-    fn of(options: &'a TryArguments) -> Head<'a> {
-        Head {
+impl<'a> LogHeader<'a> {
+    fn of(options: &'a TryArguments) -> LogHeader<'a> {
+        LogHeader {
             seed: options.seed,
             robots: options.robots.iter().map(|path| path.to_string_lossy()).collect(),
         }
@@ -68,8 +68,8 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
     fs::create_dir_all(folder).with_context(|| format!("{} could not be made", folder.display()))?;
     let kept = folder.join(KEPT);
     let mut tally = Tally::default();
-    let head =
-        serde_json::to_string(&Head::of(options)).context("the campaign could not be converted to JSON")?;
+    let head = serde_json::to_string(&LogHeader::of(options))
+        .context("the campaign could not be converted to JSON")?;
     let is_new = match fs::read_to_string(&kept) {
         Ok(text) if options.campaign.resume => {
             let first = text.lines().next().unwrap_or_default();

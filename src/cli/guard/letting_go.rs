@@ -31,7 +31,7 @@ struct Pending {
 
 /// Result of one attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Tried {
+enum Attempt {
     /// All servos have confirmed.
     Limp,
     /// The device is not there, or not all servos answered.
@@ -66,14 +66,14 @@ fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &s
     loop {
         let is_dead = has_ended(controller);
         pending.retain_mut(|pending| match pending.take_off() {
-            Tried::Limp => false,
-            Tried::Unheard => {
+            Attempt::Limp => false,
+            Attempt::Unheard => {
                 pending.busy_since = None;
                 true
             }
             // Until the controller is dead, it still holds its ports itself.
-            Tried::Busy if !is_dead => true,
-            Tried::Busy => {
+            Attempt::Busy if !is_dead => true,
+            Attempt::Busy => {
                 let since = *pending.busy_since.get_or_insert_with(monotonic);
                 let is_taken = monotonic().saturating_sub(since) >= TAKEN_AFTER;
                 if is_taken {
@@ -108,14 +108,14 @@ impl Pending {
     }
 
     /// Takes the torque off its servos, if it can reach them.
-    fn take_off(&self) -> Tried {
+    fn take_off(&self) -> Attempt {
         match SerialPorts::open(std::slice::from_ref(&self.device)) {
             Ok(ports) => match Buses::new(&self.robot, ports).limp() {
-                true => Tried::Limp,
-                false => Tried::Unheard,
+                true => Attempt::Limp,
+                false => Attempt::Unheard,
             },
-            Err(error) if error.faults.iter().any(|fault| fault.cause == OpenCause::Busy) => Tried::Busy,
-            Err(_) => Tried::Unheard,
+            Err(error) if error.faults.iter().any(|fault| fault.cause == OpenCause::Busy) => Attempt::Busy,
+            Err(_) => Attempt::Unheard,
         }
     }
 }

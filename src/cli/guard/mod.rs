@@ -36,7 +36,7 @@ use super::BadInput;
 use super::ports::{PortOption, devices};
 use crate::{config, platform};
 use letting_go::take_torque_off;
-use patience::{Cause, HANGS, LOOK_EVERY, Patience, STARVES, Source};
+use patience::{Cause, HANGS, LOOK_EVERY, STARVES, SilenceTimer, ThreadStat};
 
 /// Written by the controller once a cycle, and when its loop is over.
 const BEAT: u8 = b'.';
@@ -87,8 +87,8 @@ impl Guard {
 
 impl Guard {
     /// The loop's end of the pipe to the guard.
-    pub(super) fn heart(&self) -> Result<Heart> {
-        Ok(Heart(self.pipe.try_clone().context("the pipe to the guard")?))
+    pub(super) fn heart(&self) -> Result<Heartbeat> {
+        Ok(Heartbeat(self.pipe.try_clone().context("the pipe to the guard")?))
     }
 
     /// Calls `work`, which puts torque on. Afterwards the guard is no longer needed if `work` failed to start, or
@@ -140,9 +140,9 @@ impl Drop for Guard {
 
 /// Sends the guard signs of life from the loop. Never waits, allocates nothing.
 #[derive(Debug)]
-pub(super) struct Heart(OwnedFd);
+pub(super) struct Heartbeat(OwnedFd);
 
-impl Heart {
+impl Heartbeat {
     /// Call once a cycle. False if the guard is gone, or has not listened for long.
     pub(super) fn beat(&self) -> bool {
         // One byte: written or not. If a signal interrupts it, further beats follow.
@@ -165,9 +165,9 @@ enum Found {
 }
 
 /// Waits for the controller at the other end of `pipe` to end; `source` reports on its loop's thread.
-fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
+fn listen(pipe: BorrowedFd<'_>, source: &ThreadStat) -> Result<Found> {
     let mut bytes = [0; PIPE_BYTES];
-    let mut patience = Patience::default();
+    let mut patience = SilenceTimer::default();
     let look_every = Timespec::try_from(LOOK_EVERY).context("the guard's clock")?;
     loop {
         // Only a hang-up ends the wait early: so the loop's beats do not wake the guard and cost the loop its
@@ -211,7 +211,7 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     never_wait(pipe.as_fd()).context("the pipe from the controller")?;
     // The controller waits for the ready message, so it cannot have ended and its process id cannot be reused yet.
     let controller = getppid().context("the guard is for internal use")?;
-    let source = Source::of(controller.as_raw_pid());
+    let source = ThreadStat::of(controller.as_raw_pid());
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
     // A process that keeps others from the processors, the controller's loop among them, must not keep the guard
     // from the servos. The guard ignores a refusal: the controller reports its own.
@@ -246,10 +246,10 @@ mod tests {
     use crate::platform::{monotonic, sleep_until};
 
     /// The guard's end of a pipe, and the loop's.
-    fn pipe() -> (OwnedFd, Heart) {
+    fn pipe() -> (OwnedFd, Heartbeat) {
         let (near, far) = pipe_with(PipeFlags::CLOEXEC | PipeFlags::NONBLOCK).unwrap();
         fcntl_setpipe_size(&far, PIPE_BYTES).unwrap();
-        (near, Heart(far))
+        (near, Heartbeat(far))
     }
 
     #[test]
@@ -279,7 +279,7 @@ mod tests {
         let (near, heart) = pipe();
         heart.beat();
         let start = monotonic();
-        let unknown = Source::of(-1);
+        let unknown = ThreadStat::of(-1);
         assert_eq!(listen(near.as_fd(), &unknown).unwrap(), Found::Silent(Cause::Hangs));
         assert!(monotonic() - start >= HANGS);
 

@@ -12,7 +12,7 @@ use super::super::{BadInput, UnitArguments, seed, unit};
 use crate::config::UnitFile;
 use crate::ik::Method;
 use crate::model::Robot;
-use crate::output::{Outputs, Place, Writing};
+use crate::output::{Outputs, Place, WriteMode};
 use crate::recording::RECORD_MAX;
 
 /// Options of `run`.
@@ -127,9 +127,9 @@ pub(super) fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<
     let mut claim = |option: &str, path: &Option<PathBuf>, writing| {
         path.as_deref().map(|path| outputs.claim(option, path, writing)).transpose()
     };
-    let page = claim("--html", &options.html, Writing::Whole)?;
-    let record = claim("--record", &options.record, Writing::Recording)?;
-    let report = claim("--report", &options.report, Writing::Whole)?;
+    let page = claim("--html", &options.html, WriteMode::Whole)?;
+    let record = claim("--record", &options.record, WriteMode::Recording)?;
+    let report = claim("--report", &options.report, WriteMode::Whole)?;
     if let (Some(_), Some(record)) = (&page, record.as_ref().filter(|record| record.is_stream())) {
         let path = record.path().display();
         return Err(BadInput(format!(

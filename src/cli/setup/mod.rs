@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result, bail};
 
 use self::backups::Backups;
-use self::bench::{Bench, Job, Standing};
+use self::bench::{Job, SetupBus, SetupProgress};
 use self::unit::UnitNotes;
 use super::confirm::confirm;
 use super::load::load_file;
@@ -69,7 +69,8 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
         let bus = bench.name.clone();
         say!("bus {bus} on {}: {} servos", bench.port.path().display(), bench.jobs.len());
         for index in bench.order() {
-            Walk { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop }.finish()?;
+            ServoSetup { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop }
+                .finish()?;
         }
         is_all_there &= bench.check_all(&backups)?;
     }
@@ -85,8 +86,8 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
 }
 
 /// The set-up of one servo.
-struct Walk<'a> {
-    bench: &'a mut Bench,
+struct ServoSetup<'a> {
+    bench: &'a mut SetupBus,
     index: usize,
     backups: &'a Backups,
     notes: &'a mut UnitNotes,
@@ -94,7 +95,7 @@ struct Walk<'a> {
     stop: &'a AtomicBool,
 }
 
-impl Walk<'_> {
+impl ServoSetup<'_> {
     fn job(&self) -> &Job {
         &self.bench.jobs[self.index]
     }
@@ -105,16 +106,16 @@ impl Walk<'_> {
         loop {
             self.mind_the_user()?;
             let (at, is_new) = match self.standing()? {
-                Standing::Done => {
+                SetupProgress::Done => {
                     say!("{}: {} is set up", self.job().joint, self.job().home);
                     self.bench.jobs[self.index].is_done = true;
                     return Ok(());
                 }
-                Standing::Unfinished(at) => {
+                SetupProgress::Unfinished(at) => {
                     say!("{}: {at} was begun before; continuing", self.job().joint);
                     (at, false)
                 }
-                Standing::Missing => {
+                SetupProgress::Missing => {
                     self.ask_for_servo(&mut has_asked)?;
                     (self.await_newcomer()?, true)
                 }
@@ -135,7 +136,7 @@ impl Walk<'_> {
         }
     }
 
-    fn standing(&mut self) -> Result<Standing> {
+    fn standing(&mut self) -> Result<SetupProgress> {
         let standing = self.bench.standing(self.index, self.backups);
         standing.with_context(|| self.job().joint.clone())
     }
@@ -164,7 +165,7 @@ impl Walk<'_> {
     }
 
     fn await_newcomer(&mut self) -> Result<Address> {
-        let mut seeker = newcomer::Seeker::new(!self.yes);
+        let mut seeker = newcomer::NewServoSearch::new(!self.yes);
         loop {
             if let Some(at) = seeker.look(self.bench, self.index, self.backups, self.stop)? {
                 return Ok(at);

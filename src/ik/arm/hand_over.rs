@@ -175,7 +175,7 @@ mod tests {
             fault_delay_s: 1.0,
             temperature_c: 60.0,
             voltage_v: 4.0,
-            on_trip: crate::model::OnTrip::Stop,
+            tripped_servo: crate::model::TrippedServoPolicy::Stop,
         };
         let joint = Joint {
             name: String::new(),

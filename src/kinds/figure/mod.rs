@@ -5,9 +5,9 @@ mod describe;
 mod keys;
 
 use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
-use crate::chance::Chance;
 use crate::model::{FigureMotion, FigurePose, Robot};
 use crate::motion::{Order, Plan};
+use crate::random::RandomStream;
 use crate::recording::Task;
 use crate::signals::{Activity, Status};
 pub use capability::{FigureCapability, PoseError};
@@ -105,11 +105,11 @@ impl Kind for Figure {
         Some(Falls::AllRound(&IMPULSES_NS_KG))
     }
 
-    fn any_plan(&self, _robot: &Robot, chance: &mut Chance) -> Plan {
+    fn any_plan(&self, _robot: &Robot, chance: &mut RandomStream) -> Plan {
         self.capability.plan(chance.below(self.settings.poses.len())).into()
     }
 
-    fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
+    fn any_order(&self, _robot: &Robot, chance: &mut RandomStream) -> Order {
         Order::Take(chance.below(self.settings.poses.len()))
     }
 }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-pub use crate::model::Between;
 use crate::model::GROUPS;
+pub use crate::model::KeyInterpolation;
 
 /// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
 pub const KEYS: usize = 4;
@@ -33,7 +33,7 @@ pub const SWIM: KeyAngles = KeyAngles([
 
 impl KeyAngles {
     /// Turns at `phase`, rad of the stroke, for any number of strokes from 0.
-    pub fn at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+    pub fn at(&self, between: KeyInterpolation, phase: f64) -> [f64; GROUPS] {
         let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
         let share = quarters.fract();
         // A phase just below 0 becomes a whole turn after rounding.
@@ -42,8 +42,10 @@ impl KeyAngles {
             let key = |ahead: usize| keys[(quarter + ahead) % KEYS];
             let (before, here, next, after) = (key(KEYS - 1), key(0), key(1), key(2));
             match between {
-                Between::Linear => here + share * (next - here),
-                Between::Smooth => hermite(share, here, slope(before, next), next, slope(here, after)),
+                KeyInterpolation::Linear => here + share * (next - here),
+                KeyInterpolation::Smooth => {
+                    hermite(share, here, slope(before, next), next, slope(here, after))
+                }
             }
         })
     }
@@ -52,9 +54,9 @@ impl KeyAngles {
     /// over that much before and after, which is a parabola. The key is missed by a quarter of that times the
     /// change of slope per quarter: in walking by at most 8 degrees. This makes the speed of a turn
     /// continuous at any loop rate.
-    pub fn rounded_at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+    pub fn rounded_at(&self, between: KeyInterpolation, phase: f64) -> [f64; GROUPS] {
         let mut turns = self.at(between, phase);
-        if between == Between::Smooth {
+        if between == KeyInterpolation::Smooth {
             return turns;
         }
         let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
@@ -94,7 +96,7 @@ fn hermite(u: f64, a: f64, at_a: f64, b: f64, at_b: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const BETWEEN: [Between; 2] = [Between::Linear, Between::Smooth];
+    const BETWEEN: [KeyInterpolation; 2] = [KeyInterpolation::Linear, KeyInterpolation::Smooth];
 
     /// The spec's table, in degrees.
     const TABLE: [(KeyAngles, [[f64; 4]; 3]); 2] = [
@@ -133,8 +135,8 @@ mod tests {
         };
         for step in 0..1000 {
             let t = TAU * f64::from(step) / 1000.0;
-            assert!((WALK.at(Between::Linear, t)[0] - alpha_1(t)).abs() < 1e-12);
-            assert!((SWIM.at(Between::Linear, t)[0] - beta_1(t)).abs() < 1e-12);
+            assert!((WALK.at(KeyInterpolation::Linear, t)[0] - alpha_1(t)).abs() < 1e-12);
+            assert!((SWIM.at(KeyInterpolation::Linear, t)[0] - beta_1(t)).abs() < 1e-12);
         }
     }
 
@@ -148,7 +150,7 @@ mod tests {
                     let [a, b] = [t - 1e-9, t + 1e-9].map(|t| keys.at(between, t));
                     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-7), "{between:?} at {t}");
                 }
-                let at = |ahead: f64| keys.at(Between::Smooth, t + ahead * h);
+                let at = |ahead: f64| keys.at(KeyInterpolation::Smooth, t + ahead * h);
                 let acceleration = |ahead: f64, target: usize| {
                     (at(ahead + 1.0)[target] - 2.0 * at(ahead)[target] + at(ahead - 1.0)[target]) / (h * h)
                 };
@@ -166,14 +168,16 @@ mod tests {
         let step = 1e-4;
         for (keys, _) in TABLE {
             let speed = |phase: f64| -> [f64; GROUPS] {
-                let [before, after] =
-                    [phase - step, phase + step].map(|phase| keys.rounded_at(Between::Linear, phase));
+                let [before, after] = [phase - step, phase + step]
+                    .map(|phase| keys.rounded_at(KeyInterpolation::Linear, phase));
                 std::array::from_fn(|group| (after[group] - before[group]) / (2.0 * step))
             };
             for index in 0..4000 {
                 let phase = TAU * f64::from(index) / 4000.0;
-                let [exact, rounded] =
-                    [keys.at(Between::Linear, phase), keys.rounded_at(Between::Linear, phase)];
+                let [exact, rounded] = [
+                    keys.at(KeyInterpolation::Linear, phase),
+                    keys.rounded_at(KeyInterpolation::Linear, phase),
+                ];
                 let off = phase / FRAC_PI_2 - (phase / FRAC_PI_2).round();
                 for (group, (exact, rounded)) in exact.iter().zip(rounded).enumerate() {
                     let miss_deg = (exact - rounded).abs().to_degrees();

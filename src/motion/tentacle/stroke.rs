@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, DVec3};
 
-use super::key_angles::{Between, KeyAngles, SWIM, WALK};
+use super::key_angles::{KeyAngles, KeyInterpolation, SWIM, WALK};
 use super::pseudo_targets::{Turn, places};
 use super::variation::Variation;
 use crate::model::GROUPS;
@@ -50,7 +50,7 @@ pub struct Part {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeyStroke {
     keys: KeyAngles,
-    between: Between,
+    between: KeyInterpolation,
     plane_rad: f64,
     /// Delay behind the robot's phase, rad.
     lag: f64,
@@ -76,7 +76,7 @@ pub struct Strokes {
 
 impl Strokes {
     /// Strokes of an arm with this `part`, varied by `variation`.
-    pub fn new(part: Part, between: Between, mut variation: Variation) -> Strokes {
+    pub fn new(part: Part, between: KeyInterpolation, mut variation: Variation) -> Strokes {
         let role = usize::from(part.role.clamp(1, 4)) - 1;
         let gains = WALK_GAINS[role];
         let mut walk = WALK;
@@ -143,7 +143,11 @@ mod tests {
     use super::*;
 
     fn strokes(role: u8, is_right: bool, walk_plane_rad: f64) -> Strokes {
-        Strokes::new(Part { role, is_right, walk_plane_rad }, Between::Smooth, Variation::new(1, 0, 0.0))
+        Strokes::new(
+            Part { role, is_right, walk_plane_rad },
+            KeyInterpolation::Smooth,
+            Variation::new(1, 0, 0.0),
+        )
     }
 
     #[test]

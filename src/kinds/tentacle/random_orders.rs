@@ -1,12 +1,12 @@
 //! Strokes at random, for campaigns.
 
-use crate::chance::Chance;
 use crate::kinds::TOO_MUCH;
 use crate::model::TentacleMotion;
 use crate::motion::{Stroke, StrokeCommand};
+use crate::random::RandomStream;
 
 /// Any stroke of these arms.
-pub(super) fn command(chance: &mut Chance, tentacle: &TentacleMotion) -> StrokeCommand {
+pub(super) fn command(chance: &mut RandomStream, tentacle: &TentacleMotion) -> StrokeCommand {
     let names = ["park", "rest", "sway", "walk", "swim", "let-go", "reach", "path", "wind"];
     let known: Vec<Stroke> = names.iter().filter_map(|name| Stroke::named(name, tentacle)).collect();
     let stroke = chance.one_of(&known).copied().unwrap_or_default();
