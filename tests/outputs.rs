@@ -153,7 +153,7 @@ fn two_outputs_to_one_file_are_refused_whatever_their_names() {
         (["--record", "new", "--html", "new.part"], "file of its own"),
         (["--html", "new.part", "--record", "new"], "file of its own"),
         (["--record", "link", "--report", "old.part"], "file of its own"),
-        (["--record", "/dev/null", "--html", "new"], "no file"),
+        (["--record", "/dev/null", "--html", "new"], "not a file"),
     ] {
         let said = folder.assert_refused(&[&RUN[..], &options].concat());
         assert!(said.contains(words), "{options:?}: {said}");
@@ -181,7 +181,7 @@ fn a_partial_recording_of_an_earlier_run_is_not_overwritten() {
     folder.write("walk.mcap", "earlier");
     folder.write("walk.mcap.part", "half");
     let said = folder.assert_refused(&[&RUN[..], &["--record", "walk.mcap"]].concat());
-    for words in ["--record walk.mcap", "walk.mcap.part is there", "hippocamp replay", "delete it"] {
+    for words in ["--record walk.mcap", "walk.mcap.part exists", "hippocamp replay", "delete it"] {
         assert!(said.contains(words), "no '{words}' in {said}");
     }
     fs::remove_file(folder.path("walk.mcap.part")).unwrap();

@@ -214,7 +214,7 @@ mod tests {
         assert!(matches!(error.faults[0].cause, OpenCause::NotThere { .. }), "{error}");
         assert!(matches!(error.faults[1].cause, OpenCause::Unusable { .. }), "{error}");
         let text = error.to_string();
-        assert!(text.contains("bus legs: /nowhere/at/all is not there"), "{text}");
+        assert!(text.contains("bus legs: /nowhere/at/all does not exist"), "{text}");
         assert!(text.contains("bus legs: /dev/null cannot be used as a serial line"), "{text}");
     }
 

@@ -195,7 +195,7 @@ fn port_options_for_an_unknown_bus_or_twice_for_one_are_refused() {
     );
     assert!(stranger.contains("did you mean left_hind?"), "{stranger}");
     let twice = said(choose_with(None, &["left_hind=/dev/a", "left_hind=/dev/b"], false));
-    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind has a port already"), "{twice}");
+    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind already has a port"), "{twice}");
     for text in ["", "legs", "=/dev/a", "legs="] {
         assert!(text.parse::<PortOption>().is_err(), "{text}");
     }
