@@ -182,7 +182,7 @@ fn a_port_that_cannot_be_opened_leaves_no_guard_process() {
         let child = rig.start(command[0], &[&command[1..], &["--port", &missing]].concat());
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-        assert!(said(&output).contains("is not there"), "{}", said(&output));
+        assert!(said(&output).contains("does not exist"), "{}", said(&output));
         assert!(!said(&output).contains("guard"), "{}", said(&output));
         assert!(processes_with(&rig.robot_file).is_empty());
     }

@@ -164,7 +164,7 @@ fn a_missing_adapter_is_reported_and_the_other_buses_are_checked() {
     let all = lines(&said);
     assert_eq!(code, Some(1));
     assert!(
-        all.iter().any(|line| line.starts_with("fault bus left_fore: ") && line.contains("is not there")),
+        all.iter().any(|line| line.starts_with("fault bus left_fore: ") && line.contains("does not exist")),
         "{all:#?}"
     );
     assert_eq!(all.iter().filter(|line| line.starts_with("ok servo ")).count(), 12, "{all:#?}");

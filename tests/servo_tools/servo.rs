@@ -116,7 +116,7 @@ fn the_present_shaft_position_becomes_the_middle() {
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[23]));
     let (code, text) = bench.run(&["servo", "center"], &["23", "--yes"]);
     assert_eq!(code, 1, "{text}");
-    assert!(text.contains("honours 1024: take its horn off"), "{text}");
+    assert!(text.contains("accepts 1024: take its horn off"), "{text}");
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn a_servo_whose_answers_are_all_damaged_is_reported() {
 #[test]
 fn an_unusable_port_is_reported_with_its_remedy() {
     for (port, told) in
-        [("/nowhere/at/all", "is not there"), ("/dev/null", "cannot be used as a serial line")]
+        [("/nowhere/at/all", "does not exist"), ("/dev/null", "cannot be used as a serial line")]
     {
         for command in [&["scan", port][..], &["servo", "read", port, "1"]] {
             let output =
