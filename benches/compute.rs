@@ -18,7 +18,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::horse::HorseCapability;
 use hippocamp::model::{ArmGeometry, Bending, Robot};
 use hippocamp::motion::horse::{Drive, HorsePlan, Velocity, Walk};
-use hippocamp::motion::tentacle::key_angles::Between;
+use hippocamp::motion::tentacle::key_angles::KeyInterpolation;
 use hippocamp::motion::tentacle::strokes::swim;
 use hippocamp::motion::tentacle::variation::Variation;
 use hippocamp::motion::{Activity, Command, Order, posture_pull};
@@ -314,7 +314,7 @@ fn swimming_arm() -> (ArmSolver, Vec<ArmTarget>) {
     let Robot { chains, joints, .. } = config::parse(text, "thesis arm").unwrap().robot;
     let chain = &chains[0];
     let arm = ArmGeometry::of(chain, &joints).unwrap();
-    let stroke = swim::of_arm(Between::Smooth, Variation::new(1, 0, 0.05));
+    let stroke = swim::of_arm(KeyInterpolation::Smooth, Variation::new(1, 0, 0.05));
     let mut target = ArmTarget::new(chain, &joints);
     let targets = (0..500)
         .map(|cycle| {

@@ -1,5 +1,5 @@
-//! A walk over pseudo-terminals, in real time, by the real program: the exchange takes as long as its wire and the
-//! terminal do, and not longer.
+//! A walk of the real program over pseudo-terminals in real time: the exchange takes no longer than its wire and
+//! the terminal.
 //!
 //! It needs a quiet machine. With `HIPPOCAMP_FULL` set each robot walks for a minute, which the figures of
 //! docs/hardware.md need; else for three seconds: medians need no more.
@@ -40,7 +40,7 @@ const LOST_SHARE: f64 = 0.0005;
 /// Exchanges looked at to find out when they begin.
 const CYCLES: usize = 51;
 
-/// An exchange takes as long as its wire and the terminal.
+/// An exchange takes the time of its wire and the terminal.
 fn main() {
     for file in ROBOTS {
         let first = walk(file);
@@ -56,8 +56,8 @@ fn main() {
     }
 }
 
-/// What became of a walk.
-struct Walked {
+/// The result of a walk.
+struct WalkTotals {
     /// Anything but a proper end.
     bad_end: Option<String>,
     /// Exchange of each bus, as a share of wire time and terminal together; medians.
@@ -66,8 +66,8 @@ struct Walked {
     lost_share: f64,
 }
 
-impl Walked {
-    /// What is not as it should be, if exchanges may be off by `share`.
+impl WalkTotals {
+    /// The errors of a walk whose exchange times may be off by `share`.
     fn fault(&self, share: f64) -> Option<String> {
         let is_off = |ratio: &&f64| (**ratio - 1.0).abs() > share;
         let off = || self.ratios.iter().find(is_off);
@@ -78,7 +78,7 @@ impl Walked {
 }
 
 /// Walks, and measures beside it.
-fn walk(file: &str) -> Walked {
+fn walk(file: &str) -> WalkTotals {
     let (near, far) = (0, std::thread::available_parallelism().map_or(0, |count| count.get() - 1));
     let built = Built::served(file, bare::world_of_twins, move || drop(request_real_time(Some(far))));
     let robot = &built.robot;
@@ -113,7 +113,7 @@ fn walk(file: &str) -> Walked {
             .map(|(bus, bare)| number(&bus["exchange_us"]["p50"]) / bare.p50 as f64),
         robot.joints.len() as f64,
     );
-    Walked {
+    WalkTotals {
         bad_end: (report["outcome"] != "completed").then(|| format!("it ended so: {}", report["reason"])),
         ratios: ratios.collect(),
         lost_share: buses().map(|bus| number(&bus["missing"])).sum::<f64>()

@@ -1,4 +1,4 @@
-//! Recordings that are not as they should be, made from good ones; for the fuzz target and for a test.
+//! Damaged recordings, made from good ones, for the fuzz target and for a test.
 
 use std::borrow::Cow;
 use std::io::{self, Cursor, Write};
@@ -20,7 +20,7 @@ use hippocamp::simulation;
 use hw_sim::FaultScript;
 use mcap::records::{Record, op};
 
-/// A sink that can be looked into.
+/// A sink whose content can be read.
 #[derive(Clone, Default)]
 struct Memory(Arc<Mutex<Vec<u8>>>);
 

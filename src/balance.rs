@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_turned_to_the_left_takes_longer_steps_on_the_left() {
+    fn a_robot_turned_to_the_left_takes_longer_steps_on_the_left() {
         let feet = moved(|state| state.body.yaw_rad = TAU + 0.03);
         // 0.2 m/s per radian are 6 mm/s of 100.
         assert!((feet[LEFT_FORE].x - 0.06 * 0.02).abs() < 1e-9, "{feet:?}");
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_moves_nothing() {
+    fn unknown_attitude_moves_no_foot() {
         let feet = moved(|state| {
             state.body.is_known = false;
             state.body.rate_rad_s.x = 0.5;

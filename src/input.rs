@@ -26,7 +26,7 @@ pub(crate) enum InputError {
     #[error("it is larger than {} MiB", BYTES_MAX >> 20)]
     TooLarge,
     /// It is not UTF-8 text.
-    #[error("it is no text in UTF-8 from line {line} on; save it in that encoding")]
+    #[error("it is not UTF-8 text from line {line} on; save it in that encoding")]
     NotText {
         /// The first line that is not, from 1.
         line: usize,
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_plain_file_of_a_sane_size_is_refused_without_being_read() {
+    fn anything_but_a_plain_file_of_sane_size_is_refused_unread() {
         let folder = tempfile::tempdir().unwrap();
         let huge = folder.path().join("huge");
         // A hole of 1 GB, which occupies no space.
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pipe_is_refused_and_not_waited_for() {
+    fn a_pipe_is_refused_without_waiting() {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join("pipe");
         rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR).unwrap();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_text_are_told_by_line() {
+    fn bytes_that_are_no_text_are_reported_by_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("latin-1");
         std::fs::write(&path, b"a = 1\nb = \"gr\xf6n\"\n").unwrap();

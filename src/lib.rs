@@ -23,7 +23,6 @@
 pub mod balance;
 pub mod bus;
 pub mod calibration;
-pub mod chance;
 pub mod cli;
 pub mod config;
 pub mod counts;
@@ -46,6 +45,7 @@ pub mod plan;
 pub mod platform;
 pub mod plot;
 mod printable;
+pub mod random;
 pub mod recording;
 pub mod reflex;
 pub mod replay;

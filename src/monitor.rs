@@ -45,7 +45,7 @@ pub struct Row<'m> {
 
 /// Data that a servo reported beyond the usual feedback block.
 #[derive(Debug, Clone, Copy, Default)]
-struct More {
+struct ExtraData {
     goal: LastGoal,
     alarm_bits: u8,
 }
@@ -57,7 +57,7 @@ pub struct Monitor<'r, P> {
     buses: Buses<P>,
     slots: Vec<Slot>,
     state: State,
-    more: Vec<More>,
+    more: Vec<ExtraData>,
     /// The joint that is asked for additional data next.
     next: usize,
     looked: Option<Time>,
@@ -71,7 +71,7 @@ impl<'r, P: Ports> Monitor<'r, P> {
             buses: Buses::new(robot, ports),
             slots: vec![Slot::Missing; robot.joints.len()],
             state: State::new(robot),
-            more: vec![More::default(); robot.joints.len()],
+            more: vec![ExtraData::default(); robot.joints.len()],
             next: 0,
             looked: None,
         }
@@ -99,7 +99,7 @@ impl<'r, P: Ports> Monitor<'r, P> {
     }
 
     /// `None` if the servo does not answer; a servo that was just silent is not waited for again.
-    fn ask_more(&mut self, joint: usize) -> Option<More> {
+    fn ask_more(&mut self, joint: usize) -> Option<ExtraData> {
         let servo = self.robot.joints[joint].servo?;
         if !matches!(self.slots[joint], Slot::Fresh(_)) {
             return None;
@@ -114,7 +114,7 @@ impl<'r, P: Ports> Monitor<'r, P> {
             }
         };
         let bits = self.buses.read(joint, registers.alarm_status).ok()?;
-        Some(More { goal, alarm_bits: u8::try_from(bits).unwrap_or(u8::MAX) })
+        Some(ExtraData { goal, alarm_bits: u8::try_from(bits).unwrap_or(u8::MAX) })
     }
 
     /// Every joint that has a servo, in the robot's order.

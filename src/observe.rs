@@ -1,7 +1,7 @@
-//! Observers of a run: their trait, the record of a cycle that they see, and the end of the run that they hear of.
+//! Observers of a run: their trait, the record that they get of each cycle, and the end of the run.
 //!
-//! An observer changes nothing of what the robot does; it may only ask that the run stops. One that has much to do hands
-//! what it saw to a thread of its own over a bounded channel, as the recorder and the status line do.
+//! An observer does not change the motion of the robot; it may only ask that the run stops. An observer with much to do
+//! passes its data over a bounded channel to a thread of its own, as the recorder and the status line do.
 
 use std::time::Duration;
 
@@ -31,9 +31,10 @@ pub trait Observer {
         None
     }
 
-    /// Hears how the run ended, after the robot has stopped, when waiting harms nobody. May say that it ended worse than
-    /// `end` says so far; observers hear it in the order in which they were attached.
-    fn end(&mut self, _end: &mut End) {}
+    /// Gets the end of the run, once the robot has stopped and waiting does no harm. May change `end` to a worse one.
+    /// Observers get it in the order in which they were attached. `has_stopped_run` is true if the objection of this
+    /// observer is the reason in `end`.
+    fn end(&mut self, _end: &mut End, _has_stopped_run: bool) {}
 }
 
 /// One cycle, as the observers see it.

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_would_obey_is_shown_as_its_code() {
+    fn control_characters_are_shown_as_codes() {
         for (text, shown) in [
             ("left_hind.hip = 1.5 °, größer, 馬", "left_hind.hip = 1.5 °, größer, 馬"),
             ("\u{1b}[2J\u{7}\0", "\\u001b[2J\\u0007\\u0000"),
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn json_says_the_same_with_codes_in_the_place_of_characters() {
+    fn json_escapes_control_characters_and_keeps_its_meaning() {
         let text = "\u{9b}\u{202e}\u{e0041}\u{7f}";
         let json = serde_json::to_string(text).unwrap();
         let shown = printable(&json);

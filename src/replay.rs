@@ -232,7 +232,7 @@ fn run_again(robot: &Robot, controller: &mut Controller<'_>, sample: &Sample) ->
 fn describe(goal: &ServoGoal) -> String {
     match goal {
         ServoGoal::Limp => "limp".to_owned(),
-        ServoGoal::Keep => "what it was told last".to_owned(),
+        ServoGoal::Keep => "its last goal".to_owned(),
         ServoGoal::Move { position, torque_limit } => {
             format!("count {position} with torque limit {torque_limit}")
         }

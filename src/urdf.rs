@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_cannot_break_the_file() {
+    fn a_joint_name_cannot_break_the_urdf() {
         assert_eq!(escaped("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
     }
 }

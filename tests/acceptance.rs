@@ -1,6 +1,7 @@
-//! The main job: both robots walk in every gait on simulated buses, and the report shows nothing amiss.
+//! The main job: both robots walk in every gait on simulated buses, and the report shows no fault.
 //!
-//! With `HIPPOCAMP_FULL` set, each goes a minute in each gait; else the one of 500 cycles a second does so in the walk alone.
+//! With `HIPPOCAMP_FULL` set, each robot walks for a minute in each gait; otherwise only the robot of 500 cycles a
+//! second does, and only in the walk.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -14,7 +15,7 @@ use hippocamp::telemetry::{BusReport, LoopReport, Outcome, Quantiles, Report};
 /// Share of all goals that safety may change in a walk.
 const CHANGED_SHARE: f64 = 1e-4;
 
-/// A walking robot has nothing to report but its walk.
+/// The report of a walking robot contains only its walk.
 fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     let what = format!("{} {:?}", report.robot, report.gait);
     assert_eq!(report.outcome, Outcome::Completed, "{what}: {}", report.reason);
@@ -22,8 +23,8 @@ fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     let cycles = (report.duration_s * robot.rate_hz).round();
     assert!((report.cycles as f64 - cycles).abs() <= 1.0, "{what}: {} cycles", report.cycles);
     assert_eq!(report.late_cycles, 0, "{what}");
-    // A joint that leaves the end of its range begins to turn at once, and may be held to its acceleration limit for
-    // some cycles; nothing else is changed.
+    // A joint that leaves the end of its range begins to turn at once, and safety may limit its acceleration for
+    // some cycles; safety changes no other goal.
     let goals = report.cycles as f64 * robot.joints.len() as f64;
     let changed = report.safety_interventions as f64 / goals;
     assert!(changed < CHANGED_SHARE, "{what}: {} goals changed", report.safety_interventions);
@@ -46,7 +47,7 @@ fn assert_good(robot: &Robot, report: &Report, walk_for_s: f64) {
     }
 }
 
-/// Limp exchanges of a run: two until all servos have been heard and believed, five at the end.
+/// Limp exchanges of a run: two until all servos have answered and are believed, five at the end.
 const LIMP_EXCHANGES: u64 = 7;
 /// Plain exchanges a Dynamixel bus makes before it asks for fast replies.
 const PLAIN_EXCHANGES: u64 = 50;
@@ -123,11 +124,11 @@ fn dynamixel_horse_trots() {
 }
 
 #[test]
-fn both_canter_and_gallop_on_either_lead() {
+fn both_horses_canter_and_gallop_on_either_lead() {
     for file in ROBOTS {
         for (number, gait) in ["canter", "gallop", "rotary-gallop"].into_iter().enumerate() {
             let walk_for_s = if is_full() { 10.0 } else { 4.0 };
-            // The robot of 500 cycles a second takes one lead after the other, or both.
+            // Alternates the leads for the robot of 500 cycles a second, unless both are tested.
             let is_wanted = |lead: usize| is_full() || file == "horse.toml" || number % 2 == lead;
             if is_wanted(0) {
                 walks(file, gait, walk_for_s);
@@ -139,9 +140,9 @@ fn both_canter_and_gallop_on_either_lead() {
     }
 }
 
-/// Every gait after every second other, each for five seconds at nine tenths of its top speed.
+/// Each gait follows every second one of the others, for five seconds at nine tenths of its top speed.
 #[test]
-fn both_change_from_gait_to_gait_on_their_servos() {
+fn both_horses_change_gaits_on_their_servos() {
     for file in ROBOTS {
         let robot = shipped(file);
         let mut scenario = Scenario::from_sitting(&robot, "walk", 60.0);
@@ -154,7 +155,7 @@ fn both_change_from_gait_to_gait_on_their_servos() {
                 reason = "a small whole number"
             )]
             let turn = (time_s / 5.0) as usize;
-            // Steps of two, of an odd number of gaits: all of them, none twice in two rounds.
+            // Steps of two through an odd number of gaits reach all of them, and none twice in two rounds.
             let gait = 2 * turn % gaits;
             match turn {
                 0..18 => Order::Drive(Command::ahead(gait, 0.9 * plan.top_speed_m_s(GaitChoice::Gait(gait)))),

@@ -1,4 +1,4 @@
-//! Robot files with arms: what `[[arm]]` stands for, and what arms weigh on their servos.
+//! Robot files with arms: the joints that `[[arm]]` expands to, and the load of arms on their servos.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -31,7 +31,7 @@ fn tentacle_with(changes: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn an_arm_is_its_hinges_in_a_row_with_ids_in_a_row() {
+fn an_arm_expands_to_a_row_of_hinges_with_consecutive_ids() {
     let robot = shipped("tentacle.toml");
     assert_eq!(robot.joints.len(), 24);
     let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -58,7 +58,7 @@ fn an_arm_is_its_hinges_in_a_row_with_ids_in_a_row() {
 }
 
 #[test]
-fn what_is_wrong_with_an_arm_is_said_where_it_stands() {
+fn mistakes_in_an_arm_are_reported_by_line() {
     for (changes, key, words) in [
         (vec![("joints = 12", "joints = 10")], "arm[0].joints", "three groups"),
         (vec![("first_id = 13", "first_id = 250")], "arm[0].servos[1].first_id", "252"),
@@ -84,8 +84,7 @@ fn what_is_wrong_with_an_arm_is_said_where_it_stands() {
     }
 }
 
-/// Torque about each hinge of the arm of `robot` in this pose, where the body stands so, by forward kinematics of its own,
-/// N m.
+/// Torque about each hinge of the arm of `robot` in this pose of arm and body, by separate forward kinematics, N m.
 fn torques_nm(robot: &Robot, angles: &[f64], stands: DQuat) -> Vec<f64> {
     let chain = &robot.chains[0];
     let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);
@@ -106,7 +105,7 @@ fn torques_nm(robot: &Robot, angles: &[f64], stands: DQuat) -> Vec<f64> {
 }
 
 #[test]
-fn a_joints_load_is_the_most_any_pose_asks_of_it() {
+fn the_load_of_a_joint_is_the_maximum_over_all_poses() {
     let text = tentacle_with(&[
         ("carried_by = \"water\"", "carried_by = \"servos\""),
         ("carried_share = 0.95\n", ""),
@@ -130,7 +129,7 @@ fn a_joints_load_is_the_most_any_pose_asks_of_it() {
     }
 }
 
-/// What `hippocamp check` says of the arm with these changes, and its exit code.
+/// Output of `hippocamp check` for the arm with these changes, and its exit code.
 fn checked(name: &str, changes: &[(&str, &str)]) -> (String, Option<i32>) {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, tentacle_with(changes)).unwrap();
@@ -140,7 +139,7 @@ fn checked(name: &str, changes: &[(&str, &str)]) -> (String, Option<i32>) {
 }
 
 #[test]
-fn check_tells_what_arms_weigh_and_refuses_what_servos_cannot_hold() {
+fn check_prints_the_loads_of_arms_and_refuses_loads_that_servos_cannot_hold() {
     let (said, code) = checked("arm-in-water.toml", &[]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("Weight carried by water, 95 %") && !said.contains("WARNING"), "{said}");
@@ -153,7 +152,7 @@ fn check_tells_what_arms_weigh_and_refuses_what_servos_cannot_hold() {
         checked("arm-too-heavy.toml", &[counterweight, ("carried_share = 0.95", "carried_share = 0")]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("motion.carried_share") && said.contains("_1 would need"), "{said}");
-    // The word alone does not make it float: that takes a share.
+    // The word "water" alone does not make it float: it also needs a share.
     let (said, code) = checked("arm-sinks.toml", &[("carried_share = 0.95", "carried_share = 0")]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("motion.carried_share") && said.contains("water carries 0 %"), "{said}");
@@ -167,10 +166,10 @@ fn check_tells_what_arms_weigh_and_refuses_what_servos_cannot_hold() {
     assert!(said.contains("motion.carried_by"), "{said}");
 }
 
-/// The share carried at which a joint comes to a fifth of its servo's stall torque, and to all of it: `check` warns above
-/// the one and refuses above the other.
+/// The shares carried at which a joint's load is a fifth of its servo's stall torque, and all of it: `check` warns
+/// above the first load and refuses above the second.
 #[test]
-fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_at_all_of_it() {
+fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_above_stall_torque() {
     let by_servos =
         tentacle_with(&[("carried_by = \"water\"\ncarried_share = 0.95", "carried_by = \"servos\"")]);
     let robot = config::parse(&by_servos, "arm.toml").unwrap().robot;
@@ -187,9 +186,9 @@ fn the_warning_begins_at_a_fifth_of_stall_torque_and_the_refusal_at_all_of_it() 
     }
 }
 
-/// A robot file, a script and a stroke that is asked for name the key and the reason.
+/// The refusals of a robot file, of a script and of the option for a stroke name the key and the reason.
 #[test]
-fn a_pole_that_no_arm_can_wind_round_is_a_fault_where_it_is_named() {
+fn a_pole_that_no_arm_can_wind_round_is_a_fault_at_its_key() {
     let pole = "pole = { point_mm = [50, 0, 150], axis = [0, 1, 0], radius_mm = 30 }";
     let root = "pole = { point_mm = [0, 0, 0], axis = [0, 1, 0], radius_mm = 30 }";
     let far = "pole = { point_mm = [900, 0, 150], axis = [0, 1, 0], radius_mm = 30 }";

@@ -1,4 +1,4 @@
-//! Octopus arms on their strokes: bends against an optimiser of its own, ends of groups, speeds of joints, and poles.
+//! Strokes of octopus arms: bends compared with a separate optimiser, ends of groups, speeds of joints, and poles.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use hippocamp::config;
 use hippocamp::ik::ArmSolver;
 use hippocamp::model::{ArmGeometry, Bending, Chain, GROUPS, Joint, Pole, Robot};
-use hippocamp::motion::tentacle::key_angles::Between;
+use hippocamp::motion::tentacle::key_angles::KeyInterpolation;
 use hippocamp::motion::tentacle::key_stroke::{KeyStroke, Part};
 use hippocamp::motion::tentacle::strokes::{swim, walk};
 use hippocamp::motion::tentacle::variation::Variation;
@@ -49,7 +49,7 @@ impl Rig {
         self.arm.joints.iter().map(|joint| joint.link_m)
     }
 
-    /// Ends of all links, and places and axes of all hinges, by forward kinematics of its own.
+    /// Ends of all links, and places and axes of all hinges, by separate forward kinematics.
     fn pose(&self, angles: &[f64]) -> (Vec<DVec3>, Vec<(DVec3, DVec3)>) {
         let (mut place, mut rotation) = (DVec3::ZERO, DMat3::IDENTITY);
         let (mut ends, mut hinges) = (Vec::new(), Vec::new());
@@ -75,8 +75,8 @@ fn largest_bend_deg(angles: &[f64]) -> f64 {
     angles.chunks(2).map(bend).fold(0.0, f64::max)
 }
 
-/// Least squares of the bends and, ever more heavily, of what the ends miss, from `start` on: Levenberg's steps on all
-/// hinges, each of which must come down. Returns the sum of squared bends and the largest miss, m.
+/// Least squares of the bends and, with growing weight, of the errors of the ends, from `start`: Levenberg steps on
+/// all hinges, each of which must reduce the sum. Returns the sum of squared bends and the largest error, m.
 fn optimise(rig: &Rig, places: [DVec3; GROUPS], start: &[f64]) -> (f64, f64) {
     let mut angles = start.to_vec();
     let missing = |angles: &[f64]| {
@@ -155,13 +155,13 @@ fn solve_symmetric(mut matrix: Vec<Vec<f64>>, mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-fn strokes(variation_rad: f64, between: Between) -> [(&'static str, KeyStroke); 2] {
+fn strokes(variation_rad: f64, between: KeyInterpolation) -> [(&'static str, KeyStroke); 2] {
     let part = Part { role: 4, is_right: false, walk_plane_rad: FRAC_PI_2 };
     let variation = Variation::new(3, 0, variation_rad);
     [("walk", walk::of_arm(part, between, variation.clone())), ("swim", swim::of_arm(between, variation))]
 }
 
-/// Poses of the second of two strokes, and the largest miss of a group's end in it, m.
+/// Poses of the second of two strokes, and the largest error of a group's end in it, m.
 fn poses_of(rig: &Rig, bending: Bending, stroke: KeyStroke) -> (Vec<Vec<f64>>, f64) {
     let mut solver = rig.solver(bending);
     let mut target = rig.target();
@@ -188,7 +188,7 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
         "[bends]\n| stroke | sum of squared bends against the least found | largest bend | ends off by at most |"
     );
     println!("|---|---|---|---|");
-    for (name, stroke) in strokes(0.0, Between::Smooth) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Smooth) {
         let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
         assert!(miss_m <= 0.02 * rig.arm.length_m(), "{name}: {miss_m} m");
         let (mut worst, mut largest_deg, mut at_floor) = (0.0_f64, 0.0_f64, 0);
@@ -197,7 +197,7 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
             let ours = &poses[index];
             let phase = TAU * index as f64 / poses.len() as f64;
             let places = stroke.ends_in_arm(rig.arm.group_lengths_m(), phase, 0.0);
-            // From here, from curls to all sides, and from the straight arm nearly.
+            // Starts from this pose, from curls to all sides, and from an almost straight arm.
             let starts = (0..8_u32).map(|start| -> Vec<f64> {
                 let side = |hinge: u32| if start >> (hinge / 8) & 1 == 0 { 0.3 } else { -0.3 };
                 (0..24).map(|hinge| side(hinge) * if hinge % 2 == 0 { 1.0 } else { 0.3 }).collect()
@@ -210,8 +210,8 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
                 .fold(f64::INFINITY, f64::min);
             assert!(least.is_finite(), "{name}: nothing reaches at pose {pose}");
             let bends = squared_bends(ours);
-            // Where the least is next to nothing, the resting arm's slight screw is left, 0.03 rad a joint (docs/ik.md): what
-            // is asked there is that no more is.
+            // Where the minimum is almost zero, the slight screw of the resting arm remains, 0.03 rad a joint
+            // (docs/ik.md): the test only requires that no more remains.
             let floor = 12.0 * 0.03 * 0.03;
             assert!(bends <= (1.2 * least).max(1.2 * floor), "{name} at {pose}: {bends}, least {least}");
             worst = worst.max(if least > floor { bends / least } else { 0.0 });
@@ -226,13 +226,13 @@ fn the_smooth_rule_bends_little_more_than_the_least_that_reaches() {
 
 #[test]
 fn joints_follow_strokes_within_the_speed_of_small_servos() {
-    // XL330-M288: 10.8 rad/s without load, of which half.
+    // Half the no-load speed of an XL330-M288, 10.8 rad/s.
     let rig = Rig::new();
     println!(
         "[speeds]\n| stroke, key angles | fastest joint | strongest acceleration | ends off by at most |"
     );
     println!("|---|---|---|---|");
-    for between in [Between::Smooth, Between::Linear] {
+    for between in [KeyInterpolation::Smooth, KeyInterpolation::Linear] {
         for (name, stroke) in strokes(0.05, between) {
             let (poses, miss_m) = poses_of(&rig, Bending::Smooth, stroke);
             let speed = |a: &[f64], b: &[f64]| -> Vec<f64> {
@@ -245,7 +245,7 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
                 speeds.windows(2).map(|pair| speed(&pair[0], &pair[1])).collect();
             println!(
                 "| {name}, {} | {:.1} rad/s | {:.0} rad/s^2 | {:.2} % of the arm |",
-                if between == Between::Smooth { "smooth" } else { "linear" },
+                if between == KeyInterpolation::Smooth { "smooth" } else { "linear" },
                 largest(&speeds),
                 largest(&accelerations),
                 100.0 * miss_m / rig.arm.length_m()
@@ -257,13 +257,13 @@ fn joints_follow_strokes_within_the_speed_of_small_servos() {
     }
 }
 
-/// Straight lines between key angles have corners; the strokes round them within a fortieth of a stroke, so that speed is
-/// continuous: what it leaps by from cycle to cycle goes to nothing with the cycle, and acceleration has a bound that does not
-/// depend on the loop's rate.
+/// Straight lines between key angles have corners; the strokes round them within a fortieth of a stroke, so that
+/// speed is continuous: its step from cycle to cycle goes to zero with the cycle time, and acceleration has a bound
+/// that does not depend on the loop's rate.
 #[test]
 fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
     let rig = Rig::new();
-    for (name, stroke) in strokes(0.0, Between::Linear) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Linear) {
         let leap = |rate_hz: f64| {
             let cycles = (STROKE_S * rate_hz).round();
             let mut solver =
@@ -287,7 +287,8 @@ fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
         };
         let leaps = [100.0, 200.0, 400.0].map(leap);
         println!("{name}: speed leaps by {leaps:?} rad/s at 100, 200 and 400 cycles a second");
-        // At the corner's own acceleration, which faster loops come to see, speed gains half as much in half the time.
+        // At the acceleration of the corner itself, which faster loops resolve, speed gains half as much in half
+        // the time.
         assert!(leaps[2] < 0.5 * leaps[0] && leaps[2] < 0.65 * leaps[1], "{name}: {leaps:?}");
         assert!(400.0 * leaps[2] < 60.0, "{name}: {leaps:?}");
     }
@@ -297,7 +298,7 @@ fn joints_have_a_continuous_speed_where_key_angles_have_corners() {
 fn the_thesis_rule_brings_groups_to_their_pseudo_targets() {
     let rig = Rig::new();
     println!("[descent]\n| stroke | largest bend | ends off by at most |\n|---|---|---|");
-    for (name, stroke) in strokes(0.0, Between::Linear) {
+    for (name, stroke) in strokes(0.0, KeyInterpolation::Linear) {
         let (poses, miss_m) = poses_of(&rig, Bending::Ccd, stroke);
         let largest_deg = poses.iter().map(|pose| largest_bend_deg(pose)).fold(0.0, f64::max);
         let miss_share = 100.0 * miss_m / rig.arm.length_m();

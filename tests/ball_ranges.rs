@@ -1,4 +1,4 @@
-//! Ranges of ball joints: what leaves the controller keeps them, in every phase of a run.
+//! Ranges of ball joints: every goal keeps them, in every phase of a run.
 #![allow(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
@@ -20,7 +20,7 @@ use hippocamp::signals::{Feedback, ImuReading, ServoGoal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 
-/// Not convex: to the left and up at once the joint bends less than to either side.
+/// Not convex: the joint bends less up and left together than in either direction alone.
 const CORNERS: [[i32; 2]; 6] = [[60, 0], [25, 25], [0, 60], [-45, 40], [-60, -20], [20, -60]];
 
 /// The arm of config/tentacle.toml whose joints have these corners, with some of its text replaced.
@@ -36,7 +36,7 @@ fn arm(changes: &[(&str, &str)]) -> String {
     text
 }
 
-/// Servos that are where they are told to be.
+/// Servos that are always at their goals.
 struct Servos {
     positions: Vec<i32>,
 }
@@ -54,8 +54,8 @@ impl Servos {
     }
 }
 
-/// Runs strokes by chance from where the servos are, then stops; in every cycle each joint that was inside its range stays
-/// inside. Returns how many joints began outside.
+/// Runs random strokes from the present positions of the servos, then stops; in every cycle each joint that was
+/// inside its range stays inside. Returns the number of joints that began outside.
 fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
     let ranges = SharedRange::of_robot(robot);
     assert_eq!(ranges.len(), 12);
@@ -82,12 +82,12 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
         let record = controller.record(&slots);
         activity = record.facts.activity;
         if cycle < 2 {
-            // Nothing is believed yet: two replies must agree.
+            // No reply is believed yet: two must agree.
             continue;
         }
         for ((joints, range), is_inside) in ranges.iter().zip(&mut is_inside) {
             let outside = range.outside_by(&record.state.goal_rad[joints.clone()]);
-            // What a limp arm is moved by is not up to the controller. A count is 1.5 mrad.
+            // The controller does not determine how a limp arm moves. A count is 1.5 mrad.
             assert!(!*is_inside || outside < 1e-6, "{time_s} s, {activity:?}: {outside} outside");
             *is_inside |= outside < 1e-6;
         }
@@ -101,7 +101,7 @@ fn run(robot: &Robot, mut servos: Servos, seed: u64, stop: Order) -> usize {
 }
 
 #[test]
-fn no_goal_leaves_the_range_from_waking_to_letting_go() {
+fn no_goal_leaves_the_range_from_start_to_limp() {
     let robot = config::parse(&arm(&[]), "arm.toml").unwrap().robot;
     let at = |lift: f64, sweep: f64| {
         let angle = |joint: usize| if joint.is_multiple_of(2) { lift } else { sweep };
@@ -112,7 +112,7 @@ fn no_goal_leaves_the_range_from_waking_to_letting_go() {
     };
     for (seed, stop) in [(1, Order::Stop), (2, Order::StopAtOnce)] {
         assert_eq!(run(&robot, at(0.0, 0.0), seed, stop), 0);
-        // Pushed by hand to where each hinge may be, but not both.
+        // Pushed by hand to angles that each hinge may have, but not both together.
         assert_eq!(run(&robot, at(0.7, 0.7), seed, stop), 6);
     }
 }

@@ -1,4 +1,4 @@
-//! Horses in physics: from lying limp to their feet, walking, and down again. About 14 s of one core.
+//! Horses in physics rise from lying limp, walk, and sit down. Takes about 14 s of one core.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -49,7 +49,7 @@ fn a_limp_horse_lies_still_on_its_folded_legs() {
 }
 
 #[test]
-fn it_rises_walks_and_sits_down_again() {
+fn the_horse_rises_walks_and_sits_down() {
     for (file, seed) in ROBOTS.into_iter().zip([1, 2]) {
         let robot = in_physics(file);
         let (report, ports) = walk(&robot, "walk-steady", 8.0, seed);
@@ -64,7 +64,7 @@ fn it_rises_walks_and_sits_down_again() {
         );
         assert!(distance_m > 0.9 * 8.0 * mean_speed_m_s, "{file}: {:?}", report.body);
         assert!(height_error_max_m.unwrap() < 6e-3, "{file}: {:?}", report.body);
-        // Then it lets go, and lies down on its legs.
+        // Then its torque goes off, and it lies down on its legs.
         let mut world = ports;
         hippocamp::bus::Ports::wait_until(&mut world, hippocamp::units::Time(60_000_000_000));
         let ports = world.borrow();
@@ -76,7 +76,7 @@ fn it_rises_walks_and_sits_down_again() {
 }
 
 #[test]
-fn steps_of_one_and_two_milliseconds_go_the_same_way() {
+fn simulation_steps_of_one_and_two_milliseconds_agree() {
     let distance_m = |step_ms| {
         let robot = in_physics("horse.toml");
         let physics = Physics { step_ms, ..robot.physics.clone().unwrap() };

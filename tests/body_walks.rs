@@ -1,7 +1,7 @@
-//! Horses on their feet in physics, pushed about: they do not fall, go as fast as asked and stay level; standing, they are
-//! as high as asked.
+//! Horses in physics that are pushed: they do not fall, reach the ordered speed and stay level; standing, they have
+//! the ordered height.
 //!
-//! In the suite one seed for fifteen seconds each. The whole of the table in `docs/balance.md`:
+//! The suite runs one seed of fifteen seconds each. For the whole table of `docs/balance.md`:
 //! `HIPPOCAMP_FULL=1 cargo test --test body_walks -- --nocapture`.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
@@ -29,9 +29,9 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// Impulse of each push, N s, and how long it lasts, s.
 const PUSH: (f64, f64) = (0.1, 0.1);
-/// Time a walk is given to come up to its speed, s.
+/// Time that a walk has to reach its speed, s.
 const START_S: f64 = 3.0;
-/// Share of its top speed a gait is asked for.
+/// Ordered share of the top speed of a gait.
 const SHARE: f64 = 0.9;
 
 /// How many seeds open loop.
@@ -48,22 +48,22 @@ fn open_loop(mut robot: Robot) -> Robot {
     robot
 }
 
-/// What was seen of one run.
+/// Measurements of one run.
 #[derive(Debug, Clone, Default)]
 struct Seen {
     fell_at_s: Option<f64>,
-    /// Mean speed along the trunk, and the mean of what was asked, m/s.
+    /// Mean speed along the trunk, and mean ordered speed, m/s.
     speed_m_s: f64,
     asked_m_s: f64,
     roll_max: f64,
     pitch_max: f64,
-    /// Height over what is planned, m: furthest, and last.
+    /// Difference from the planned height, m: largest, and last.
     height_off_m: f64,
     last_off_m: f64,
     held: bool,
 }
 
-/// One run: from sitting to its feet, and then for `for_s` as `command` says at each time, pushed once a second.
+/// One run: rises from sitting, then follows `command` at each time for `for_s`, pushed once a second.
 fn run(
     robot: &Robot,
     plan: &HorsePlan,
@@ -87,7 +87,7 @@ fn run(
     while on_feet_s < for_s {
         cycle.step(Order::Drive(command(on_feet_s)));
         deadline = deadline + period;
-        // Whoever meets a fall with the reflex is no more on its feet, and has fallen all the same.
+        // A robot whose reflex handles a fall no longer stands, so it counts as fallen.
         if cycle.record().facts.falls.is_some_and(|report| report.falls > 0) {
             seen.fell_at_s = Some(on_feet_s);
             break;
@@ -153,7 +153,7 @@ fn run_all(
 /// One line of the table, which is printed.
 struct Line {
     falls: usize,
-    /// Lowest and highest mean speed, shares of what was asked.
+    /// Lowest and highest mean speed, shares of the ordered speed.
     speed: (f64, f64),
     roll_deg: f64,
     pitch_deg: f64,
@@ -185,7 +185,7 @@ fn line(robot: &Robot, what: &str, runs: &[Seen]) -> Line {
     line
 }
 
-/// A gait at nine tenths of its top speed, with feedback; where all is wanted, open loop beside it.
+/// A gait at nine tenths of its top speed, with feedback; with `HIPPOCAMP_FULL` also open loop.
 fn walks(name: &str, gait: &str) -> Line {
     let robot = in_physics(name);
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
@@ -228,7 +228,7 @@ fn the_walk_of_the_thesis_does_not_fall() {
 }
 
 #[test]
-fn from_walk_to_trot_and_back_it_does_not_fall() {
+fn the_horse_does_not_fall_from_walk_to_trot_and_back() {
     for name in ROBOTS {
         let robot = in_physics(name);
         let plan = capability(&robot).plan(&horse_of(&robot), Command::default());
@@ -248,7 +248,7 @@ fn from_walk_to_trot_and_back_it_does_not_fall() {
 }
 
 #[test]
-fn it_stands_as_high_as_it_is_told() {
+fn the_horse_stands_at_the_ordered_height() {
     println!("[sag]\n| robot | with | without |\n|---|---|---|");
     for name in ROBOTS {
         let corrected = in_physics(name);

@@ -1,4 +1,4 @@
-//! If the loop dies, Dynamixel servos stop by themselves; if it only stumbles, they go on.
+//! If the loop dies, Dynamixel servos stop by themselves; if it only stalls, they continue.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 use std::time::Duration;
@@ -71,7 +71,7 @@ fn shafts(robot: &Robot, ports: &SimPorts) -> Vec<Shaft> {
     servos.map(|servo| ports.world().shaft(servo.bus, servo.id.0).unwrap()).collect()
 }
 
-/// A joint in its swing lags by some 7 degrees; one that has been left behind, by all of its swing.
+/// A joint in its swing lags by about 7 degrees; a stopped joint lags by its whole swing.
 fn off_goal_deg(cycle: &Cycle<'_, SimPorts>) -> f64 {
     let state = cycle.record().state;
     let errors =
@@ -95,7 +95,7 @@ fn when_the_loop_dies_every_servo_stops_within_the_time() {
     run(&robot, &mut cycle, 8.0);
     assert_eq!(cycle.record().facts.activity, Activity::Walking);
     assert_eq!(watchdogs(&robot, cycle.buses_mut().ports_mut()), [10; 16]);
-    // No more cycles: the program is gone, the servos are not. 1 ms is the step of the simulated clock.
+    // No more cycles: the program has died, and the servos still run. 1 ms is the step of the simulated clock.
     wait(&mut cycle, watchdog_time(&robot) + MS);
     let ports = cycle.buses_mut().ports_mut();
     assert_eq!(watchdogs(&robot, ports), [TRIPPED; 16]);
@@ -108,7 +108,7 @@ fn when_the_loop_dies_every_servo_stops_within_the_time() {
 }
 
 #[test]
-fn a_loop_that_stalls_goes_on_walking() {
+fn a_robot_walks_on_after_a_stall_of_the_loop() {
     let robot = horse();
     let mut cycle = trotting(&robot, "");
     run(&robot, &mut cycle, 8.0);
@@ -122,7 +122,7 @@ fn a_loop_that_stalls_goes_on_walking() {
 }
 
 #[test]
-fn a_servo_or_an_adapter_that_was_out_for_a_while_goes_on_too() {
+fn a_servo_or_adapter_that_was_away_for_a_while_works_again() {
     let out = "[[fault]]\nat_s = 6\nfor_s = 1\nkind = 'silent'\nbus = 'left_hind'\nid = 2\n\
                [[fault]]\nat_s = 8.5\nfor_s = 1\nkind = 'unplugged'\nbus = 'right_fore'\n";
     let robot = horse();
@@ -157,9 +157,9 @@ fn a_new_start_clears_a_watchdog_that_has_tripped_and_an_end_disarms_it() {
     assert_eq!(watchdogs(&robot, buses.ports_mut()), [0; 16]);
 }
 
-/// An end that holds: torque stays on, and nobody talks to the servos any more.
+/// An end that holds: torque stays on, and no program talks to the servos any more.
 #[test]
-fn a_robot_that_holds_its_pose_at_the_end_is_not_let_down_by_its_watchdogs() {
+fn watchdogs_do_not_release_a_robot_that_holds_its_pose_at_the_end() {
     let robot = horse();
     let mut cycle = trotting(&robot, "");
     run(&robot, &mut cycle, 5.0);
@@ -170,7 +170,7 @@ fn a_robot_that_holds_its_pose_at_the_end_is_not_let_down_by_its_watchdogs() {
 }
 
 #[test]
-fn feetech_servos_have_none_and_nothing_is_written_for_it() {
+fn feetech_servos_have_no_watchdog_and_get_no_write_for_it() {
     let robot = config::parse(include_str!("../config/horse.toml"), "horse").unwrap().robot;
     let robot = robot.without_body();
     let mut buses = prepared(&robot, "");

@@ -1,4 +1,4 @@
-//! Calibration on simulated servos and a virtual clock, with a person who has hands.
+//! Calibration on simulated servos and a virtual clock, by a simulated person.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use common::{ROBOTS, config_file, servo, shipped};
 use hippocamp::bus::{PortError, Ports, SimPorts};
-use hippocamp::calibration::{CalibrateError, Ended, Person, calibrate, marked_pose_rad};
+use hippocamp::calibration::{CalibrateError, CalibrationEnd, Person, calibrate, marked_pose_rad};
 use hippocamp::config::{Unit, UnitFile, load_unit, write_unit};
 use hippocamp::model::{Joint, Robot};
 use hippocamp::motion::Order;
@@ -23,7 +23,7 @@ use toml::value::Date;
 
 const DAY: Date = Date { year: 2026, month: 11, day: 25 };
 
-/// Simulated servos in many hands, which look at the torque whenever somebody waits.
+/// Simulated servos that several owners share, and that note the torque at each wait.
 #[derive(Clone)]
 struct Servos {
     ports: Rc<RefCell<SimPorts>>,
@@ -107,23 +107,23 @@ impl Ports for Servos {
     }
 }
 
-/// Somebody who does what they are told.
+/// A person who follows instructions.
 struct Somebody<'t> {
     built: &'t Robot,
     servos: Servos,
     file: &'t Path,
-    /// What they say next, once their hands are at rest.
+    /// The next answer of the person, once their hands are at rest.
     next: Option<&'static str>,
     heard: Vec<String>,
-    /// Keeps that still succeed, and whether the one after them fails; then they are called away.
+    /// Number of saves that still succeed, and whether the next one fails; then the person leaves.
     keeps: usize,
     is_last_lost: bool,
     is_called_away: bool,
     /// The joint they turn the wrong way first.
     wrong_way: Option<&'static str>,
-    /// The joint whose plug they pull out when they are to turn it.
+    /// The joint whose plug the person pulls out when asked to turn it.
     pulls: Option<&'static str>,
-    /// What they say of the joint's first powered turn.
+    /// The answer of the person after the first powered turn of the joint.
     says: &'static str,
 }
 
@@ -172,7 +172,7 @@ impl Person for Somebody<'_> {
             } else if rest.starts_with("did the end") {
                 self.next = Some(self.says);
                 if is_wrong {
-                    // It was the wrong way round, and is told so once.
+                    // The joint turned the wrong way, and the person says so once.
                     (self.next, self.wrong_way) = (Some("n"), None);
                 }
             }
@@ -208,8 +208,8 @@ fn somewhere() -> (TempDir, std::path::PathBuf) {
     (folder, file)
 }
 
-/// The robot of the file `name`, and as it was built: horns anywhere within `most` counts of where the file has them,
-/// and these servos the other way round.
+/// The robot of the file `name`, and the robot as built: each horn within `most` counts of its position in the
+/// file, and these servos reversed.
 fn built(name: &str, most: f64, reversed: &[usize]) -> (Robot, Robot) {
     let robot = shipped(name);
     let mut built = robot.clone();
@@ -229,12 +229,12 @@ fn new_unit(name: &str) -> Unit {
     Unit { robot_file: name.to_owned(), ..Unit::default() }
 }
 
-fn run(robot: &Robot, unit: &mut Unit, person: &mut Somebody<'_>, is_unattended: bool) -> Ended {
+fn run(robot: &Robot, unit: &mut Unit, person: &mut Somebody<'_>, is_unattended: bool) -> CalibrationEnd {
     let servos = person.servos.clone();
     calibrate(robot, unit, servos, person, &mut |_: &Status| Order::Go, is_unattended, DAY)
 }
 
-/// What the file says is true of the servos: every angle it gives is the true one.
+/// The unit file is true of the servos: every angle that it gives is the true one.
 fn assert_true(robot: &Robot, built: &Robot, servos: &Servos, name: &str, file: &Path) {
     let UnitFile { unit, .. } = load_unit(file).unwrap();
     let mut applied = robot.clone();
@@ -263,7 +263,7 @@ fn assert_true(robot: &Robot, built: &Robot, servos: &Servos, name: &str, file: 
 const THREE: [usize; 3] = [2, 7, 13];
 
 #[test]
-fn horns_anywhere_and_three_servos_the_other_way_round() {
+fn calibration_finds_horn_positions_and_three_reversed_servos() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &[-0.7; 16], "");
@@ -272,17 +272,17 @@ fn horns_anywhere_and_three_servos_the_other_way_round() {
     let heard = person.heard.join("\n");
     ended.result.unwrap_or_else(|error| panic!("{error}\n{heard}"));
     assert!(ended.is_end_heard);
-    assert_eq!(heard.matches("the other way round than the robot file says").count(), 3, "{heard}");
-    assert!(heard.contains("The cure is written into these servos, for good"), "{heard}");
+    assert_eq!(heard.matches("the other way round than in the robot file").count(), 3, "{heard}");
+    assert!(heard.contains("The cure is written into these servos permanently"), "{heard}");
     assert_true(&robot, &built, &servos, "horse.toml", &file);
     let (at_once, limit) = *servos.most.borrow();
     assert_eq!(at_once, 1, "one joint at a time has torque");
     assert!((1..=200).contains(&limit), "a fifth of its torque at most: {limit} of 1000");
 }
 
-/// The program dies right after each step is kept, or right before.
+/// The program dies right after it saves each step, or right before.
 #[test]
-fn ended_after_any_step_it_goes_on_from_there() {
+fn a_calibration_ended_after_any_step_resumes_there() {
     let (robot, built) = built("horse.toml", 2048.0, &THREE);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &[-0.7; 16], "");
@@ -304,9 +304,9 @@ fn ended_after_any_step_it_goes_on_from_there() {
 }
 
 #[test]
-fn a_person_is_asked_and_finds_what_a_careless_sweep_did_not() {
+fn the_check_by_the_person_corrects_a_careless_sweep() {
     for name in ROBOTS {
-        // Horns as the robot file wants them, more or less.
+        // Horns roughly where the robot file has them.
         let (robot, built) = built(name, 100.0, &[]);
         let (_folder, file) = somewhere();
         let servos = Servos::new(&built, &marked_pose_rad(&built), "");
@@ -315,14 +315,14 @@ fn a_person_is_asked_and_finds_what_a_careless_sweep_did_not() {
         let ended = run(&robot, &mut new_unit(name), &mut person, false);
         let heard = person.heard.join("\n");
         ended.result.unwrap_or_else(|error| panic!("{name}: {error}\n{heard}"));
-        assert_eq!(heard.matches("which is noted. Once more").count(), 1, "{heard}");
+        assert_eq!(heard.matches("which is recorded. Once more").count(), 1, "{heard}");
         assert!(!heard.contains("The cure"), "{name}: {heard}");
         assert_true(&robot, &built, &servos, name, &file);
     }
 }
 
 #[test]
-fn a_dynamixel_with_its_seam_in_the_way_must_be_mounted_anew_and_the_others_are_kept() {
+fn a_dynamixel_with_its_seam_in_range_must_be_remounted_and_the_others_are_kept() {
     let name = "horse-dynamixel.toml";
     let (robot, mut built) = built(name, 100.0, &[]);
     let elbow = built.joints.iter().position(|joint| joint.name == "left_fore.elbow").unwrap();
@@ -351,7 +351,7 @@ fn a_servo_pulled_out_is_named_and_nothing_is_lost() {
     let mut known = load_unit(&file).unwrap().unit;
     assert_eq!(known.joints.iter().filter(|entry| entry.reversed.is_some()).count(), 4);
 
-    // Without it, the start says so; with it, everything goes on.
+    // Without the servo, the start reports it; with it, the calibration continues.
     let mut person = Somebody::new(&built, &servos, &file);
     let error = run(&robot, &mut known, &mut person, true).result.unwrap_err();
     assert!(error.to_string().contains("did not answer a ping"), "{error}");
@@ -362,7 +362,7 @@ fn a_servo_pulled_out_is_named_and_nothing_is_lost() {
 }
 
 #[test]
-fn a_jammed_joint_is_told_and_the_others_are_checked() {
+fn a_jammed_joint_is_reported_and_the_others_are_checked() {
     let (robot, built) = built("horse.toml", 100.0, &[]);
     let (_folder, file) = somewhere();
     let servos = Servos::new(&built, &marked_pose_rad(&built), "");
@@ -371,7 +371,7 @@ fn a_jammed_joint_is_told_and_the_others_are_checked() {
         .unwrap();
     let mut known = load_unit(&file).unwrap().unit;
     known.joints[2..4].iter_mut().for_each(|entry| entry.direction_checked = false);
-    // The servos have no middle of their own: nothing was written into these.
+    // These servos cannot be centred: nothing was written into them.
     let jam = "[[fault]]\nkind = 'stuck'\nat_s = 0\nid = 3\n";
     let servos = Servos::new(&built, &built.joints.iter().map(Joint::middle_rad).collect::<Vec<_>>(), jam);
     let error = run(&robot, &mut known, &mut Somebody::new(&built, &servos, &file), true).result.unwrap_err();

@@ -1,4 +1,4 @@
-//! Robots run while everything goes wrong, before a judge who reads their servos' own registers.
+//! Robots run under many faults, and a judge reads their servos' own registers.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -39,7 +39,7 @@ fn campaign(names: &[&str], seed: u64, hours: f64) -> (Vec<Judged>, Tally) {
     (all, tally)
 }
 
-/// What was found, in words.
+/// The findings, in words.
 fn found(all: &[Judged]) -> Vec<String> {
     let words = |judged: &Judged| {
         let findings = judged.played.findings.clone().into_iter();
@@ -52,7 +52,7 @@ fn found(all: &[Judged]) -> Vec<String> {
 }
 
 #[test]
-fn a_short_campaign_finds_nothing_and_is_the_same_again() {
+fn a_short_campaign_finds_nothing_and_repeats_exactly() {
     let names = ["tentacle.toml", "horse.toml"];
     let (all, tally) = campaign(&names, 5, 0.03);
     assert_eq!(found(&all), [""; 0]);

@@ -1,4 +1,4 @@
-//! The command as a person or a script meets it: exit codes, messages, report file, signals.
+//! The command as a person or a script uses it: exit codes, messages, report file, signals.
 
 mod common;
 
@@ -127,7 +127,7 @@ fn bad_input_is_refused_with_a_message_before_anything_moves() {
 }
 
 #[test]
-fn what_the_robot_cannot_do_is_refused_all_at_once() {
+fn all_impossible_requests_are_refused_at_once() {
     let path = horse_with(
         "impossible.toml",
         &[("stand_height_mm = 190", "stand_height_mm = 600"), ("loop_rate_hz = 100", "loop_rate_hz = 400")],
@@ -152,7 +152,7 @@ fn what_the_robot_cannot_do_is_refused_all_at_once() {
 }
 
 #[test]
-fn check_says_what_the_robot_can_do() {
+fn check_lists_the_capability_of_the_robot() {
     let (stdout, stderr, code) = texts(&output(&["check", HORSE]));
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     let line = |start: &str| {
@@ -176,7 +176,7 @@ fn check_says_what_the_robot_can_do() {
     assert_eq!(number(&e_mm("all legs")).to_string(), number(&hind).min(number(&fore)).to_string());
     assert!(number(&hind) > 20.0 && number(&fore) > 20.0, "{hind} {fore}");
     assert!(line("left hind").ends_with(&["up", "-190.0"]), "{stdout}");
-    // Gaits: none faster by servos than by reach; what limits it is said.
+    // Gaits: no gait is faster by servos than by reach; the table names the limit.
     for gait in [
         "walk ",
         "walk-steady",
@@ -283,7 +283,7 @@ fn a_run_completes_and_reports() {
         assert!(stdout.contains(words), "no '{words}' in {stdout}");
     }
     assert!(stderr.contains("limp") && stderr.contains("walking 0.0"), "{stderr}");
-    // Nothing is late or computes on a virtual clock: what was not measured is not told.
+    // On a virtual clock no cycle is late and computing takes no time: the report leaves out what was not measured.
     assert!(!stdout.contains("computing") && stdout.contains("0 late by more than 1 ms"), "{stdout}");
     let report = report(&path);
     assert_eq!(at(&report, "/robot"), "horse");
@@ -299,7 +299,7 @@ fn a_run_completes_and_reports() {
 }
 
 #[test]
-fn speed_beyond_the_limit_is_held_and_said() {
+fn speed_beyond_the_limit_is_limited_and_reported() {
     let path = scratch("fast.json");
     let (stdout, _, code) = texts(&output(&[
         "run",
@@ -350,7 +350,7 @@ fn thesis_inverse_kinematics_alone_walks_less_precisely() {
 }
 
 #[test]
-fn the_fault_scripts_beside_the_robots_do_what_they_say() {
+fn the_shipped_fault_scripts_do_what_they_say() {
     let cases = [
         ("bad-morning", 0, "completed"),
         ("unplugged-servo", 3, "was not heard"),
@@ -361,7 +361,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
         ("low-battery", 3, "sees 8.5 V"),
         ("hot-servo", 3, "servo 4 on bus main (joint left_hind.hock) is at 75 C"),
         ("reset-servo", 0, "completed"),
-        ("brown-out", 3, "bus main: none of its servos is heard"),
+        ("brown-out", 3, "bus main: none of its servos answers"),
         ("twin-ids", 3, "servo 3 on bus main (joint left_hind.stifle) was not heard"),
         ("overload", 3, "servo 4 on bus main (joint left_hind.hock) raises alarm bits 0x20 (overload)"),
         ("bad-replies", 0, "completed"),
@@ -378,7 +378,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
     for (script, expected, says) in cases {
         let (file, path) = (format!("config/faults/{script}.toml"), scratch(&format!("{script}.json")));
         let mut arguments = vec!["run", HORSE, "--virtual", "--faults", &file, "--report", text(&path)];
-        // What goes wrong on the buses is the same for joints that turn freely.
+        // Faults of the buses act the same on joints that turn freely.
         let is_of_body = script == "nudges";
         arguments.extend(if is_of_body { &["--gait", "walk-steady"][..] } else { &["--no-physics"] });
         let (stdout, stderr, code) = texts(&output(&arguments));
@@ -395,7 +395,7 @@ fn the_fault_scripts_beside_the_robots_do_what_they_say() {
     assert!(stderr.contains("nudges.toml:4: fault[0].kind") && stderr.contains("[physics]"), "{stderr}");
 }
 
-/// A servo that is not there at the start is another kind of failure than one that goes missing.
+/// A servo missing at the start is a different failure from one lost during the run.
 #[test]
 fn a_servo_missing_at_the_start_ends_with_1_and_a_message() {
     let faults = written("missing.toml", "[[fault]]\nkind = \"silent\"\nat_s = 0\nbus = \"main\"\nid = 12\n");
@@ -438,7 +438,7 @@ fn help_explains_and_gives_an_example() {
     }
 }
 
-/// A run on the real clock, sent `signal` once its status says `when`: returns all it said, and its report.
+/// A run on the real clock that gets `signal` once its status shows `when`: returns its output and its report.
 #[cfg(unix)]
 fn run_and_signal(signal: &str, when: &str, times: usize) -> (String, Value) {
     let path = scratch(&format!("{signal}-{when}.json"));

@@ -1,7 +1,7 @@
 //! A million random and mutated byte strings into every decoder, the client's and the servos', each against a plain
 //! search for packets written here from the manuals.
 //!
-//! `HIPPOCAMP_STRINGS` asks for another number of strings.
+//! `HIPPOCAMP_STRINGS` sets another number of strings.
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "a test may panic")]
 
 use hippocamp::bus::{replies_in, replies_to_fast_read_in};
@@ -17,9 +17,9 @@ type Packet = (u8, u8, Vec<u8>);
 
 /// Most data bytes of a status packet the client asks for here.
 const DATA_MAX: usize = 8;
-/// One string in this many, and ten, at most, may by chance be a packet that reaches into the good one behind it: such a
-/// packet is as good as any to whoever reads the line. 16 bits of checksum leave one such chance in 65,536, 8 bits one in
-/// 256.
+/// At most one string in this many, plus ten, may by chance form a packet that reaches into the good one after it:
+/// a reader of the line cannot tell it from a real packet. A checksum of 16 bits passes by chance once in 65,536,
+/// one of 8 bits once in 256.
 const RARE: usize = 20_000;
 const OFTEN: usize = 100;
 
@@ -27,7 +27,7 @@ fn strings() -> usize {
     std::env::var("HIPPOCAMP_STRINGS").map_or(1_000_000, |count| count.parse().unwrap())
 }
 
-/// Every packet, first come first served, each search going on behind the last one found.
+/// Every packet in order; each search starts after the last packet found.
 fn search(bytes: &[u8], whole_at: impl Fn(&[u8]) -> Option<(usize, Packet)>) -> Vec<Packet> {
     let (mut found, mut at) = (Vec::new(), 0);
     while at < bytes.len() {
@@ -123,10 +123,10 @@ fn feetech_at(bytes: &[u8], id_max: u8, most: usize) -> Option<(usize, Packet)> 
     is_good.then(|| (packet.len(), (id, fifth, checked[5..].to_vec())))
 }
 
-/// Random strings, strings of what packets are made of, and mutated packets, with chance of their own.
+/// Random strings, strings of typical packet bytes, and mutated packets, from a separate random source.
 struct Swamp {
     chance: Pcg64Mcg,
-    /// What the packets of a protocol are made of.
+    /// Typical bytes of the packets of a protocol.
     marks: &'static [u8],
 }
 
@@ -147,7 +147,7 @@ impl Swamp {
         (0..count).map(|_| self.byte()).collect()
     }
 
-    /// The next string: noise, or the packets of `packet` with a few things done to them.
+    /// The next string: noise, or packets of `packet` with a few mutations.
     fn string(&mut self, packet: impl Fn(&mut Swamp) -> Vec<u8>) -> Vec<u8> {
         if self.below(3) == 0 {
             return self.bytes(40);
@@ -202,7 +202,7 @@ fn compare(
 }
 
 #[test]
-fn the_client_finds_dynamixel_status_packets_behind_anything() {
+fn the_client_finds_dynamixel_status_packets_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(DATA_MAX);
         dynamixel(1 + swamp.below(3) as u8, &[&[0x55, 0], data.as_slice()].concat())
@@ -214,7 +214,7 @@ fn the_client_finds_dynamixel_status_packets_behind_anything() {
 }
 
 #[test]
-fn the_client_finds_feetech_status_packets_behind_anything() {
+fn the_client_finds_feetech_status_packets_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(DATA_MAX);
         feetech(1 + swamp.below(3) as u8, 0, &data)
@@ -227,7 +227,7 @@ fn the_client_finds_feetech_status_packets_behind_anything() {
 }
 
 #[test]
-fn servos_find_dynamixel_requests_behind_anything() {
+fn servos_find_dynamixel_requests_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let body = [&[[1, 2, 3, 0x82, 0x83, 0x8A][swamp.below(6)]], swamp.bytes(12).as_slice()].concat();
         dynamixel(1 + swamp.below(3) as u8, &body)
@@ -239,7 +239,7 @@ fn servos_find_dynamixel_requests_behind_anything() {
 }
 
 #[test]
-fn servos_find_feetech_requests_behind_anything() {
+fn servos_find_feetech_requests_after_any_bytes() {
     let packet = |swamp: &mut Swamp| {
         let data = swamp.bytes(12);
         feetech(1 + swamp.below(3) as u8, [1, 2, 3, 0x82, 0x83][swamp.below(5)], &data)
@@ -252,7 +252,7 @@ fn servos_find_feetech_requests_behind_anything() {
 }
 
 #[test]
-fn mutated_replies_to_a_fast_read_hide_nothing_behind_them() {
+fn damaged_replies_to_a_fast_read_hide_no_later_packet() {
     let servos = [1, 2, 3].map(ServoId);
     // One packet, a block a servo, each block's CRC over all before it (DynamixelSDK, group_sync_read).
     let reply = |swamp: &mut Swamp| {
@@ -297,7 +297,7 @@ fn of_interest(frame: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn frames_of_an_imu_are_found_behind_anything() {
+fn frames_of_an_imu_are_found_after_any_bytes() {
     let frame = |kind: u8, data: &[u8]| {
         let mut frame = [&[0x55, kind], data].concat();
         frame.push(frame.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)));

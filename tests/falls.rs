@@ -1,5 +1,5 @@
-//! Horses that are pushed over, in physics, by the whole program: whether the fall is told in time, which way it goes,
-//! what it does to the robot, and what the robot does then.
+//! Horses that are pushed over in physics, with the whole program: whether the fall is predicted in time, its
+//! direction, its impact on the robot, and what the robot does afterwards.
 //!
 //! With `HIPPOCAMP_FULL` set, three times as many pushes, each from all sides.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -15,12 +15,12 @@ use hippocamp::reflex::FallOutcome;
 use hippocamp::telemetry::Outcome;
 use hippocamp::trial::{Scene, Summary, Trials, Tried};
 
-/// Seeds of the poses' and thresholds' making are 11 to 13 and 101; this is none of them.
+/// A seed that was not used to tune poses and thresholds: those were 11 to 13 and 101.
 const HELD_OUT: u64 = 2;
 
 /// A sixth as many as there are in docs/falls.md, or a third of these.
 #[test]
-fn falls_are_told_in_time_and_fallen_softer() {
+fn falls_are_predicted_in_time_and_land_softer() {
     let trials = Trials::new(&in_physics("horse.toml")).unwrap();
     let runs = if is_full() { 48 } else { 16 };
     let tried = trials.try_all(runs, HELD_OUT, |_| {}).unwrap();
@@ -36,7 +36,8 @@ fn falls_are_told_in_time_and_fallen_softer() {
     assert!(summary.less_than_passive.joint_load_nm.unwrap().value > 0.0, "{told}");
 }
 
-/// One push a side and strength, or a fifth of these: of each strength, to different sides. docs/figure.md has ten of each.
+/// One push for each side and strength, or a fifth of these, with each strength to different sides. docs/figure.md
+/// has ten of each.
 #[test]
 fn a_figure_keeps_its_feet_or_falls_softer_than_a_limp_one() {
     let trials = Trials::new(&in_physics("figure.toml")).unwrap();
@@ -69,7 +70,7 @@ fn a_figure_keeps_its_feet_or_falls_softer_than_a_limp_one() {
 }
 
 #[test]
-fn the_same_trial_is_the_same_again() {
+fn the_same_trial_gives_the_same_result() {
     let trials = Trials::new(&in_physics("horse.toml")).unwrap();
     let hardest = (0..48).map(|number| trials.scene(HELD_OUT, number));
     let scene = hardest.max_by(|a, b| a.impulse_ns.total_cmp(&b.impulse_ns)).unwrap();
@@ -80,7 +81,7 @@ fn the_same_trial_is_the_same_again() {
 
 /// A standing horse pushed over towards each of eight sides: on a diagonal either neighbour is right.
 #[test]
-fn a_push_from_any_of_eight_sides_is_told_by_its_direction() {
+fn a_push_from_any_of_eight_sides_is_recognised_by_its_direction() {
     for (file, step) in [("horse.toml", 1), ("horse-dynamixel.toml", if is_full() { 1 } else { 3 })] {
         let trials = Trials::new(&in_physics(file)).unwrap();
         for side in (0..8).step_by(step) {
@@ -108,7 +109,7 @@ fn push(direction_deg: f64, impulse_n_s: f64, at_s: f64) -> String {
 }
 
 #[test]
-fn pushed_over_sideways_it_ends_limp_and_says_so() {
+fn a_horse_pushed_over_sideways_ends_limp_and_reports_it() {
     let robot = in_physics("horse.toml");
     let faults = push(90.0, 2.4, 6.0);
     let scenario = Scenario { faults: &faults, ..Scenario::from_sitting(&robot, "walk-steady", 60.0) };
@@ -122,9 +123,9 @@ fn pushed_over_sideways_it_ends_limp_and_says_so() {
     assert!(report.body.unwrap().fell);
 }
 
-/// Down on its underside it rises by its ordinary start phases, and goes on as it was told.
+/// A robot on its underside rises by its ordinary start phases, and continues with its order.
 #[test]
-fn pushed_over_backwards_onto_its_underside_it_gets_up_and_walks_on() {
+fn a_horse_pushed_onto_its_underside_gets_up_and_walks_on() {
     let robot = in_physics("horse.toml");
     let pushes = [(180.0, 2.4), (180.0, 2.6), (195.0, 2.6)];
     for (direction_deg, impulse_n_s) in pushes.into_iter().take(if is_full() { 3 } else { 1 }) {

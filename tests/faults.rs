@@ -1,5 +1,5 @@
-//! Things that go wrong on the simulated buses while the robot walks: a short loss coasts, a long one holds and
-//! then takes the stop action, with a message a person can act on; and no goal ever leaves its limits.
+//! Faults of the simulated buses while the robot walks: in a short loss the robot coasts, in a long one it holds
+//! and then takes the stop action, with a message that a person can act on; and no goal ever leaves its limits.
 //!
 //! With `HIPPOCAMP_FULL` set, at more times and in more joints.
 
@@ -15,18 +15,18 @@ use hippocamp::telemetry::Outcome;
 
 /// When the faults below begin, s since power-up: in mid-walk (asserted).
 const FAULT_S: f64 = 6.0;
-/// How long a robot walks, s: on from a fault that passes, and into one that is slow to be found.
+/// How long a robot walks, s: after a passing fault, and during one that takes long to find.
 const SHORT_WALK_S: f64 = 4.0;
 const LONG_WALK_S: f64 = 10.0;
-/// Room for the cycles that pass between a cause and what follows it, s.
+/// Allowance for the cycles between a cause and its effect, s.
 const SLACK_S: f64 = 0.05;
 /// How far a servo at rest may be off its goal, counts: its dead band and friction.
 const AT_REST_COUNTS: f64 = 30.0;
-/// Servos no fault cuts off.
+/// Servos that no fault cuts off.
 #[allow(clippy::reversed_empty_ranges, reason = "meant to be empty")]
 const NONE: RangeInclusive<u8> = 1..=0;
 
-/// A fault that passes: the robot walks for the time asked all the same.
+/// A fault that passes: the robot still walks for the ordered time.
 struct Passing {
     faults: &'static str,
     holds: bool,
@@ -66,7 +66,7 @@ fn passing_faults() -> Vec<Passing> {
             missing: 0..=40,
             ..UNSEEN
         },
-        // Bytes ahead of a reply may look like its beginning, and cost it; seldom.
+        // Bytes before a reply may, rarely, look like its beginning, and then the reply is lost.
         Passing {
             faults: "[[fault]]\nkind = 'noise'\nat_s = 6.0\nfor_s = 0.05",
             corrupt: 0..=8,
@@ -115,9 +115,9 @@ struct Lasting {
     faults: &'static str,
     /// From the fault to the hold, s.
     holds_after_s: RangeInclusive<f64>,
-    /// What the message says.
+    /// The expected message.
     says: &'static [&'static str],
-    /// Servos that hear nothing any more.
+    /// Servos that receive nothing any more.
     cut_off: RangeInclusive<u8>,
     /// The joint that does not arrive in the sitting pose.
     jammed: Option<u8>,
@@ -166,7 +166,8 @@ fn lasting_faults() -> Vec<Lasting> {
             cut_off: 11..=11,
             jammed: None,
         },
-        // It hears all, and what it says is damaged: it keeps its last goal, and then its torque goes.
+        // It receives everything, and its replies are damaged: it keeps its last goal, and then its torque goes
+        // off.
         Lasting {
             robot: "horse.toml",
             faults: "[[fault]]\nkind = 'bit-flip'\nat_s = 6.0\nbus = 'main'\nid = 7",
@@ -198,7 +199,7 @@ fn lasting_faults() -> Vec<Lasting> {
             holds_after_s: fault_delay_s.clone(),
             says: &["servo 4", "bus main", "left_hind.hock", "75 C", "65 C", "let it cool"],
             cut_off: NONE,
-            // A Feetech servo lets go by itself when hot, so it need not arrive.
+            // A Feetech servo takes its torque off by itself when hot, so it need not arrive.
             jammed: Some(4),
         },
         Lasting {
@@ -229,12 +230,12 @@ fn watch_for(robot: &Robot, faults: &str, walk_for_s: f64) -> Watched {
     watched
 }
 
-/// The same for as long as it takes to find any fault.
+/// The same, for long enough to find any fault.
 fn watch(robot: &Robot, faults: &str) -> Watched {
     watch_for(robot, faults, LONG_WALK_S)
 }
 
-/// Every servo but those `except` has let go, in the sitting pose but for the `jammed` one.
+/// Every servo except those in `except` is limp in the sitting pose, except the `jammed` one.
 fn assert_sits_limp(robot: &Robot, end: &[Truth], except: &RangeInclusive<u8>, jammed: Option<u8>) {
     let sit_rad = Scenario::new(robot, "walk", 0.0).plan.sit_pose_rad;
     for ((joint, truth), sit_rad) in robot.joints.iter().zip(end).zip(sit_rad) {
@@ -267,7 +268,7 @@ fn a_passing_fault_ends_in_a_completed_walk() {
         assert!(case.late_cycles.contains(&report.late_cycles), "{what}: {} late", report.late_cycles);
         watched.assert_goals_kept_limits(&robot);
         assert_sits_limp(&robot, watched.end(), &NONE, None);
-        // While it was held it did not walk: the time asked is counted in motion.
+        // While it was held it did not walk: the ordered time counts only motion.
         let walking_s = watched.moments.iter().filter(|moment| moment.activity == Activity::Walking).count()
             as f64
             / robot.rate_hz;
@@ -292,7 +293,7 @@ fn one_flipped_bit_is_one_lost_reply() {
         assert_eq!(watched.report.outcome, Outcome::Completed);
         for reported in &watched.report.buses {
             let lost = reported.missing + reported.corrupt;
-            // A fast reply is one packet: what comes behind a damaged block of it cannot be trusted.
+            // A fast reply is one packet: bytes after a damaged block of it cannot be trusted.
             let expected = if reported.name == bus { 1..=share } else { 0..=0 };
             assert!(expected.contains(&lost), "bus {}: {lost} replies lost", reported.name);
         }
@@ -322,7 +323,7 @@ fn a_lasting_fault_holds_then_takes_the_stop_action() {
         watched.assert_goals_kept_limits(&robot);
         assert_sits_limp(&robot, watched.end(), &case.cut_off, case.jammed);
         for (joint, truth) in robot.joints.iter().zip(watched.end()) {
-            // The simulated servos go on as last told; no goal may have come as a surprise to them.
+            // The simulated servos follow their last goals; no goal may have jumped.
             assert_eq!(truth.torque_on, case.cut_off.contains(&servo(joint).id.0), "{what}: {}", joint.name);
         }
     }
@@ -352,10 +353,10 @@ fn the_stop_action_hold_keeps_torque_and_pose() {
     }
 }
 
-/// A servo that talks while the host does spoils the request for all: replies that are late enough keep every servo from
-/// hearing the end.
+/// A servo that talks while the host sends damages the request for all: late replies can keep every servo from
+/// receiving the end.
 #[test]
-fn servos_whose_replies_run_into_requests_are_limp_in_the_end() {
+fn servos_whose_replies_collide_with_requests_end_limp() {
     let robot = shipped("horse.toml");
     let watched = watch(&robot, "[[fault]]\nkind = 'slow'\nat_s = 6.0\nbus = 'main'\ndelay_ms = 1.83");
     let report = &watched.report;
@@ -367,7 +368,7 @@ fn servos_whose_replies_run_into_requests_are_limp_in_the_end() {
 }
 
 #[test]
-fn a_loop_that_stood_still_too_long_stops() {
+fn a_loop_that_stalled_too_long_stops_the_robot() {
     let robot = shipped("horse.toml");
     let watched = watch(&robot, "[[fault]]\nkind = 'late-host'\nat_s = 6.0\ndelay_ms = 3000");
     assert_eq!(watched.report.outcome, Outcome::StoppedBySafety);

@@ -1,5 +1,5 @@
-//! The figure of config/figure.toml: what its file says, its poses from limp to limp, and the program's commands on it, on
-//! joints that turn freely; and how it stands in physics. With `HIPPOCAMP_FULL` set, from more sides and seeds.
+//! The figure of config/figure.toml: its file, its poses from limp to limp, and the program's commands, on joints
+//! that turn freely; and its stand in physics. With `HIPPOCAMP_FULL` set, from more sides and with more seeds.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
 mod common;
@@ -39,7 +39,7 @@ fn plan(robot: &Robot, move_for_s: f64) -> RunPlan {
     RunPlan { motion: capability.plan(0).into(), method: Method::CcdThenFinish, move_for_s, driver: None }
 }
 
-/// A run that is ordered as `order` says at each time since power-up, with `faults` (TOML).
+/// A run that follows `order` at each time since power-up, with `faults` (TOML).
 fn run_with(
     robot: &Robot,
     faults: &str,
@@ -79,7 +79,7 @@ fn assert_in_ball_ranges(robot: &Robot, angles: &[f64], when: &str) {
 }
 
 #[test]
-fn it_is_built_as_people_are_and_stands_on_two_buses() {
+fn the_figure_has_human_proportions_and_two_buses() {
     let robot = figure();
     let height_m = 0.4;
     let near = |value: f64, share: f64, what: &str| {
@@ -102,7 +102,7 @@ fn it_is_built_as_people_are_and_stands_on_two_buses() {
     let Some(Foot::Plate { size_m, .. }) = chain("left_leg").foot else { panic!("no plate") };
     near(size_m.x, 0.152, "length of the foot");
     assert!((robot.mass_kg() - 2.1).abs() < 1e-9);
-    // Winter 2009, table 4.1: what servos leave as it is.
+    // Winter 2009, table 4.1: values that servos do not change.
     let mass = |names: &[&str]| -> f64 {
         names.iter().map(|name| robot.joints.iter().find(|joint| joint.name == *name).unwrap().mass_kg).sum()
     };
@@ -154,7 +154,7 @@ fn right_is_the_mirror_image_of_left() {
 }
 
 #[test]
-fn its_middle_is_over_its_feet_in_every_pose_and_servos_bear_it() {
+fn the_centre_of_mass_is_over_the_feet_in_every_pose_and_servos_bear_it() {
     let robot = figure();
     let figure = robot.motion.figure().unwrap();
     let capability = FigureCapability::of(&robot, figure).unwrap();
@@ -181,7 +181,7 @@ fn its_middle_is_over_its_feet_in_every_pose_and_servos_bear_it() {
 }
 
 #[test]
-fn through_all_poses_soles_stay_where_they_are_and_no_goal_jumps() {
+fn soles_stay_in_place_through_all_poses_and_no_goal_jumps() {
     let robot = figure();
     let dt_s = robot.period_s();
     let mut controller =
@@ -303,7 +303,7 @@ fn hippocamp(arguments: &[&str], folder: &Path) -> Output {
 }
 
 #[test]
-fn the_commands_of_other_rigs_work_on_it() {
+fn the_commands_of_other_rigs_work_on_a_figure() {
     let folder = tempfile::tempdir().unwrap();
     let file = config_file("figure.toml");
     let file = file.to_str().unwrap();
@@ -356,7 +356,7 @@ fn the_commands_of_other_rigs_work_on_it() {
 }
 
 #[test]
-fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
+fn mistakes_in_a_figures_file_are_reported_with_their_key() {
     let text = std::fs::read_to_string(config_file("figure.toml")).unwrap();
     for (from, to, key, words) in [
         ("name = \"stand\"", "name = \"rest\"", "motion.pose", "the pose it stands in as the first"),
@@ -381,7 +381,7 @@ fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
         let error = config::parse(&text.replacen(from, to, 1), "figure.toml").unwrap_err().to_string();
         assert!(error.contains(key) && error.contains(words), "{to}: {error}");
     }
-    // What only the robot's geometry can tell.
+    // Facts that only the geometry of the robot shows.
     let robot = config::parse(&text.replacen("stand_height_mm = 205", "stand_height_mm = 215", 1), "x")
         .unwrap()
         .robot;
@@ -391,7 +391,7 @@ fn what_a_figures_file_gets_wrong_is_told_with_its_key() {
 
 /// With `HIPPOCAMP_FULL` set a minute of ten seeds, else a quarter of one.
 #[test]
-fn nudges_do_not_move_it_off_its_feet() {
+fn small_pushes_do_not_make_a_figure_fall() {
     let robot = in_physics("figure.toml");
     // 0.015 N s a kg each second, to any side, from when hands have let go of it.
     let faults = "[[fault]]\nkind = \"push\"\nat_s = 15\nimpulse_n_s = 0.0315\nfor_s = 0.1\nevery_s = 1\n";
@@ -410,9 +410,9 @@ fn nudges_do_not_move_it_off_its_feet() {
     assert!(roll_deg < 5.0 && pitch_deg < 5.0, "{roll_deg} and {pitch_deg} degrees");
 }
 
-/// Set down by then, it goes through them all; a trunk that is to bow is none that falls.
+/// By then hands have set it down, and it takes all poses; a planned bow does not count as a fall.
 #[test]
-fn on_its_feet_it_takes_every_pose() {
+fn a_figure_on_the_ground_takes_every_pose() {
     let robot = in_physics("figure.toml");
     let mut stood_s: Option<f64> = None;
     let mut taken = vec![false; poses(&robot)];
@@ -435,11 +435,11 @@ fn on_its_feet_it_takes_every_pose() {
     assert!((body.pitch_max_deg - 25.0).abs() < 3.0 && body.roll_max_deg < 3.0, "{body:?}");
 }
 
-/// From any of them it goes straight to its sitting pose if it must, and that is no fall either.
+/// From any pose it can go straight to its sitting pose, and that does not count as a fall either.
 #[test]
-fn stopped_at_once_in_any_pose_it_sits_down() {
+fn a_figure_stopped_in_any_pose_sits_down() {
     let robot = in_physics("figure.toml");
-    // All, or a bow and a lean, from which the way is longest.
+    // All poses, or a bow and a lean, from which the move is longest.
     let names = robot.motion.figure().unwrap().poses.iter().map(|pose| pose.name.as_str());
     let chosen = names.enumerate().filter(|(_, name)| is_full() || ["bow", "lean-left"].contains(name));
     for (pose, _) in chosen {
@@ -456,9 +456,10 @@ fn stopped_at_once_in_any_pose_it_sits_down() {
     }
 }
 
-/// From the operator's motion to the reflex's and, of who keeps its feet, back: no goal leaps from one cycle to the next.
+/// From the operator's motion to the reflex's and, if the figure keeps its feet, back: no goal jumps between two
+/// cycles.
 #[test]
-fn the_reflex_takes_over_and_gives_back_without_a_leap() {
+fn the_reflex_takes_over_and_hands_back_without_a_jump() {
     let robot = in_physics("figure.toml");
     let pushed = |direction_deg: f64, impulse_n_s: f64| {
         let faults = format!(
@@ -509,7 +510,7 @@ fn shared_weight_takes_less_torque_than_weight_split_equally_at_the_foot_centres
         let split: f64 = capability.split_nm[place].iter().map(|torque| torque * torque).sum();
         println!("| {} | {shared:.4} | {split:.4} |", pose.name);
         assert!(standing.miss_share() < 2e-3, "{}: {} in the air", pose.name, standing.miss_share());
-        // Straight over the middle of both feet there is nothing to gain; beside it there is.
+        // Over the middle between both feet an equal split is already best; beside it, it is not.
         let is_middle = capability.centers_m[place].y.abs() < 0.01;
         let most = if is_middle { 1.001 * split } else { 0.9 * split };
         assert!(shared < most, "{}: {shared} beside {split}", pose.name);

@@ -1,4 +1,4 @@
-//! Every gait, every change of gait: no foot out of place.
+//! Every gait and every change of gait: no foot leaves its place.
 //!
 //! With `HIPPOCAMP_FULL` set, changes from every fiftieth of the stride at two speeds, and a thousand random scripts; else
 //! from every fifth at one speed, and sixty scripts.
@@ -25,7 +25,7 @@ const SHORTEST_STANCE: f64 = 0.06 / 0.3;
 /// Nothing takes longer to stop from and stand level, s.
 const LONGEST_STOP_S: f64 = 30.0;
 
-/// Of the gaits' top speeds: asked for, and aimed at.
+/// Shares of the gaits' top speeds: ordered at first, and as the goal.
 fn shares() -> &'static [f64] {
     if is_full() { &[0.9, 0.95] } else { &[0.95] }
 }
@@ -48,7 +48,7 @@ fn thoroughbred() -> (Robot, HorsePlan) {
 struct Changes {
     /// The longest, strides of the stride clock.
     strides: f64,
-    /// From the command until the new gait at the new speed, s.
+    /// Time from the order until the new gait has the new speed, s.
     duration_s: f64,
     furthest_m: f64,
     residual_m: f64,
@@ -65,7 +65,7 @@ fn changes(robot: &Robot, plan: &HorsePlan, from: usize, to: usize, share: f64) 
     let mut horse = OnFeet::new(robot, plan);
     follow(&mut horse, before);
     for _ in 0..phases() {
-        // That part of a stride further on each time.
+        // Each time later by this part of a stride.
         let phase = horse.drive().walk().phase(horse.drive().now_s());
         while horse.drive().walk().phase(horse.drive().now_s())
             < (phase + 1.0).floor() + found.begun / f64::from(phases())
@@ -88,7 +88,7 @@ fn changes(robot: &Robot, plan: &HorsePlan, from: usize, to: usize, share: f64) 
     found
 }
 
-/// Goes on until the horse does what it is told, and a stride more.
+/// Continues until the horse follows its order, and for one more stride.
 fn follow(horse: &mut OnFeet<'_>, command: Command) {
     let from_s = horse.drive().now_s();
     while !horse.drive().does(command) {
@@ -150,7 +150,7 @@ fn the_robots_change_between_all_gaits_within_their_servos_speed() {
     }
 }
 
-/// What an operator asks of the horse next, and for how long, s.
+/// The operator's next order, and how long it holds, s.
 fn any_command(plan: &HorsePlan, chance: &mut Pcg64Mcg) -> (f64, Command) {
     let mut share = || f64::from(chance.next_u32()) / f64::from(u32::MAX);
     let gaits = plan.settings.gaits.len();
@@ -206,7 +206,7 @@ fn random_script(robot: &Robot, plan: &HorsePlan, seed: u64) {
             horse.step(command);
         }
     }
-    // Whatever it does, and in whatever posture: told to stop it comes to a stand, level.
+    // From any motion and posture, an order to stop brings it to a level stand.
     let told_s = horse.drive().now_s();
     while !horse.drive().is_standing() {
         horse.step(Command::default());
@@ -229,7 +229,7 @@ fn a_trunk_that_may_accelerate_steeply_starts_and_stops_in_every_gait_all_the_sa
 }
 
 #[test]
-fn random_scripts_keep_everything() {
+fn random_scripts_keep_every_limit() {
     let (horse_scripts, thoroughbred_scripts) = if is_full() { (600, 400) } else { (16, 10) };
     let robot = shipped("horse.toml");
     let plan = capability(&robot).plan(&horse_of(&robot), Command::default());

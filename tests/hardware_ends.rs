@@ -1,14 +1,14 @@
-//! Every way out of a run on serial lines: the real program, killed, stopped, or left without its port, its disk or
-//! its mind, and what its servos do then. In real time, over pseudo-terminals.
+//! Every way out of a run on serial lines: the real program is killed or stopped, panics, or loses its port or its
+//! disk; what its servos do then. In real time, over pseudo-terminals.
 //!
-//! Times are the simulated servos' own: from the cause until the request that is looked for has crossed the wire,
-//! all of it.
-//! - Torque off: every servo has been told to let go.
-//! - The stop action has begun: the goals of its first cycle. Which cycle that is, the recording tells; or, where the
-//!   recording itself is gone, it is the first whose goals differ from those of an undisturbed walk.
+//! Times are on the simulated servos' clock: from the cause until the last byte of the request in question has
+//! crossed the wire.
+//! - Torque off: every servo was ordered to take its torque off.
+//! - The stop action has begun: the goals of its first cycle. The recording shows which cycle that is; without a
+//!   recording it is the first cycle whose goals differ from those of an undisturbed walk.
 //!
-//! With `HIPPOCAMP_FULL` set, every robot is tried at every moment, and with every signal; else the one of one bus as its
-//! torque rises and as it walks, and the one of four buses as it walks.
+//! With `HIPPOCAMP_FULL` set, every robot is tested at every moment, and with every signal; otherwise the robot with
+//! one bus as its torque rises and as it walks, and the one with four buses as it walks.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -44,8 +44,8 @@ static FREED: Condvar = Condvar::new();
 struct Place(usize);
 
 impl Place {
-    /// Waits until there is one for the robot `file`. What all need is computed before the first runs: nothing is to
-    /// keep a processor from those that do.
+    /// Waits until there is a place for the robot `file`. Shared results are computed before the first run, so that
+    /// they take no processor from running robots.
     fn take(file: &str) -> Place {
         ROBOTS.iter().for_each(|file| {
             reference(file);
@@ -66,7 +66,7 @@ impl Drop for Place {
     }
 }
 
-/// Tries all of these, as many side by side as there are places.
+/// Runs all of these, as many side by side as there are places.
 fn try_all<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync) {
     std::thread::scope(|scope| {
         for case in cases {
@@ -79,7 +79,7 @@ fn try_all<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync)
 /// How long the servos may wait for torque off or the beginning of the stop action.
 const GATE_NS: u64 = 200_000_000;
 
-/// Where in a run something happens.
+/// A moment in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Moment {
     /// The torque is rising.
@@ -92,7 +92,7 @@ enum Moment {
 const MOMENTS: [Moment; 3] = [Moment::TorqueUp, Moment::Rise, Moment::Walk];
 
 impl Moment {
-    /// The cycle in which it is.
+    /// The cycle of this moment.
     fn cycle(self, robot: &Robot, reference: &Reference) -> usize {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
         let cycles = |s: f64| (s * robot.rate_hz) as usize;
@@ -119,7 +119,7 @@ fn reference(file: &str) -> &'static Reference {
     REFERENCES[index].get_or_init(|| Reference::of(&Built::new(file).robot))
 }
 
-/// What was recorded of that of the horse, made once.
+/// The recording of the undisturbed walk of the horse, made once.
 fn walk_recording() -> &'static mcap::Summary {
     static RECORDED: OnceLock<mcap::Summary> = OnceLock::new();
     RECORDED.get_or_init(|| {
@@ -131,13 +131,13 @@ fn walk_recording() -> &'static mcap::Summary {
     })
 }
 
-/// Waits until a run is there.
+/// Waits until a run has reached this moment.
 fn wait_for(moment: Moment, built: &Built, reference: &Reference) {
     let moving = reference.first(Activity::Rising);
     let cycles = moment.cycle(&built.robot, reference) - moving;
     let mut looked_ns = 0;
     let mut is_there = |world: &mut World| {
-        // All that was said is read each time: seldom, so that no servo waits for it.
+        // The whole output is read each time; this is rare, so that no servo waits for it.
         if world.now_ns() < looked_ns + 10_000_000 {
             return false;
         }
@@ -165,7 +165,7 @@ fn assert_in_time(what: &str, from_ns: u64, until_ns: u64) {
     assert!(until_ns - from_ns <= GATE_NS, "{what} after {} ns", until_ns - from_ns);
 }
 
-/// Waits until every servo was told to let go, and asserts that it was soon enough.
+/// Waits until every servo was ordered to take its torque off, and asserts that it was soon enough.
 fn assert_lets_go(what: &str, built: &Built, from_ns: u64) {
     let let_go = || built.with_world(|world| all_let_go_ns(&built.robot, world, from_ns));
     built.wait_for("torque off", || let_go().is_some());
@@ -193,7 +193,8 @@ fn first_cycle_ns(
             .collect()
     };
     let frames = built.with_world(|world| frames(&built.robot, world, bus));
-    // What lies between the clocks of the run and of the servos: a late exchange is further off, none is nearer.
+    // Offset between the clocks of the run and of the servos: a late exchange is further off, and no exchange is
+    // nearer.
     let moving = recording.samples.iter().filter(|sample| !goals(sample).is_empty());
     let heard = frames.iter().filter(|frame| !frame.goals.is_empty());
     let between = moving
@@ -235,9 +236,9 @@ fn a_killed_controller_leaves_no_torque() {
     });
 }
 
-/// Which signal it is makes no difference to when it comes: by default each comes at one moment.
+/// The moment does not depend on the signal: by default each signal is tested at one moment.
 #[test]
-fn a_controller_that_is_told_to_stop_takes_its_stop_action_whatever_the_signal() {
+fn a_controller_takes_its_stop_action_on_every_stop_signal() {
     let signals = ["TERM", "INT", "HUP"];
     let of_horse = MOMENTS.into_iter().enumerate().flat_map(|(number, moment)| {
         let wanted = move |(of, _): &(usize, &str)| is_full() || *of == number;
@@ -272,12 +273,12 @@ fn told_to_stop(file: &str, moment: Moment, name: &str) {
     assert_eq!(before.unwrap().facts.activity, expected);
 }
 
-/// Where this run's recording is to be, and where it is till then.
+/// The path of this run's recording, and the path that it has until it is complete.
 fn recording_of(built: &Built) -> (PathBuf, PathBuf) {
     (built.folder.path().join("run.mcap"), built.folder.path().join("run.mcap.part"))
 }
 
-/// The moment a panic that was provoked says it was, on the servos' clock, ns; and all that was said.
+/// The moment of a provoked panic by its own message, on the servos' clock, ns; and the whole output.
 fn panicked_ns(built: &Built, said: &str) -> u64 {
     let (_, rest) = said.split_once("a panic that a test wants, at ").unwrap_or_else(|| panic!("{said}"));
     let at_ns: u64 = rest.split_once(" ns").unwrap().0.parse().unwrap();
@@ -287,7 +288,7 @@ fn panicked_ns(built: &Built, said: &str) -> u64 {
 
 #[test]
 #[cfg(debug_assertions)]
-fn a_controller_that_panics_lets_go_before_it_says_a_word() {
+fn a_controller_that_panics_takes_torque_off_before_it_prints() {
     try_all(robots_and_moments(), |(file, moment)| {
         let _place = Place::take(file);
         let built = Built::new(file);
@@ -313,8 +314,8 @@ fn a_controller_that_panics_lets_go_before_it_says_a_word() {
 fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     /// A rise takes 1.5 s.
     const BEFORE_STANDING_S: f64 = 1.25;
-    // A second's worth is written at its end. One that ends in the middle of the rise is meant: where the robot stands
-    // still, the first count of the stop action takes as long as from any rest.
+    // Each second is written at its end. This takes one that ends in the middle of the rise: from a standing robot
+    // the first count of the stop action takes as long as from any rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
     let cycle = match moment {
         Moment::Rise => {
@@ -332,7 +333,7 @@ fn bytes_at(moment: Moment, built: &Built, reference: &Reference) -> u64 {
     chunk.chunk_start_offset + chunk.chunk_length / 2
 }
 
-/// Asserts that the robot began its stop action in time after `cause_ns`, came to its end by itself, and said why.
+/// Asserts that the robot began its stop action in time after `cause_ns`, ended by itself, and gave the reason.
 fn assert_stops_without_its_recording(
     what: &str,
     built: &Built,
@@ -371,7 +372,7 @@ fn a_controller_whose_disk_is_full_takes_its_stop_action() {
         let _place = Place::take("horse.toml");
         let built = Built::new("horse.toml");
         let reference = reference("horse.toml");
-        // A limit on the file stands for a full disk: in blocks of 512 bytes.
+        // A limit on the file size acts as a full disk: in blocks of 512 bytes.
         let blocks = bytes_at(moment, &built, reference) / 512;
         let mut run = built.run();
         let run = with_files(&mut run, &built);
@@ -438,7 +439,7 @@ fn a_controller_without_one_of_its_ports_holds_the_robot_and_takes_its_stop_acti
                 held_ns,
             );
         }
-        // The hold is borne for hold_s; then the stop action begins, and ends.
+        // The hold lasts for hold_s; then the stop action begins, and ends.
         let permitted = |wanted| move |sample: &Sample| sample.state.permission == wanted;
         let held_until_ns = first_cycle_ns(&built, &recording, 0, cause_ns, permitted(Permission::Stop));
         let stopping_ns = first_cycle_ns(&built, &recording, 0, cause_ns, |sample| {
@@ -474,7 +475,7 @@ fn a_controller_without_its_only_port_ends_by_itself() {
 }
 
 #[test]
-fn servos_that_could_not_hear_the_end_are_let_go_when_their_adapter_is_back() {
+fn servos_that_missed_the_end_go_limp_when_their_adapter_is_back() {
     let _place = Place::take("horse.toml");
     let built = Built::new("horse.toml");
     let mut child = built.run().spawn().unwrap();

@@ -1,4 +1,4 @@
-//! A robot with an inertial measurement unit: what the loop knows of its trunk, and what it does without.
+//! A robot with an inertial measurement unit: the state of the trunk in the loop, and the motion without it.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -15,7 +15,7 @@ use hippocamp::run::Cycle;
 use hippocamp::simulation;
 use hw_sim::FaultScript;
 
-/// One cycle, as it is looked at here.
+/// The values of one cycle that these tests use.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     time_s: f64,
@@ -40,7 +40,7 @@ fn drive(robot: &Robot, seconds: f64, faults: &str) -> Vec<Seen> {
     seen
 }
 
-/// The same, each cycle looked at with the time it began.
+/// The same; `look` gets each cycle with its start time.
 fn drive_and_look(robot: &Robot, seconds: f64, faults: &str, mut look: impl FnMut(f64, &CycleRecord<'_>)) {
     let plan = plan(robot, "walk", 0.9);
     let faults = FaultScript::from_toml(faults).unwrap();
@@ -63,7 +63,7 @@ fn between(seen: &[Seen], from_s: f64, to_s: f64) -> impl Iterator<Item = &Seen>
 }
 
 #[test]
-fn every_cycle_knows_how_the_trunk_lies_and_how_old_that_is() {
+fn every_cycle_has_the_trunk_attitude_and_its_age() {
     for name in common::ROBOTS {
         let robot = shipped(name);
         let imu = robot.imu.clone().unwrap();
@@ -71,15 +71,16 @@ fn every_cycle_knows_how_the_trunk_lies_and_how_old_that_is() {
         let (least_s, most_s) = (imu.delay_s + imu.wire_s(), imu.delay_s + imu.wire_s() + 1.0 / imu.rate_hz);
         for cycle in between(&seen, 0.2, 3.0) {
             assert!(cycle.is_known, "{name}: {cycle:?}");
-            // What is read at the end of the exchange was whole at most a period ago. A byte of rounding.
+            // A measurement read at the end of the exchange was complete at most a period ago. Plus a byte of
+            // rounding.
             assert!((least_s - 1e-4..most_s + 1e-3).contains(&cycle.age_s), "{name}: {cycle:?}");
         }
     }
 }
 
-/// A walk on the ground that is held by safety for a moment: the feet stay where they were to be, feedback added once.
+/// A walk on the ground that safety holds for a moment: the feet stay at their targets, with feedback added once.
 #[test]
-fn feedback_does_not_add_up_while_the_walk_is_held() {
+fn balance_feedback_does_not_accumulate_while_the_walk_is_held() {
     let robot = in_physics("horse.toml");
     // Long enough to hold, too short to stop.
     let faults = "[[fault]]\nkind = 'unplugged'\nat_s = 9.0\nfor_s = 0.4\nbus = 'main'\n";
@@ -113,7 +114,7 @@ fn a_horse_whose_unit_is_lost_walks_slower_and_as_before_once_it_is_back() {
         let lost_s = between(&seen, 6.5, 13.0).find(|seen| !seen.is_known).unwrap().time_s;
         assert!((lost_s - 7.0 - imu.stale_s).abs() < 0.03, "{kind}: lost at {lost_s} s");
         assert!(between(&seen, lost_s, 9.98).all(|seen| !seen.is_known), "{kind}");
-        // It goes on walking, slower; and as before, once it was heard for a second.
+        // It walks on, slower; and at its former speed once the unit has answered for a second.
         assert!(between(&seen, 9.5, 10.9).all(is_slow), "{kind}: {slow_m_s} m/s");
         assert!(between(&seen, 10.05, 13.0).all(|seen| seen.is_known), "{kind}");
         let last_m_s = seen.last().unwrap().speed_m_s;
@@ -124,7 +125,7 @@ fn a_horse_whose_unit_is_lost_walks_slower_and_as_before_once_it_is_back() {
             .fold(0.0, f64::max);
         assert!(steepest_m_s2 <= acceleration_m_s2 * (1.0 + 1e-6), "{kind}: {steepest_m_s2} m/s^2");
     }
-    // One that was never heard makes no fast horse either.
+    // A unit that never answered also limits the speed.
     let unheard = drive(&robot, 8.0, "[[fault]]\nkind = 'imu-silent'\nat_s = 0.0");
     assert!(is_slow(unheard.last().unwrap()), "{:?}", unheard.last());
 }

@@ -46,7 +46,7 @@ impl ImuLine for Line {
     }
 }
 
-/// Somebody who does what is asked, in their own way: what they turn the trunk to for level, nose down, left side down.
+/// A person who tilts the trunk as asked, but not exactly: the attitudes for level, nose down and left side down.
 struct Hands {
     world: Rc<RefCell<World>>,
     nose_down: [f64; 3],
@@ -90,7 +90,7 @@ impl Person for Hands {
 const NOSE_DOWN: [f64; 3] = [0.0, 30.0, 0.0];
 const LEFT_DOWN: [f64; 3] = [-30.0, 0.0, 0.0];
 
-/// A unit out of its box, built in as `rpy_deg` says, that errs as the robot file has it; and the world it is in.
+/// A new unit mounted at `rpy_deg`, with the errors of the robot file; and its world.
 fn built(robot: &Robot, rpy_deg: [f64; 3]) -> World {
     let [roll, pitch, yaw] = rpy_deg.map(f64::to_radians);
     let noise = robot.imu.as_ref().unwrap().noise;
@@ -142,7 +142,7 @@ fn a_unit_out_of_its_box_is_set_up_however_it_is_built_in() {
         let off_deg = apart_deg(found.rpy_deg, rpy_deg);
         assert!(off_deg < 2.0, "{rpy_deg:?}: {:?}, {off_deg} degrees off", found.rpy_deg);
         assert_eq!((found.baud, found.rates_reversed), (115_200, false));
-        // It keeps what it was set to.
+        // It keeps its settings.
         let mut world = world.borrow_mut();
         world.restart_imu();
         let mut bytes = [0; 4096];
@@ -154,7 +154,7 @@ fn a_unit_out_of_its_box_is_set_up_however_it_is_built_in() {
 }
 
 #[test]
-fn tilts_that_are_none_or_do_not_go_together_are_told() {
+fn missing_or_contradictory_tilts_are_reported() {
     let robot = shipped("horse.toml");
     let settings = robot.imu.clone().unwrap();
     let upright = [0.0, 0.0, -90.0];
@@ -166,11 +166,11 @@ fn tilts_that_are_none_or_do_not_go_together_are_told() {
     let said = refused(NOSE_DOWN, [30.0, 0.0, 0.0]);
     assert!(said.contains("the other way round"), "{said}");
     let said = refused(NOSE_DOWN, [-20.0, 20.0, 0.0]);
-    assert!(said.contains("do not go together"), "{said}");
+    assert!(said.contains("do not match"), "{said}");
 }
 
 #[test]
-fn a_unit_that_is_not_there_or_falls_silent_is_told() {
+fn a_missing_or_silent_unit_is_reported() {
     let robot = shipped("horse.toml");
     let settings = robot.imu.clone().unwrap();
     let fault = |kind: &str, at_s: f64| {
@@ -186,8 +186,8 @@ fn a_unit_that_is_not_there_or_falls_silent_is_told() {
 }
 
 #[test]
-fn up_is_up_once_it_is_known_how_the_unit_is_built_in() {
-    // What the setup is for: the body's attitude out of a unit on its head, turned by 35 degrees.
+fn a_calibrated_mounting_gives_the_right_vertical() {
+    // The purpose of the setup: the body's attitude from a unit mounted upside down, turned by 35 degrees.
     let robot = shipped("horse.toml");
     let mut settings = robot.imu.clone().unwrap();
     let rpy_deg = [180.0, 0.0, 35.0];

@@ -16,7 +16,7 @@ use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hw_sim::{FaultScript, Shaft, World};
 
-/// What a look at the shafts after each wait shows: which had torque, how fast they turned.
+/// State of the shafts after each wait: which had torque, how fast they turned.
 #[derive(Default)]
 struct Seen {
     had_torque: Vec<bool>,
@@ -92,7 +92,7 @@ fn its_torque_rose_and_fell_smoothly(robot: &Robot, seen: &Seen) {
 }
 
 #[test]
-fn it_goes_there_slowly_and_is_let_go() {
+fn a_jogged_joint_moves_slowly_and_then_goes_limp() {
     for name in ["horse.toml", "horse-dynamixel.toml"] {
         let mut activities = Vec::new();
         let (report, seen) = jogged(name, -72.0, 0.0, "", |status| {
@@ -121,14 +121,14 @@ fn it_goes_there_slowly_and_is_let_go() {
 
 #[test]
 fn a_joint_does_not_jump_when_its_torque_comes_on() {
-    // Told to stay where it is: 1 s of torque ramp, 0.5 s of no way, 1 s of hold.
+    // Its goal is its present angle: 1 s of torque ramp, 0.5 s without a move, 1 s of hold.
     let (report, seen) = jogged("horse-dynamixel.toml", -85.0, 0.0, "", |_| Order::Go);
     assert!((report.measured_rad.unwrap().to_degrees() + 85.0).abs() < 0.1);
     assert!(seen.fastest_rad_s[HIP].to_degrees() < 2.0, "{}", seen.fastest_rad_s[HIP].to_degrees());
 }
 
 #[test]
-fn the_goal_is_held_to_the_range_and_a_joint_outside_is_brought_in() {
+fn a_jog_goal_is_limited_to_the_range_and_a_joint_outside_is_brought_in() {
     // -100 to -70 degrees; 20 from the middle is 5 outside.
     let (report, seen) = jogged("horse-dynamixel.toml", 400.0, 20.0, "", |_| Order::Go);
     let goal_deg = report.goal_rad.to_degrees();
@@ -138,7 +138,7 @@ fn the_goal_is_held_to_the_range_and_a_joint_outside_is_brought_in() {
 }
 
 #[test]
-fn an_order_to_stop_lets_it_go_where_it_is() {
+fn an_order_to_stop_makes_the_joint_limp_where_it_is() {
     // 1.1 s after power-up and later: on the way; before, while the torque still rises.
     for (stop, at_s) in [(Order::Stop, 1.3), (Order::StopAtOnce, 1.3), (Order::Stop, 0.5)] {
         let name = "horse-dynamixel.toml";
@@ -158,7 +158,7 @@ fn an_order_to_stop_lets_it_go_where_it_is() {
 }
 
 #[test]
-fn a_blocked_joint_is_given_up() {
+fn a_jog_of_a_blocked_joint_ends() {
     // 29 degrees to go, and 25 is the most a joint may be off its goal; but above 80 % of its drive, 9 degrees off, the
     // servo's own overload protection trips after two seconds.
     let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'\nbus = 'main'\nid = 2\n";
@@ -173,7 +173,7 @@ fn a_blocked_joint_is_given_up() {
 }
 
 #[test]
-fn a_servo_that_falls_silent_ends_it() {
+fn a_servo_that_falls_silent_ends_the_jog() {
     let silent = "[[fault]]\nat_s = 1.5\nkind = 'silent'\nbus = 'main'\nid = 9\n";
     let (report, seen) = jogged("horse.toml", -70.0, 0.0, silent, |_| Order::Go);
     assert_eq!(report.outcome, Outcome::StoppedBySafety);
@@ -214,7 +214,7 @@ fn the_command_says_when_it_holds_the_angle_to_the_range() {
 }
 
 #[test]
-fn what_the_command_cannot_do_is_bad_input() {
+fn impossible_jogs_are_bad_input() {
     let bad = |arguments: &[&str]| {
         let output = hippocamp(arguments);
         assert_eq!(output.status.code(), Some(2), "{}{}", text(&output.stdout), text(&output.stderr));
@@ -282,7 +282,7 @@ fn with_a_calibrated_unit_file_it_moves_the_servo_on_the_device() {
     let file_robot = shipped("horse.toml");
     let mut built = file_robot.clone();
     for servo in built.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
-        // No horn sits where the robot file would have it.
+        // No horn is where the robot file has it.
         servo.zero_count += 50.0;
     }
     for bus in &mut built.buses {

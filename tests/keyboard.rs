@@ -18,9 +18,9 @@ const HORSE: &str = "config/horse.toml";
 const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
 const RIGHT: &str = "\x1b[C";
-/// A program that writes nothing for so long hangs.
+/// A program that writes nothing for this long counts as hung.
 const SILENCE: Duration = Duration::from_secs(120);
-/// What is not there after so many status lines, half an hour of the run, will not come.
+/// A state not reached after so many status lines, half an hour of the run, will not come.
 const LINES: usize = 10_000;
 
 /// The program in a terminal of 24 lines.
@@ -36,7 +36,7 @@ struct Screen {
 /// A status line.
 #[derive(Debug, PartialEq)]
 struct Line {
-    /// What the robot does, and what it is to do if that is something else: "walk -> trot".
+    /// The robot's motion, and the ordered motion if that differs: "walk -> trot".
     doing: String,
     speed_m_s: f64,
     asked_m_s: f64,
@@ -59,7 +59,7 @@ impl Screen {
         let (sender, pieces) = channel();
         std::thread::spawn(move || {
             let mut bytes = [0; 1024];
-            // An error means that nobody has the other end any more.
+            // An error means that the other end is closed.
             while let Ok(count @ 1..) = reader.read(&mut bytes) {
                 if sender.send(bytes[..count].to_vec()).is_err() {
                     return;
@@ -105,7 +105,7 @@ impl Screen {
         panic!("the screen never showed '{words}':\n{}", self.text());
     }
 
-    /// Waits for a status line that is as it should be.
+    /// Waits for a status line that passes the check.
     fn see_line(&mut self, what: &str, is_right: impl Fn(&Line) -> bool) -> Line {
         for _ in 0..LINES {
             if let Some(line) = self.line().filter(|line| is_right(line)) {
@@ -173,7 +173,7 @@ fn scratch(name: &str) -> PathBuf {
 }
 
 #[test]
-fn walk_trot_canter_turn_and_stop() {
+fn keys_make_the_horse_walk_trot_canter_turn_and_stop() {
     let mut screen = Screen::run(&[]);
     screen.see("1 walk");
     screen.see("EMERGENCY STOP");
@@ -211,7 +211,7 @@ fn walk_trot_canter_turn_and_stop() {
 }
 
 #[test]
-fn every_way_to_stop_ends_the_run_and_gives_the_terminal_back() {
+fn every_way_to_stop_ends_the_run_and_restores_the_terminal() {
     for keys in ["q", "x", "X", "\x1b", "\x03", "\x04", "\x1a", "qx", "\x03\x03"] {
         let mut screen = Screen::run(&[]);
         screen.see_line("a horse that does as it is told", |line| line.asked_m_s.abs() < 1e-9);
@@ -232,7 +232,7 @@ fn every_way_to_stop_ends_the_run_and_gives_the_terminal_back() {
 }
 
 #[test]
-fn arrows_and_other_keys_are_no_emergency_stop() {
+fn arrow_and_other_keys_cause_no_emergency_stop() {
     let mut screen = Screen::run(&[]);
     screen.see("up, down");
     screen.press("\x1bOA\x1b[3~\x1b[15~\x1bOP");
@@ -244,7 +244,7 @@ fn arrows_and_other_keys_are_no_emergency_stop() {
 }
 
 #[test]
-fn a_terminal_that_is_gone_ends_the_run() {
+fn the_loss_of_the_terminal_ends_the_run() {
     let report = scratch("terminal-gone.json");
     let mut screen = Screen::run(&["--report", report.to_str().unwrap()]);
     screen.see("up, down");
@@ -269,5 +269,5 @@ fn keys_need_a_terminal() {
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--keys") && said.contains("no terminal"), "{said}");
+    assert!(said.contains("--keys") && said.contains("not a terminal"), "{said}");
 }

@@ -30,7 +30,7 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// What a file says in code: neither in comments nor in its tests.
+/// The code of a file, without comments and tests.
 fn code_of(text: &str) -> String {
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
@@ -115,7 +115,7 @@ fn the_loop_names_no_observer() {
 }
 
 #[test]
-fn paths_are_found_in_code_and_not_in_comments_or_tests() {
+fn module_paths_are_found_in_code_but_not_in_comments_or_tests() {
     let text = "use crate::b::{X, y::Z};\n/// [`crate::c`]\nuse crate::{d, e::{F, G}, h};\nlet i = crate::j::k();\n\
                 #[cfg(test)]\nmod tests {\n use crate::l;\n}";
     let found: Vec<_> = named(&code_of(text)).into_iter().collect();
@@ -123,7 +123,7 @@ fn paths_are_found_in_code_and_not_in_comments_or_tests() {
 }
 
 /// The one file of each crate that names all protocols; their folders stand beside it.
-const LISTS: [&str; 2] = ["src/bus/language.rs", "hw-sim/src/protocols.rs"];
+const LISTS: [&str; 2] = ["src/bus/protocols.rs", "hw-sim/src/protocols.rs"];
 
 /// True if this code names a protocol of the lists: `Protocol::Some`, or `some::` for its folder.
 fn names_a_protocol(code: &str, folders: &[String]) -> bool {

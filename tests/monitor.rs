@@ -1,4 +1,4 @@
-//! Looking at a robot: what is shown, and that nothing is written.
+//! The monitor: its output, and that it writes nothing to a servo.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -24,7 +24,7 @@ fn ports(robot: &Robot, faults: &str) -> Spy<fn(&SimPorts)> {
     Spy::new(simulation::world_from_pose(robot, &pose, 1, &faults).unwrap(), |_| {})
 }
 
-/// Looks ten times a second until `until_s`.
+/// Polls ten times a second until `until_s`.
 fn look_until<P: Ports>(monitor: &mut Monitor<'_, P>, until_s: f64) {
     loop {
         monitor.look();
@@ -37,7 +37,7 @@ fn look_until<P: Ports>(monitor: &mut Monitor<'_, P>, until_s: f64) {
 }
 
 #[test]
-fn nothing_but_reads_is_sent_and_every_joint_is_seen() {
+fn the_monitor_sends_only_reads_and_shows_every_joint() {
     for name in ROBOTS {
         let robot = shipped(name);
         let mut monitor = Monitor::new(&robot, ports(&robot, ""));
@@ -58,7 +58,7 @@ fn nothing_but_reads_is_sent_and_every_joint_is_seen() {
 }
 
 #[test]
-fn a_lost_servo_is_told_and_comes_back_and_no_other_is() {
+fn a_lost_servo_is_shown_as_lost_and_comes_back_and_no_other_is() {
     for name in ROBOTS {
         let robot = shipped(name);
         let bus = &robot.buses[0].name;
@@ -87,7 +87,7 @@ fn feetech_write(id: u8, address: u8, data: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn a_servo_that_holds_a_goal_is_shown_with_it_and_keeps_it() {
+fn the_goal_that_a_servo_holds_is_shown_and_kept() {
     let robot = shipped("horse.toml");
     let mut ports = ports(&robot, "[[fault]]\nkind = 'hot'\nat_s = 1\nid = 2\ncelsius = 75\n");
     // Hip (2): goal 2100, 52 counts from where it stands; torque on.
@@ -117,7 +117,7 @@ fn hippocamp(arguments: &[&str]) -> Command {
 }
 
 #[test]
-fn json_is_a_line_a_time() {
+fn json_has_one_line_per_time() {
     let output =
         hippocamp(&["--virtual", "--no-physics", "--json", "--for", "2", "--every", "0.5"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
@@ -154,13 +154,13 @@ fn the_table_is_redrawn_in_place() {
     let rows: Vec<String> = screen.screen().rows(0, 60).collect();
     assert!(rows[0].starts_with("horse on simulated buses, virtual clock, 2."), "{rows:?}");
     assert!(rows[2].starts_with("left_hind.pelvis") && rows[2].contains("limp"), "{rows:?}");
-    assert!(rows[10].starts_with("... 8 more: make the window higher"), "{rows:?}");
+    assert!(rows[10].starts_with("... 8 more: make the window taller"), "{rows:?}");
     screen.screen_mut().set_scrollback(100);
     assert_eq!(screen.screen().scrollback(), 0, "nothing has scrolled away");
 }
 
 #[test]
-fn a_time_that_is_none_is_bad_input() {
+fn an_invalid_time_is_bad_input() {
     for arguments in [["--for", "0"], ["--every", "-1"], ["--for", "nan"]] {
         let output = hippocamp(&arguments).arg("--virtual").output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

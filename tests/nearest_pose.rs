@@ -1,5 +1,5 @@
 //! Inverse kinematics of the shipped horses' legs against a dense search: the nearest pose, from any start, for
-//! targets in and out of reach, and no leaps on the way of a stride.
+//! targets in and out of reach, and no jumps during a stride.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -201,7 +201,7 @@ fn from_any_start_the_pose_is_the_nearest_a_dense_search_finds() {
 }
 
 #[test]
-fn no_joint_leaps_in_a_stride_of_any_gait() {
+fn no_joint_jumps_in_a_stride_of_any_gait() {
     for file in ["thoroughbred.toml", "horse.toml"] {
         let robot = robot(file);
         let horse = robot.motion.horse().unwrap().clone();

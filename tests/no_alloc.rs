@@ -1,5 +1,5 @@
-//! The controller's cycle allocates nothing after the first: any allocation aborts this test. What the simulated
-//! buses allocate is theirs, and permitted.
+//! The controller's cycle allocates nothing after the first: any allocation aborts this test. The simulated buses
+//! may allocate.
 
 mod common;
 
@@ -18,7 +18,7 @@ use hippocamp::kinds::figure::FigureCapability;
 use hippocamp::kinds::tentacle::Show;
 use hippocamp::kinds::tentacle::TentacleCapability;
 use hippocamp::model::Robot;
-use hippocamp::motion::{Activity, Command as Asked, Order, Place, Plan, StrokeCommand};
+use hippocamp::motion::{Activity, Command as MotionOptions, Order, Place, Plan, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::platform::{Meter, Usage};
 use hippocamp::run::Cycle;
@@ -32,10 +32,10 @@ use hw_sim::FaultScript;
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
-/// Set for the child process that shows that an allocation is caught.
+/// Set in the child process that shows that an allocation is caught.
 const ALLOCATE: &str = "HIPPOCAMP_TEST_MAY_NOT_ALLOCATE";
 
-/// Everything at once while it walks, and at last a servo that stays silent.
+/// All faults at once while it walks, and at last a servo that stays silent.
 const FAULTS: &str = "
     [[fault]]
     kind = 'bit-flip'
@@ -117,14 +117,15 @@ impl Ports for PermittingPorts {
     }
 }
 
-/// Runs `robot` from limp to limp, cycle by cycle; returns what it did and what it was permitted, each once.
+/// Runs `robot` from limp to limp, cycle by cycle; returns its activities and permissions, each once.
 fn run(robot: &Robot, permits: bool) -> (Vec<Activity>, Vec<Permission>) {
     let plan = plan(robot, "walk", 0.9);
     let sit_rad = plan.sit_pose_rad.clone();
     run_from(robot, (plan.into(), &sit_rad), (FAULTS, permits), |_, _| Order::Go)
 }
 
-/// The same as `motion` says from where its joints are, with `faults`, driven by `order`, which hears time and activity.
+/// The same with the plan `motion` from the present joint angles, with `faults`, driven by `order`, which gets time
+/// and activity.
 fn run_from(
     robot: &Robot,
     (motion, pose_rad): (Plan, &[f64]),
@@ -186,7 +187,7 @@ fn arms_allocate_nothing_in_any_stroke() {
         cycle(Order::Go);
         assert_no_alloc(|| {
             for order in &orders {
-                // An arm wakes in less, and unwinds, is parked and lets go in less.
+                // An arm starts in less, and unwinds, parks and goes limp in less.
                 let cycles = if order.is_stop() { 3000 } else { 700 };
                 (0..cycles).for_each(|_| cycle(*order));
             }
@@ -206,8 +207,8 @@ fn the_cycle_allocates_nothing_from_limp_to_limp() {
             "{file}: {activities:?}"
         );
         use Permission::{Hold, Move, Stop};
-        // The unplugged bus is a hold that passes, the silent servo one that does not.
-        // In the stall Dynamixels stop by themselves, and are asked where.
+        // The unplugged bus causes a hold that passes, the silent servo one that does not. In the stall Dynamixels
+        // stop by themselves, and the controller asks for their positions.
         match shipped(file).joints[0].servo.unwrap().model.registers.bus_watchdog {
             None => assert_eq!(permissions, [Move, Hold, Move, Hold, Stop], "{file}"),
             Some(_) => assert_eq!(permissions, [Move, Hold, Move, Hold, Move, Hold, Stop], "{file}"),
@@ -215,7 +216,7 @@ fn the_cycle_allocates_nothing_from_limp_to_limp() {
     }
 }
 
-/// Weight shared over the feet, sag made up for, feedback: all of it at work. Costs two seconds.
+/// With weight sharing, sag correction and feedback. Takes two seconds.
 #[test]
 fn the_cycle_of_a_horse_on_the_ground_allocates_nothing() {
     let robot = in_physics("horse.toml");
@@ -251,13 +252,13 @@ fn no_fall_allocates() {
             activities.ends_with(&[Activity::Falling, Activity::Lying, Activity::Done]),
             "{name}: {activities:?}"
         );
-        // Joints that the ground pushes past their range are off their goals: a hold, and no more.
+        // Joints that the ground pushes past their range are off their goals: this causes only a hold.
         assert!(!permissions.contains(&Permission::Stop), "{name}: {permissions:?}");
     }
 }
 
-/// Every stroke there is, in haste; an overload while it walks, which a restart mends as soon as the arms are parked, a
-/// servo that starts anew, and at last one that stays silent.
+/// Every stroke, in quick succession; an overload while it walks, which a restart clears once the arms are parked,
+/// a servo that restarts, and at last one that stays silent.
 const ARM_FAULTS: &str = "
     [[fault]]
     kind = 'bit-flip'
@@ -324,13 +325,13 @@ fn a_show_of_arms_allocates_nothing_from_limp_to_limp() {
             "{file}: {activities:?}, {parked}"
         );
         assert_eq!(activities.last(), Some(&Activity::Done), "{file}");
-        // The unplugged bus and the servo that starts anew are holds that pass.
+        // The unplugged bus and the servo that restarts cause holds that pass.
         let holds = permissions.iter().filter(|permission| **permission == Permission::Hold).count();
         assert!(holds >= 3 && permissions.last() == Some(&Permission::Stop), "{file}: {permissions:?}");
     }
 }
 
-/// What an operator sees of a robot that stands.
+/// The status of a standing robot.
 const STATUS: Status = Status { activity: Activity::Standing, ..Status::LIMP };
 
 #[test]
@@ -384,7 +385,7 @@ fn no_operator_allocates() {
     use hippocamp::operator::{Key, Playback};
     let robot = shipped("horse.toml");
     let horse = robot.motion.horse().unwrap();
-    let repertoire = Repertoire::of(&capability(&robot).plan(horse, Asked::default()));
+    let repertoire = Repertoire::of(&capability(&robot).plan(horse, MotionOptions::default()));
     let mut keys = Keys::new(repertoire.clone());
     let mut gamepad = Gamepad::new(repertoire, 0.5);
     let text = "[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 0.05\n[[at]]\ntime_s = 1\ngait = 'stand'";
@@ -423,7 +424,7 @@ fn no_operator_allocates() {
     assert!(driven > 10 && stops > 10 && notes >= 3, "{driven} {stops} {notes}: nothing was asked for");
 }
 
-/// A walk seldom asks for what a leg cannot reach, and never searches its branches.
+/// A walk rarely has targets out of reach, and never searches other branches.
 #[test]
 fn inverse_kinematics_allocates_nothing_out_of_reach() {
     let robot = shipped("horse.toml");

@@ -1,4 +1,4 @@
-//! Observers of a run: each sees every cycle, may stop the run, and hears how it ended.
+//! Observers of a run: each gets every cycle, may stop the run, and gets the end.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -14,13 +14,13 @@ use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Report;
 
-/// Looks on, and wants the run stopped after so many cycles.
+/// Observes, and objects after so many cycles.
 struct Onlooker {
     enough: u64,
     cycles: u64,
     /// Activity of the last cycle.
     activity: Activity,
-    ends: Vec<(Outcome, u64)>,
+    ends: Vec<(Outcome, u64, bool)>,
 }
 
 impl Onlooker {
@@ -42,9 +42,9 @@ impl Observer for Onlooker {
         (self.cycles >= self.enough).then_some("a test has seen enough")
     }
 
-    fn end(&mut self, end: &mut End) {
+    fn end(&mut self, end: &mut End, has_stopped_run: bool) {
         assert_eq!(self.activity, Activity::Done, "the robot has stopped");
-        self.ends.push((end.outcome, end.cycles));
+        self.ends.push((end.outcome, end.cycles, has_stopped_run));
         end.reason += ", heard";
     }
 }
@@ -66,7 +66,7 @@ fn walk(observers: &mut [&mut dyn Observer]) -> (Report, Vec<&'static str>) {
 }
 
 #[test]
-fn every_observer_sees_every_cycle_and_hears_the_end() {
+fn every_observer_gets_every_cycle_and_the_end() {
     let (mut first, mut second) = (Onlooker::new(u64::MAX), Onlooker::new(u64::MAX));
     let (report, seen) = walk(&mut [&mut first, &mut second]);
     assert_eq!(
@@ -76,7 +76,7 @@ fn every_observer_sees_every_cycle_and_hears_the_end() {
     assert!(seen.is_empty());
     for onlooker in [first, second] {
         assert_eq!(onlooker.cycles, report.cycles);
-        assert_eq!(onlooker.ends, [(Outcome::Completed, report.cycles)]);
+        assert_eq!(onlooker.ends, [(Outcome::Completed, report.cycles, false)]);
     }
 }
 
@@ -88,5 +88,6 @@ fn an_observer_that_objects_stops_the_robot_as_an_operator_would() {
     assert_eq!(report.reason, "stopped because a test has seen enough, heard, heard");
     assert_eq!(seen, ["a test has seen enough"]);
     assert!(report.is_end_heard && report.cycles > 600, "{} cycles", report.cycles);
-    assert_eq!(first.ends, [(Outcome::Failed, report.cycles)]);
+    assert_eq!(first.ends, [(Outcome::Failed, report.cycles, false)]);
+    assert_eq!(second.ends, [(Outcome::Failed, report.cycles, true)]);
 }

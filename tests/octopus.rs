@@ -1,4 +1,4 @@
-//! The eight arms of config/octopus.toml: they reach where their strokes have them, and keep clear of each other.
+//! The eight arms of config/octopus.toml: they reach the targets of their strokes, and keep clear of each other.
 #![allow(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
@@ -21,7 +21,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 
 #[test]
-fn sections_end_where_their_strokes_have_them() {
+fn sections_end_where_their_strokes_put_them() {
     let robot = shipped("octopus.toml");
     let arm_m = robot.chains[0].length_m(robot.joints_of(&robot.chains[0]));
     for stroke in [Stroke::of("walk"), Stroke::of("swim")] {
@@ -99,7 +99,7 @@ fn random_scripts_keep_arms_apart() {
 fn sections_wind_round_thick_poles_and_refuse_thin_ones() {
     let mut robot = shipped("octopus.toml");
     let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arms") };
-    // As it was wound, before it grips.
+    // As the winding put it, before it grips.
     tentacle.grip_share = 0.0;
     let (settings, chain) = (tentacle.clone(), robot.chains[0].clone());
     let skin_m = settings.arms[0].radius_m;

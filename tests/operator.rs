@@ -1,6 +1,7 @@
-//! Runs that end otherwise than by the plan: the operator stops them, the start fails, the program itself does.
+//! Runs that do not end by the plan: the operator stops them, the start fails, or the program panics.
 //!
-//! With `HIPPOCAMP_FULL` set, the operator stops at more times, and at each in both ways; else in one after the other.
+//! With `HIPPOCAMP_FULL` set, the operator stops at more times, and at each time in both ways; otherwise the ways
+//! alternate.
 
 mod common;
 
@@ -56,7 +57,7 @@ fn the_operator_can_stop_the_robot_at_any_time() {
 }
 
 #[test]
-fn the_stop_action_hold_stands_when_the_operator_stops() {
+fn the_stop_action_hold_keeps_standing_when_the_operator_stops() {
     let mut robot = shipped("horse.toml");
     robot.stop_action = StopAction::Hold;
     for (order, at_s) in [(Order::Stop, 6.0), (Order::StopAtOnce, 6.0), (Order::Stop, 2.0)] {
@@ -68,7 +69,7 @@ fn the_stop_action_hold_stands_when_the_operator_stops() {
 }
 
 #[test]
-fn a_walk_that_ends_in_hold_stands_still_where_it_stood() {
+fn a_walk_that_ends_in_hold_stands_still() {
     let mut robot = shipped("horse.toml");
     robot.stop_action = StopAction::Hold;
     let watched = Scenario::from_sitting(&robot, "trot", 2.0).watch();
@@ -79,7 +80,7 @@ fn a_walk_that_ends_in_hold_stands_still_where_it_stood() {
         let goals: Vec<i32> =
             watched.moments[last - 20..].iter().map(|moment| moment.servos[servo].goal).collect();
         let spread = goals.iter().max().unwrap() - goals.iter().min().unwrap();
-        // Joints to spare still settle: a quarter of a degree.
+        // Redundant joints still settle, by a quarter of a degree.
         assert!(spread <= 3, "{}: {goals:?}", robot.joints[servo].name);
     }
 }
@@ -104,7 +105,7 @@ fn first_cycle_s(robot: &Robot) -> f64 {
 }
 
 #[test]
-fn a_servo_that_is_lost_before_it_is_heard_ends_the_run_limp() {
+fn a_servo_lost_before_its_first_reply_ends_the_run_limp() {
     let robot = shipped("horse.toml");
     let faults =
         format!("[[fault]]\nkind = 'silent'\nat_s = {}\nbus = 'main'\nid = 6", first_cycle_s(&robot));

@@ -1,4 +1,5 @@
-//! Files that commands write destroy none that is needed: what is refused, before anything is done, and what is replaced.
+//! Commands destroy no file that is needed: which outputs they refuse before doing anything, and which files they
+//! replace.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -41,7 +42,7 @@ impl Folder {
         String::from_utf8_lossy(&fs::read(self.path(name)).unwrap()).into_owned()
     }
 
-    /// Every name in it, and what is there.
+    /// Every name in it, and the content.
     fn all(&self) -> Vec<(String, Vec<u8>)> {
         let entries = fs::read_dir(self.0.path()).unwrap().map(|entry| entry.unwrap());
         let mut all: Vec<_> = entries
@@ -61,7 +62,7 @@ impl Folder {
         command.args(arguments).current_dir(self.0.path()).output().unwrap()
     }
 
-    /// Asserts that the command refuses its input and leaves every file as it is; what it said.
+    /// Asserts that the command refuses its input and changes no file; returns its message.
     fn assert_refused(&self, arguments: &[&str]) -> String {
         let before = self.all();
         let done = self.run(arguments);
@@ -71,7 +72,7 @@ impl Folder {
         said
     }
 
-    /// Asserts that the command does what it is to.
+    /// Asserts that the command succeeds.
     fn assert_done(&self, arguments: &[&str]) -> Output {
         let done = self.run(arguments);
         assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
@@ -84,12 +85,12 @@ impl Folder {
 }
 
 #[test]
-fn no_output_of_any_command_takes_the_place_of_what_it_reads() {
+fn no_command_overwrites_its_own_input() {
     let folder = Folder::new();
     folder.record("k.mcap");
     let run = |more: &[&'static str]| [&RUN[..], more].concat();
     let driven = ["--script", "script.txt", "--faults", "faults.txt", "--unit", "unit.txt"];
-    // The command before the name of its output, and what it reads.
+    // The command before the name of its output, and its inputs.
     let mut table: Vec<(Vec<&str>, Vec<&str>)> = vec![
         (vec!["check", "robot.txt", "--urdf"], vec!["robot.txt"]),
         (vec!["replay", "k.mcap", "--html"], vec!["k.mcap"]),
@@ -126,7 +127,7 @@ fn no_output_of_any_command_takes_the_place_of_what_it_reads() {
 }
 
 #[test]
-fn pictures_take_the_place_of_no_script_and_a_backup_of_no_file() {
+fn pictures_overwrite_no_script_and_a_backup_overwrites_no_file() {
     let folder = Folder::new();
     fs::create_dir(folder.path("out")).unwrap();
     fs::hard_link(folder.path("script.txt"), folder.path("out/footfalls.svg")).unwrap();
@@ -142,7 +143,7 @@ fn pictures_take_the_place_of_no_script_and_a_backup_of_no_file() {
 }
 
 #[test]
-fn two_outputs_in_one_file_are_refused_whatever_they_are_called() {
+fn two_outputs_to_one_file_are_refused_whatever_their_names() {
     let folder = Folder::new();
     folder.write("old", "old");
     symlink("old", folder.path("link")).unwrap();
@@ -152,7 +153,7 @@ fn two_outputs_in_one_file_are_refused_whatever_they_are_called() {
         (["--record", "new", "--html", "new.part"], "file of its own"),
         (["--html", "new.part", "--record", "new"], "file of its own"),
         (["--record", "link", "--report", "old.part"], "file of its own"),
-        (["--record", "/dev/null", "--html", "new"], "no file"),
+        (["--record", "/dev/null", "--html", "new"], "not a file"),
     ] {
         let said = folder.assert_refused(&[&RUN[..], &options].concat());
         assert!(said.contains(words), "{options:?}: {said}");
@@ -160,7 +161,7 @@ fn two_outputs_in_one_file_are_refused_whatever_they_are_called() {
 }
 
 #[test]
-fn a_page_destroys_no_file_of_a_like_name() {
+fn a_page_destroys_no_file_with_a_similar_name() {
     let folder = Folder::new();
     for name in ["walk.html.mcap", "walk.html.mcap.part", "walk.html.part"] {
         folder.write(name, "mine");
@@ -175,12 +176,12 @@ fn a_page_destroys_no_file_of_a_like_name() {
 }
 
 #[test]
-fn a_half_recording_that_a_run_left_is_not_written_over() {
+fn a_partial_recording_of_an_earlier_run_is_not_overwritten() {
     let folder = Folder::new();
     folder.write("walk.mcap", "earlier");
     folder.write("walk.mcap.part", "half");
     let said = folder.assert_refused(&[&RUN[..], &["--record", "walk.mcap"]].concat());
-    for words in ["--record walk.mcap", "walk.mcap.part is there", "hippocamp replay", "delete it"] {
+    for words in ["--record walk.mcap", "walk.mcap.part exists", "hippocamp replay", "delete it"] {
         assert!(said.contains(words), "no '{words}' in {said}");
     }
     fs::remove_file(folder.path("walk.mcap.part")).unwrap();
@@ -190,7 +191,7 @@ fn a_half_recording_that_a_run_left_is_not_written_over() {
 }
 
 #[test]
-fn no_link_that_was_laid_out_is_followed() {
+fn a_symbolic_link_in_place_of_a_part_file_is_not_followed() {
     let folder = Folder::new();
     folder.write("victim", "mine");
     for name in ["report.part", "page.part", "page.mcap", "page.mcap.part", "walk.mcap.part"] {
@@ -251,7 +252,7 @@ fn a_new_file_has_the_rights_that_the_mask_leaves() {
     }
 }
 
-/// A report to standard output, which goes to a file: that file holds all that was said, and the report.
+/// A report to standard output, which goes to a file: that file holds the whole output, and the report.
 #[test]
 fn standard_output_is_written_to_and_not_replaced() {
     let folder = Folder::new();
@@ -266,7 +267,7 @@ fn standard_output_is_written_to_and_not_replaced() {
 }
 
 #[test]
-fn places_where_no_file_can_be_are_refused() {
+fn impossible_output_paths_are_refused() {
     let folder = Folder::new();
     fs::create_dir(folder.path("folder")).unwrap();
     folder.write("other.toml", "of another robot");
@@ -287,13 +288,13 @@ fn places_where_no_file_can_be_are_refused() {
 }
 
 #[test]
-fn links_to_simulated_buses_take_no_files_place() {
+fn links_to_simulated_buses_replace_no_file() {
     for name in ["main", "main.new", "imu.new"] {
         let folder = Folder::new();
         folder.write(name, "mine");
         let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
         command.args(["sim", "robot.txt", "--link", "."]).current_dir(folder.0.path());
-        // If it begins all the same, this ends it.
+        // If it starts in spite of this, this ends it.
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let _ = child.stdin.take().unwrap().write_all(b"quit\n");
         let done = child.wait_with_output().unwrap();
@@ -317,7 +318,7 @@ fn a_recording_whose_start_fails_leaves_nothing() {
 }
 
 #[test]
-fn no_recording_is_begun_that_could_not_be_read_back() {
+fn a_recording_that_could_not_be_read_back_is_not_begun() {
     let folder = Folder::new();
     let text = folder.text("robot.txt");
     folder.write("robot.txt", &(text + &"# a long remark\n".repeat(1 << 16)));
@@ -328,7 +329,7 @@ fn no_recording_is_begun_that_could_not_be_read_back() {
 }
 
 #[test]
-fn a_page_of_a_run_is_that_of_its_recording() {
+fn the_page_of_a_run_equals_the_page_of_its_recording() {
     let folder = Folder::new();
     folder.assert_done(&[&RUN[..], &["--html", "alone.html"]].concat());
     folder.assert_done(&[&RUN[..], &["--html", "beside.html", "--record", "walk.mcap"]].concat());

@@ -1,4 +1,4 @@
-//! Others' tools on what the program writes: the Python mcap reader, pinocchio, Chromium.
+//! Tools by others on the program's output: the Python mcap reader, pinocchio, Chromium.
 //!
 //! Each test runs where its tool is named by an environment variable, and says so where it is not:
 //! `HIPPOCAMP_PYTHON`, a Python with the packages of `.ci/python-setup`; `HIPPOCAMP_CHROMIUM`, a Chromium.
@@ -116,7 +116,7 @@ fn the_page_plays_in_chromium_without_an_error() {
     let left = std::fs::read_dir(&folder).unwrap().count();
     assert_eq!(left, 1, "the recording the page was made from is gone");
     // How far it gets depends on the machine: one that is busy may draw no second frame in the browser's virtual
-    // time. A page that stands still does so every time.
+    // time. A page that hangs does so every time.
     let played = (0..5)
         .map(|_| open(&chromium, &folder, &format!("file://{}", page.display())))
         .find(|played| {

@@ -1,4 +1,4 @@
-//! What the pictures of `plot` are made of, and that they are drawn.
+//! The data of the pictures of `plot`, and that they are drawn.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -12,7 +12,7 @@ use hippocamp::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use hippocamp::motion::{self, GaitChoice, Generator, Order};
 use hippocamp::plot::{self, Course, CourseError, Subject};
 
-/// A robot with what it can do.
+/// A robot with its capability.
 struct Rig {
     robot: Robot,
     kind: Horse,
@@ -33,7 +33,7 @@ impl Rig {
         self.kind.settings.gaits.iter().position(|gait| gait.name == name).unwrap()
     }
 
-    /// Goes one gait until `change_s`, then another until `end_s`.
+    /// Walks in one gait until `change_s`, then in another until `end_s`.
     fn course(&self, first: (&str, f64), then: (&str, f64), change_s: f64, end_s: f64) -> Course<'_> {
         let order = |(gait, speed_m_s): (&str, f64)| {
             let gait = GaitChoice::Gait(self.gait(gait));
@@ -52,7 +52,7 @@ impl Rig {
 }
 
 #[test]
-fn bars_are_as_long_as_the_gaits_duty_factor_says_and_begin_by_its_lags() {
+fn bars_match_the_duty_factor_and_phase_offsets_of_the_gait() {
     for (file, share) in [("config/thoroughbred.toml", 0.8), ("config/horse.toml", 0.8)] {
         let rig = Rig::load(file);
         for (index, gait) in rig.kind.settings.gaits.iter().enumerate() {
@@ -106,8 +106,8 @@ fn walk_to_trot_keeps_in_reach_where_the_thesis_rule_does_not() {
 }
 
 #[test]
-fn the_stick_figures_feet_are_where_the_plan_has_them() {
-    // What is drawn comes from joint angles after safety: on this robot it changes none.
+fn feet_of_the_stick_figure_match_the_plan() {
+    // The pictures show joint angles after safety, which changes none on this robot.
     let rig = Rig::load("config/thoroughbred.toml");
     let course = rig.course(("walk", 1.78), ("trot", 3.9), 3.0, 6.0);
     assert!(course.frames.iter().all(|frame| frame.interventions == 0));
@@ -142,7 +142,7 @@ fn check_svg(svg: &str) {
 }
 
 #[test]
-fn pictures_are_whole_and_the_same_every_time() {
+fn pictures_are_complete_and_always_the_same() {
     let rig = Rig::load("config/horse.toml");
     let draw = || {
         let course = rig.course(("walk", 0.03), ("trot", 0.05), 5.0, 12.0);
@@ -185,7 +185,7 @@ fn a_span_after_the_end_shows_nothing() {
     );
 }
 
-/// Runs `hippocamp plot` on the thoroughbred; its exit code, and what it said.
+/// Runs `hippocamp plot` on the thoroughbred; its exit code and output.
 fn plot_command(script: &Path, out: &Path, rest: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
     command.args(["plot", "config/thoroughbred.toml", "--script"]).arg(script).arg("--out").arg(out);
@@ -208,7 +208,7 @@ fn the_command_draws_a_robot_on_paper() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
+fn impossible_pictures_are_refused_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let (out, steady) = (folder.path().join("pictures"), folder.path().join("steady.toml"));
     std::fs::write(&steady, "[[at]]\ntime_s = 0\ngait = \"walk\"\nspeed_m_s = 1\n").unwrap();

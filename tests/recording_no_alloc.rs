@@ -7,7 +7,7 @@ use std::path::Path;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::ik::Method;
-use hippocamp::kinds::{self, Asked};
+use hippocamp::kinds::{self, MotionOptions};
 use hippocamp::motion::Order;
 use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
@@ -23,7 +23,7 @@ fn recording_a_cycle_allocates_nothing_whether_it_is_taken_or_dropped() {
     for (file, stroke) in [("horse.toml", None), ("tentacle.toml", Some("swim")), ("figure.toml", None)] {
         let path = Path::new("config").join(file);
         let robot = config::load(&path).unwrap().robot.without_body();
-        let asked = Asked { stroke, ..Asked::default() };
+        let asked = MotionOptions { stroke, ..MotionOptions::default() };
         let (motion, _) = kinds::of(&robot).unwrap().plan(&robot, &asked).unwrap();
         let plan = RunPlan { motion, method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
         let header = RunHeader::new(&robot, &plan, file, 0);

@@ -1,5 +1,5 @@
-//! Recordings that somebody else made, or that were damaged: `replay` ends with a message and in little memory, whatever
-//! they hold.
+//! Recordings from other programs, or damaged ones: `replay` ends with a message and in little memory, whatever
+//! they contain.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -28,7 +28,7 @@ const ROOM_KIB: u64 = 300 << 10;
 fn figure() -> &'static [u8] {
     static GOOD: OnceLock<Vec<u8>> = OnceLock::new();
     GOOD.get_or_init(|| {
-        // A length that room is made for ends the test here.
+        // An allocation of a claimed length ends the test here.
         let bytes = Some(ROOM_KIB << 10);
         setrlimit(Resource::Data, Rlimit { current: bytes, maximum: bytes }).unwrap();
         unpacked(&good(Path::new("config/figure.toml"), 4))
@@ -51,7 +51,7 @@ fn replayed_file(folder: &Path, name: &str, kib: u64) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_recording_that_the_others_are_made_of_is_good() {
+fn the_recording_that_the_others_derive_from_is_good() {
     assert!(matches!(look(figure()), Found::Judged(replay, Ending::Outcome(_), _) if replay.agrees()));
 }
 
@@ -133,7 +133,7 @@ fn channel(id: u16, topic: &str) -> Vec<u8> {
     record(op::CHANNEL, count(&body), &body)
 }
 
-/// The record of a chunk in which `records` are, packed or not, that says these things of itself.
+/// The record of a chunk of `records`, packed or not, that claims these lengths and this checksum.
 fn chunk(records: &[u8], is_packed: bool, unpacked: Option<u64>, packed: Option<u64>) -> Vec<u8> {
     let inside = if is_packed {
         // A frame of lz4: blocks that are not packed, and its end.
@@ -268,7 +268,7 @@ fn long_recording(cycles: u32) -> Vec<u8> {
 
 #[test]
 fn a_long_recording_takes_no_more_memory_than_a_short_one() {
-    /// In memory these cycles are more than this.
+    /// In memory these cycles take more than this.
     const KIB: u64 = 50 << 10;
     let bytes = long_recording(5000);
     assert!(bytes.len() < 10 << 20, "{} bytes", bytes.len());
@@ -331,7 +331,7 @@ fn the_largest_records_that_are_read_take_little_memory_however_they_are_filled(
 }
 
 #[test]
-fn a_file_of_six_gib_is_read_as_far_as_it_holds_something() {
+fn a_file_of_six_gib_is_read_up_to_the_end_of_its_data() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.mcap");
     let grown_to = |bytes: &[u8], gib: u64| {
@@ -352,7 +352,8 @@ fn a_file_of_six_gib_is_read_as_far_as_it_holds_something() {
     assert!(said.contains("the file ends in the middle of a record"), "{said}");
 }
 
-/// The refusal of a robot's recording in which `to` stands for `from` everywhere in `name`; none where it is judged.
+/// The refusal of a robot's recording in which every `from` in `name` is replaced by `to`; `None` if the recording
+/// is judged.
 fn after_change(file: &str, name: &str, from: &str, to: &str) -> Option<String> {
     let mut is_found = false;
     let bytes = changed(&good(Path::new(file), 2), |of, text| {
@@ -368,12 +369,12 @@ fn after_change(file: &str, name: &str, from: &str, to: &str) -> Option<String> 
 }
 
 #[test]
-fn what_no_run_has_is_refused() {
+fn contents_that_no_run_has_are_refused() {
     let (figure, horse) = ("config/figure.toml", "config/horse.toml");
     let drive = r#""order":"drive","command":{"choice":"gait","gait":99,"speed_m_s":0,"yaw_rate_rad_s":0,"rise_m":0,
                 "pitch_rad":0,"roll_rad":0,"sway_m":0}"#;
     for (file, name, from, to, says) in [
-        // It would go on for hours.
+        // It would run for hours.
         (figure, "run.json", r#""ccd-then-finish""#, r#"{"ccd":{"sweeps":4000000000}}"#, "4000000000 sweeps"),
         (figure, "run.json", r#""pose": "stand""#, r#""pose": "fly""#, "a pose of an unknown name, fly"),
         (figure, "/motion", r#""order":"go""#, r#""order":"take","pose":99"#, "the robot file does not have"),

@@ -1,5 +1,5 @@
-//! Servos that start anew in mid-run, by a glitch of their supply or because they were told to: what they forgot is
-//! written again before they get goals, and their torque rises from nothing.
+//! Servos that restart during a run, by a glitch of their supply or by order: the settings that they lost are
+//! written again before they get goals, and their torque rises from zero.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -20,14 +20,14 @@ use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report};
 use hw_sim::{FaultScript, World};
 
-/// What one servo held at the beginning of a cycle.
+/// Registers of one servo at the beginning of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Seen {
     time_s: f64,
     has_torque: bool,
     /// Torque limit, share of the most.
     limit: f64,
-    /// The first of its registers that were made to start otherwise.
+    /// The first of its registers with changed start values.
     setting: i64,
     permission: Permission,
 }
@@ -48,7 +48,7 @@ fn slow(robot: &Robot) -> &'static [(u16, i64)] {
 }
 
 /// A walk of arms with `faults`, parked from 20 to 32 s, in which the servo of the arms' joint number 2 starts with these
-/// registers; and what it held in every cycle.
+/// registers; and its registers in every cycle.
 fn watched(robot: &Robot, faults: &str, starts_with: &[(u16, i64)]) -> (Report, Vec<Seen>) {
     let tentacle = robot.motion.tentacle().unwrap();
     let motion = TentacleCapability::of(robot, tentacle).plan(robot, tentacle, StrokeCommand::default());
@@ -85,8 +85,8 @@ fn watched(robot: &Robot, faults: &str, starts_with: &[(u16, i64)]) -> (Report, 
     (report.unwrap(), seen.into_inner())
 }
 
-/// From the first moment after `since_s` without torque on: the torque rises from nothing as at the start, and the servo
-/// never has torque with the settings it woke with.
+/// From the first moment after `since_s` without torque: the torque rises from zero as at the start, and the servo
+/// never has torque with its power-on settings.
 fn assert_wakes_gently(robot: &Robot, seen: &[Seen], since_s: f64) {
     let limp =
         seen.iter().position(|seen| seen.time_s > since_s && !seen.has_torque).expect("it lost its torque");
@@ -107,9 +107,9 @@ fn of(robot: &Robot, faults: &str) -> String {
     faults.replace("BUS", &robot.buses[0].name)
 }
 
-/// Twelve hinges in gears stay where they were: nothing but its torque switch tells that it was away.
+/// Twelve geared hinges keep their angles: only its torque register shows that it restarted.
 #[test]
-fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_anew_and_its_torque_rises_again() {
+fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_again_and_its_torque_rises_again() {
     for file in ["tentacle.toml", "octopus.toml"] {
         let robot = shipped(file);
         let (report, seen) = watched(&robot, &of(&robot, GLITCH), slow(&robot));
@@ -125,7 +125,7 @@ fn a_servo_that_lost_its_supply_for_a_moment_is_set_up_anew_and_its_torque_rises
 }
 
 #[test]
-fn a_servo_that_was_restarted_is_set_up_anew() {
+fn a_servo_that_was_restarted_is_set_up_again() {
     let overload = "[[fault]]\nkind = 'overload'\nat_s = 12.0\nfor_s = 2.0\nbus = 'BUS'\nid = 3\n";
     let robot = shipped("tentacle.toml");
     let (report, seen) = watched(&robot, &of(&robot, overload), slow(&robot));
@@ -134,7 +134,8 @@ fn a_servo_that_was_restarted_is_set_up_anew() {
     assert_wakes_gently(&robot, &seen, 19.0);
 }
 
-/// Hardware Error Status (70) says electrical shock: that no restart mends, and none is tried though the arms are parked.
+/// Hardware Error Status (70) reports electrical shock: no restart clears that, and none is tried though the arms
+/// are parked.
 #[test]
 fn a_servo_with_another_alarm_than_overload_stays_frozen_and_is_named() {
     let robot = shipped("tentacle.toml");
@@ -150,9 +151,9 @@ fn a_servo_with_another_alarm_than_overload_stays_frozen_and_is_named() {
     assert!(seen.iter().filter(|seen| seen.time_s > 14.0).all(|seen| !seen.has_torque));
 }
 
-/// Its replies are lost, and it hears all the time.
+/// Its replies are lost, but it receives everything.
 #[test]
-fn a_servo_that_was_only_not_heard_keeps_its_torque() {
+fn a_servo_that_was_only_silent_keeps_its_torque() {
     let damaged = "[[fault]]\nkind = 'garbled'\nat_s = 12.0\nfor_s = 0.6\nbus = 'BUS'\nid = 3\n";
     for file in ["tentacle.toml", "octopus.toml"] {
         let robot = shipped(file);

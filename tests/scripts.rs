@@ -1,4 +1,4 @@
-//! Motion scripts: what they mean, what is refused, and a run by one.
+//! Motion scripts: their meaning, refusals, and a run.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -9,7 +9,7 @@ use std::process::Command;
 use common::{ROBOTS, config_file, shipped};
 use hippocamp::config::{self, ConfigError};
 use hippocamp::model::Robot;
-use hippocamp::motion::{Command as Asked, GaitChoice, Order, Posture};
+use hippocamp::motion::{Command as MotionOptions, GaitChoice, Order, Posture};
 use hippocamp::operator::Script;
 use hippocamp::recording::Recording;
 use hippocamp::replay::replay;
@@ -66,21 +66,21 @@ fn each_entry_changes_what_it_names_and_keeps_the_rest() {
     let bent = Posture { rise_m: -0.005, roll_rad: -3.0 * degree, ..Posture::default() };
     let bowed = Posture { pitch_rad: 6.0 * degree, ..bent };
     let (speed_m_s, yaw_rate_rad_s) = (0.1, 9.0 * degree);
-    let standing = Asked { posture: bent, ..Asked::default() };
-    let trotting = Asked { gait: gait(&robot, "trot"), speed_m_s, yaw_rate_rad_s, posture: bowed };
+    let standing = MotionOptions { posture: bent, ..MotionOptions::default() };
+    let trotting = MotionOptions { gait: gait(&robot, "trot"), speed_m_s, yaw_rate_rad_s, posture: bowed };
     let expected = [
-        (0.0, Asked::default()),
+        (0.0, MotionOptions::default()),
         (1.0, standing),
         (2.5, trotting),
-        (4.9, Asked { gait: GaitChoice::Auto, ..trotting }),
-        (5.0, Asked { posture: bowed, ..Asked::default() }),
-        // A stand takes speed and turn away: they have to be named again.
-        (11.9, Asked { gait: gait(&robot, "walk"), posture: bowed, ..Asked::default() }),
+        (4.9, MotionOptions { gait: GaitChoice::Auto, ..trotting }),
+        (5.0, MotionOptions { posture: bowed, ..MotionOptions::default() }),
+        // A stand resets speed and turn: they have to be named again.
+        (11.9, MotionOptions { gait: gait(&robot, "walk"), posture: bowed, ..MotionOptions::default() }),
     ];
     for (time_s, wanted) in expected {
         let Order::Drive(asked) = script.order_at(time_s) else { panic!("ends before {time_s} s") };
         assert_eq!(asked.gait, wanted.gait, "at {time_s} s");
-        let numbers = |asked: Asked| {
+        let numbers = |asked: MotionOptions| {
             let Posture { rise_m, pitch_rad, roll_rad, sway_m } = asked.posture;
             [asked.speed_m_s, asked.yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m]
         };
@@ -92,14 +92,14 @@ fn each_entry_changes_what_it_names_and_keeps_the_rest() {
 }
 
 #[test]
-fn a_script_that_names_no_end_ends_five_seconds_after_its_last_entry() {
+fn a_script_without_an_end_ends_five_seconds_after_its_last_entry() {
     let script = parse("[[at]]\ntime_s = 2\ngait = 'walk'", &shipped("horse.toml")).unwrap();
     assert!(matches!(script.order_at(6.99), Order::Drive(_)));
     assert_eq!(script.order_at(7.01), Order::Stop);
 }
 
 #[test]
-fn what_is_wrong_is_said_by_line_and_key() {
+fn mistakes_are_reported_by_line_and_key() {
     let robot = shipped("horse.toml");
     let cases: &[(&str, usize, &str, &[&str])] = &[
         ("", 1, "at", &["at least one entry"]),
@@ -149,12 +149,12 @@ fn what_is_wrong_is_said_by_line_and_key() {
 }
 
 #[test]
-fn all_faults_are_said_at_once() {
+fn all_faults_are_reported_at_once() {
     let text = "end = 3\n[[at]]\ntime_s = -1\n[[at]]\ntime_s = 0\ngait = 'pace'\npitch_deg = 90\n\
                 [[at]]\ntime_s = 1\nspeed_m_s = 0.1";
     let error = parse(text, &shipped("horse.toml")).unwrap_err();
     let lines: Vec<usize> = error.faults.iter().map(|fault| fault.line).collect();
-    // That nobody knows in which gait the last one goes is no fault of its own.
+    // The unknown gait of the last entry is not a fault of its own.
     assert_eq!(lines, [1, 3, 6, 7], "{error}");
     assert!(error.to_string().contains("known are at, end_s\n"), "each key once: {error}");
 }
@@ -184,7 +184,7 @@ fn run(robot: &str, script: &str, rest: &[&str]) -> (String, Option<i32>) {
 }
 
 #[test]
-fn the_script_beside_the_horses_runs_to_its_end_and_replays() {
+fn the_shipped_script_runs_to_its_end_and_replays() {
     let script = config_file("scripts/round.toml");
     std::thread::scope(|scope| {
         ROBOTS.map(|robot| drop(scope.spawn(|| runs_to_its_end_and_replays(robot, &script))))
@@ -223,7 +223,7 @@ fn runs_to_its_end_and_replays(robot: &str, script: &std::path::Path) {
 }
 
 #[test]
-fn a_script_faster_than_the_robot_is_held_and_said() {
+fn a_script_faster_than_the_robot_is_limited_and_reported() {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("fast-script.toml");
     fs::write(&path, "end_s = 1\n[[at]]\ntime_s = 0\ngait = 'walk'\nspeed_m_s = 3\nyaw_deg_s = -300\n")
         .unwrap();

@@ -40,7 +40,7 @@ fn a_horse_of_scs_servos_walks() {
 }
 
 #[test]
-fn a_silent_scs_servo_costs_its_own_turn_alone() {
+fn a_silent_scs_servo_costs_only_its_own_turn() {
     let robot = horse();
     let faults = "[[fault]]\nkind = 'silent'\nat_s = 6.0\nfor_s = 0.06\nbus = 'main'\nid = 3";
     let report = Scenario { faults, ..Scenario::from_sitting(&robot, "walk", 5.0) }.run();

@@ -1,4 +1,4 @@
-//! Both robots over serial lines: pseudo-terminals with simulated servos behind them, in real time.
+//! Both robots over serial lines: pseudo-terminals with simulated servos, in real time.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -40,7 +40,7 @@ struct Rig {
 
 fn rig(file: &str) -> Rig {
     let mut robot = config::load(&Path::new("config").join(file)).unwrap().robot;
-    // As quick as it may be: the tests wait for all of it.
+    // As fast as permitted: the tests wait for all of it.
     robot.safety.slow_rate_rad_s *= 3.0;
     robot.safety.torque_ramp_s = 0.2;
     let horse = robot.motion.horse().unwrap();
@@ -76,7 +76,7 @@ impl Rig {
     }
 }
 
-/// Walks, and comes to a proper end, on a machine that may be busy with other things.
+/// Walks and completes, on a machine that may be busy.
 fn walks(file: &str) {
     let rig = rig(file);
     let mut most_with_torque = 0;
@@ -122,7 +122,7 @@ fn at_another_rate_no_servo_answers_and_the_start_says_so() {
 }
 
 #[test]
-fn adapters_plugged_the_wrong_way_round_are_found_out() {
+fn swapped_adapters_are_detected() {
     let mut rig = rig("horse-dynamixel.toml");
     let first = rig.devices[0].path.clone();
     rig.devices[0].path = std::mem::replace(&mut rig.devices[1].path, first);
@@ -156,7 +156,7 @@ fn a_port_gone_for_good_ends_the_run_safely_and_without_spinning() {
 
 #[test]
 fn an_adapter_unplugged_and_put_back_is_found_again() {
-    // Out for a moment while the robot rises: it holds, and goes on when it hears its servos again.
+    // Unplugged for a moment while the robot rises: it holds, and continues when its servos answer again.
     let rig = rig("horse-dynamixel.toml");
     let right_fore = rig.robot.buses.iter().position(|bus| bus.name == "right_fore").unwrap();
     let (mut is_out, mut has_held) = (false, false);
@@ -176,7 +176,7 @@ fn an_adapter_unplugged_and_put_back_is_found_again() {
 }
 
 #[test]
-fn a_line_served_anew_under_the_same_path_comes_back() {
+fn a_line_that_reappears_under_the_same_path_is_used_again() {
     let Rig { robot, devices, server, _folder: folder, .. } = rig("horse.toml");
     let mut ports = SerialPorts::open(&devices).unwrap();
     let deadline = ports.now() + Duration::from_secs(60);

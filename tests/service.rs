@@ -1,5 +1,5 @@
-//! The service that is shipped, `contrib/hippocamp@.service`: what it says, what systemd thinks of it, and what becomes
-//! of the servos of a controller that is killed under it.
+//! The shipped service, `contrib/hippocamp@.service`: its settings, systemd's checks of it, and the servos of a
+//! controller that is killed under it.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may panic, and says why it is skipped")]
 
 mod common;
@@ -43,7 +43,7 @@ fn the_guard_outlives_its_controller_and_nothing_starts_by_itself() {
         ("Restart", "no"),
         ("OOMPolicy", "continue"),
         ("ManagedOOMPreference", "omit"),
-        // What the loop and the guard ask for.
+        // The limits that the loop and the guard need.
         ("LimitRTPRIO", "80"),
         ("LimitMEMLOCK", "infinity"),
         // Else no real-time priority is had, and no serial port is there.
@@ -63,7 +63,7 @@ fn the_guard_outlives_its_controller_and_nothing_starts_by_itself() {
     assert!(value("OOMScoreAdjust").parse::<i32>().unwrap() < 0);
 }
 
-/// How long a robot that has moved by `plan` for a while takes to stop, s. Servos do what they are told.
+/// How long a robot that has moved by `plan` for a while takes to stop, s. Servos are always at their goals.
 fn stop_s(robot: &Robot, plan: impl Into<Plan>) -> f64 {
     let mut controller = Controller::new(robot, plan, Method::CcdThenFinish, f64::MAX);
     let (mut moved_s, mut stopped_s) = (0.0, 0.0);
@@ -88,7 +88,7 @@ const MOVES_S: f64 = 15.0;
 fn systemd_waits_longer_than_any_shipped_robot_takes_to_stop() {
     let patience_s: f64 = value("TimeoutStopSec").parse().unwrap();
     let [horse, arms, figure] = ["horse.toml", "tentacle.toml", "figure.toml"].map(common::shipped);
-    // What took longest of all gaits, strokes and poses.
+    // The gait, stroke or pose that took longest.
     let tentacle = arms.motion.tentacle().unwrap();
     let wind = StrokeCommand::of(strokes::named("wind", tentacle).unwrap());
     let poses = FigureCapability::of(&figure, figure.motion.figure().unwrap()).unwrap();
@@ -114,7 +114,7 @@ fn installed(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn systemd_finds_no_fault_with_it_and_little_that_it_exposes() {
+fn systemd_accepts_the_service_and_rates_its_exposure_low() {
     if Command::new("systemd-analyze").arg("--version").output().is_err() {
         eprintln!("skipped: there is no systemd-analyze here to read the unit file");
         return;
@@ -203,7 +203,7 @@ impl Served {
 }
 
 const SERVICE: &str = "hippocamp@horse.service";
-/// Where the service says what it has to say.
+/// The output file of the service.
 const SAID: &str = "/run/said";
 
 /// The last of it.
@@ -270,7 +270,7 @@ fn kills_with_torque(served: &mut Served, count: u32) -> u32 {
         let gone = |machine: &mut Machine| machine.processes("hippocamp", "horse").is_empty();
         served.machine.wait_for("end of the guard", gone);
         left += u32::from(served.rig.with_torque() > 0);
-        // Those that still have torque would be taken for walking in the next round: their power is cut.
+        // Servos that still have torque would count as walking in the next round: their power is cut.
         served.rig.server.as_ref().unwrap().with_world(|world| {
             for place in 0..served.rig.robot.joints.len() {
                 world.pull_servo_out(0, place);
@@ -284,7 +284,7 @@ fn kills_with_torque(served: &mut Served, count: u32) -> u32 {
 
 /// With `HIPPOCAMP_FULL` set; one kill by chance would show nothing.
 #[test]
-fn of_many_kills_under_systemd_none_leaves_torque() {
+fn no_kill_under_systemd_leaves_torque() {
     if !common::is_full() {
         eprintln!("skipped: it takes a minute and has HIPPOCAMP_FULL set");
         return;

@@ -10,7 +10,7 @@ fn scratch(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// What `hippocamp` says, and its exit code.
+/// Output of `hippocamp`, and its exit code.
 fn said(arguments: &[&str]) -> (String, Option<i32>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hippocamp"));
     let output = command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
@@ -18,7 +18,7 @@ fn said(arguments: &[&str]) -> (String, Option<i32>) {
     (text(&output.stdout) + &text(&output.stderr), output.status.code())
 }
 
-/// What a run that completed said, and its report: no goal register out of its joint's range or faster than it may.
+/// Output of a completed run, and its report: no goal register outside its joint's range or above its rate.
 fn completed(name: &str, arguments: &[&str]) -> (String, Value) {
     let file = scratch(&format!("{name}.json"));
     let report = ["--virtual", "--report", file.to_str().unwrap()];
@@ -29,7 +29,7 @@ fn completed(name: &str, arguments: &[&str]) -> (String, Value) {
     for count in ["range_violations", "rate_violations"] {
         assert_eq!(report["joints"][count], 0, "{arguments:?}: {words}");
     }
-    // 5 mm is what arms keep from each other and the base where the file does not say.
+    // Arms keep 5 mm from each other and the base unless the file says otherwise.
     let arms = &report["arms"];
     assert!(arms["clearance_min_m"].as_f64().unwrap() >= 0.005, "{arguments:?}: {words}");
     assert!(arms["tip_residual_max_m"].as_f64().unwrap() < 0.05, "{arguments:?}: {words}");
@@ -63,7 +63,7 @@ fn every_stroke_of_both_rigs_runs_and_keeps_its_joints_limits() {
 }
 
 #[test]
-fn check_tells_what_both_rigs_are() {
+fn check_describes_both_rigs() {
     let (words, code) = said(&["check", "config/octopus.toml"]);
     assert_eq!(code, Some(0), "{words}");
     for part in ["8 chains, 48 joints", "STS3215-12V id 6 on bus right_4", "Weight carried by water, 90 %"] {
@@ -75,7 +75,7 @@ fn check_tells_what_both_rigs_are() {
     assert!(words.contains("1 chains, 24 joints") && !words.contains("WARNING"), "{words}");
 }
 
-/// A winch is no hinge.
+/// A winch is not a hinge.
 #[test]
 fn an_arm_on_cords_has_no_urdf_and_one_on_hinges_has() {
     let file = scratch("arms.urdf");
@@ -90,7 +90,7 @@ fn an_arm_on_cords_has_no_urdf_and_one_on_hinges_has() {
 }
 
 #[test]
-fn a_show_goes_through_all_strokes_and_on_without_servos_that_trip() {
+fn a_show_performs_all_strokes_and_continues_without_tripped_servos() {
     for (rig, bus, told) in [
         ("tentacle", "root", ["arm.lift_2", "arm.sweep_3"]),
         ("octopus", "left_1", ["left_1.lift_2", "left_1.sweep_3"]),

@@ -1,5 +1,5 @@
-//! Sharing the weight against a solver of others' making, with levers found by turning each joint a little; and that it
-//! allocates nothing. Costs some seconds.
+//! Weight sharing compared with a third-party solver, with levers from small joint rotations; and that it allocates
+//! nothing. Takes some seconds.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic; figures are for people")]
 
@@ -21,10 +21,10 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 const G: f64 = 9.806_65;
 const FRICTION: f64 = 0.8;
 const POSTURES: u32 = 1000;
-/// A joint is turned by so much either way to see what that moves, rad.
+/// Step of a joint to either side for numerical differentiation, rad.
 const TURN: f64 = 1e-5;
 
-/// What the reference knows: where the links are.
+/// The state of the reference: positions of the links.
 struct Reference<'r> {
     robot: &'r Robot,
     soles: Vec<Sole>,
@@ -76,7 +76,7 @@ impl Reference<'_> {
         self.soles.iter().flat_map(of_sole).collect()
     }
 
-    /// What moves when each joint turns: the change of energy, and of each point.
+    /// The change of energy, and of each point, when each joint turns.
     fn turns(&self, angles: &[f64]) -> Vec<(f64, Vec<DVec3>)> {
         (0..angles.len())
             .map(|joint| {
@@ -190,11 +190,11 @@ fn compare(robot: &Robot, middle: &[f64], share: f64) {
 }
 
 #[test]
-fn joint_torque_is_within_a_percent_of_the_least_there_is() {
+fn joint_torque_is_within_a_percent_of_the_minimum() {
     let horse = in_physics("horse.toml");
     let middle: Vec<f64> = horse.joints.iter().map(Joint::middle_rad).collect();
     compare(&horse, &middle, 1.0);
-    // A figure whose weight is not over its feet falls, whatever it holds: half of these do.
+    // A figure whose weight is not over its feet falls with any torques: half of these do.
     let figure = in_physics("figure.toml");
     compare(&figure, &vec![0.0; figure.joints.len()], 0.5);
 }

@@ -1,5 +1,4 @@
-//! What a start says when the servos are not those of the robot file: on simulated buses whose servos are
-//! those of another robot than the one that is started.
+//! Messages of a start on the wrong servos: the simulated buses have the servos of another robot.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -26,7 +25,7 @@ fn feetech_horse() -> Robot {
 /// A spy that does not look while it waits.
 type DeafSpy = Spy<fn(&SimPorts)>;
 
-/// Starts `robot` on the servos of `built`; what was said, and what was sent.
+/// Starts `robot` on the servos of `built`; returns the message, and the bytes sent.
 fn start(robot: &Robot, built: &Robot, gone: Option<usize>) -> (Result<(), StartError>, Vec<Vec<u8>>) {
     let (result, buses) = start_with(robot, built, gone, "");
     (result, buses.into_ports().sent)
@@ -55,7 +54,7 @@ fn writes(sent: &[Vec<u8>], protocol: Protocol) -> usize {
     sent.iter().filter(|bytes| [0x03, 0x83].contains(&bytes[at])).count()
 }
 
-/// What disagrees, after a look that nothing was written.
+/// The differences, after a check that nothing was written.
 fn refused(robot: &Robot, built: &Robot) -> (Vec<Disagreement>, String) {
     let (result, sent) = start(robot, built, None);
     assert_eq!(writes(&sent, robot.buses[0].protocol), 0, "nothing is written before all agree");
@@ -88,7 +87,7 @@ fn the_right_servos_start() {
 }
 
 #[test]
-fn two_adapters_swapped_are_named_with_their_devices_and_nothing_else_is_said() {
+fn two_swapped_adapters_are_named_with_their_devices_and_nothing_else_is_reported() {
     let robot = dynamixel_horse();
     let built = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
     let (all, said) = refused(&robot, &built);
@@ -103,7 +102,7 @@ fn two_adapters_swapped_are_named_with_their_devices_and_nothing_else_is_said() 
 }
 
 #[test]
-fn both_pairs_swapped_are_both_told() {
+fn two_swapped_pairs_are_both_reported() {
     let robot = dynamixel_horse();
     let (all, said) = refused(&robot, &moved(&robot, |bus, _| bus ^ 1));
     assert_eq!(all.len(), 2, "{said}");
@@ -111,7 +110,7 @@ fn both_pairs_swapped_are_both_told() {
 }
 
 #[test]
-fn three_adapters_in_a_ring_are_told_servo_by_servo() {
+fn three_adapters_swapped_in_a_ring_are_reported_servo_by_servo() {
     let robot = dynamixel_horse();
     let (all, said) = refused(&robot, &moved(&robot, |bus, _| if bus < 3 { (bus + 1) % 3 } else { bus }));
     assert_eq!(all.len(), 12, "{said}");
@@ -119,7 +118,7 @@ fn three_adapters_in_a_ring_are_told_servo_by_servo() {
 }
 
 #[test]
-fn a_plug_on_the_wrong_bus_is_told_for_that_servo_alone() {
+fn a_plug_on_the_wrong_bus_is_reported_for_that_servo_only() {
     let robot = dynamixel_horse();
     let (all, said) = refused(&robot, &moved(&robot, |bus, id| if id.0 == 3 { 2 } else { bus }));
     assert_eq!(all.len(), 1);
@@ -142,7 +141,7 @@ fn a_plug_on_the_wrong_bus_is_told_for_that_servo_alone() {
 }
 
 #[test]
-fn all_that_disagrees_is_told_at_once_naming_both() {
+fn all_differences_are_reported_at_once_with_both_values() {
     let robot = dynamixel_horse();
     let mut built = robot.clone();
     built.joints[1].servo.as_mut().unwrap().model = ServoModel::named("XL430-W250").unwrap();
@@ -153,7 +152,7 @@ fn all_that_disagrees_is_told_at_once_naming_both() {
     assert!(
         said.starts_with(
             "servo 2 of joint left_hind.hip on bus left_hind is another model: the robot file says XM430-W210 \
-             (model number 1030), it says it is model number 1060 (XL430-W250): "
+             (model number 1030), the servo reports model number 1060 (XL430-W250): "
         ),
         "{said}"
     );
@@ -161,7 +160,7 @@ fn all_that_disagrees_is_told_at_once_naming_both() {
         said.contains("\nservo 7 of joint left_fore.elbow on bus left_fore did not answer a ping"),
         "{said}"
     );
-    assert!(said.contains("it says it is model number 1020 (XM430-W350)"), "{said}");
+    assert!(said.contains("the servo reports model number 1020 (XM430-W350)"), "{said}");
 }
 
 #[test]
@@ -170,15 +169,14 @@ fn models_that_share_a_number_are_both_named() {
     let mut built = robot.clone();
     built.joints[0].servo.as_mut().unwrap().model = ServoModel::named("STS3250").unwrap();
     let (_, said) = refused(&robot, &built);
-    assert!(said.contains("it says it is model number 2825 (STS3250)"), "{said}");
+    assert!(said.contains("the servo reports model number 2825 (STS3250)"), "{said}");
     let (_, said) = refused(&built, &robot);
-    assert!(said.contains("it says it is model number 777 (STS3215-7V4 or STS3215-12V)"), "{said}");
+    assert!(said.contains("the servo reports model number 777 (STS3215-7V4 or STS3215-12V)"), "{said}");
 }
 
-/// Ids that are the same on both buses, but for a model: the swap shows in the models. Without that it
-/// shows nowhere.
+/// Equal ids on both buses, and one different model: the model shows the swap. Otherwise nothing shows it.
 #[test]
-fn swapped_buses_with_the_same_ids_are_told_by_their_models_only() {
+fn swapped_buses_with_equal_ids_are_recognised_by_their_models() {
     let mut robot = dynamixel_horse();
     for joint in &mut robot.joints {
         let servo = joint.servo.as_mut().unwrap();
@@ -194,7 +192,7 @@ fn swapped_buses_with_the_same_ids_are_told_by_their_models_only() {
 }
 
 #[test]
-fn a_port_that_is_gone_is_told_once() {
+fn a_lost_port_is_reported_once() {
     let robot = dynamixel_horse();
     let (result, _) = start(&robot, &robot, Some(1));
     let StartError::Disagrees(all) = result.unwrap_err() else { panic!("no disagreement") };
@@ -213,7 +211,7 @@ fn a_swap_hides_no_servo_that_is_missing() {
     assert!(said.contains("servo 1 of joint") && said.contains("servo 16 of joint"), "{said}");
 }
 
-/// What `robot` says of servos of its own with `faults`, after a look that nothing was written.
+/// The message of `robot` on its own servos with `faults`, after a check that nothing was written.
 fn said_with(robot: &Robot, faults: &str) -> String {
     let (result, buses) = start_with(robot, robot, None, faults);
     let said = result.expect_err(faults).to_string();
@@ -229,7 +227,8 @@ fn a_servo_that_is_too_hot_gets_no_torque() {
     let said = said_with(&robot, &format!("{hot}66"));
     assert!(
         said.starts_with(
-            "servo 7 of joint left_fore.elbow on bus main is at 66 C, and 65 C is the most (temperature_max_c): let \
+            "servo 7 of joint left_fore.elbow on bus main is at 66 C, above the limit of 65 C (temperature_max_c): \
+             let \
              it cool first\n"
         ),
         "{said}"
@@ -238,7 +237,7 @@ fn a_servo_that_is_too_hot_gets_no_torque() {
 }
 
 #[test]
-fn a_supply_that_is_not_the_servos_own_gets_no_torque() {
+fn a_servo_on_the_wrong_supply_voltage_gets_no_torque() {
     // STS3215-12V: 9 to 12.6 V; XM430: 10 to 14.8 V.
     for (robot, bad, good) in
         [(feetech_horse(), [8.9, 12.8], [9.0, 12.6]), (dynamixel_horse(), [9.9, 15.0], [10.0, 14.8])]
@@ -275,7 +274,7 @@ fn a_servo_whose_replies_are_all_damaged_is_not_called_silent() {
 }
 
 #[test]
-fn another_firmware_than_at_calibration_is_worth_a_word_and_starts() {
+fn a_firmware_change_since_calibration_gets_a_remark_and_the_robot_starts() {
     // hw-sim: Dynamixel 46, Feetech 3.10.
     for (mut robot, same, other) in [(feetech_horse(), "3.10", "3.9"), (dynamixel_horse(), "46", "45")] {
         let built = robot.clone();

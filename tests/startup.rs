@@ -1,4 +1,4 @@
-//! Getting up from wherever the limp joints are: slowly, by the shortest way, never past a limit.
+//! Starts from any limp pose: slowly, by the shortest way, never past a limit.
 
 mod common;
 
@@ -97,7 +97,7 @@ fn towards((low, high): (f64, f64), count: f64) -> f64 {
     (0.5 * (low + high) - count).signum()
 }
 
-/// Gets `robot` up from `pose` by its controller, without buses: its servos reach their goals at once.
+/// Brings `robot` from `pose` to its stand by its controller, without buses: its servos reach their goals at once.
 /// Returns how many of its joints began outside their range.
 fn get_up(robot: &Robot, plan: &HorsePlan, pose: &[f64]) -> Result<usize, String> {
     let mut controller = Controller::new(robot, plan.clone(), Method::CcdThenFinish, 1.0);
@@ -202,7 +202,7 @@ fn limp_poses_on_simulated_buses_end_in_the_stand() {
     }
 }
 
-/// The same, of the registers and shafts of simulated servos.
+/// The same, checked on registers and shafts of simulated servos.
 fn assert_stands_up(robot: &Robot, scenario: &Scenario<'_>) {
     let watched = scenario.watch_until(Activity::Walking);
     let pose = scenario.pose.as_deref().unwrap_or_default();

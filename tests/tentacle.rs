@@ -19,7 +19,7 @@ use hippocamp::bus::Slot;
 use hippocamp::cycle::Controller;
 use hippocamp::ik::Method;
 use hippocamp::kinds::tentacle::Show;
-use hippocamp::model::{Motion, OnTrip, Pole, Robot};
+use hippocamp::model::{Motion, Pole, Robot, TrippedServoPolicy};
 use hippocamp::motion::{Activity, Order, Place, Stroke, StrokeCommand};
 use hippocamp::observe::Observer;
 use hippocamp::plan::RunPlan;
@@ -82,13 +82,13 @@ fn a_thousand_random_scripts_keep_every_limit() {
     }
 }
 
-/// A run of `robot` on simulated buses on a virtual clock, driven by `order`; the goal registers of its servos are looked
-/// at in every cycle.
+/// A run of `robot` on simulated buses on a virtual clock, driven by `order`; the goal registers of its servos are
+/// checked in every cycle.
 fn watched(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(f64) -> Order) -> Report {
     watched_by(robot, plan, faults, |status| order(status.time_s))
 }
 
-/// The same, driven by one who sees more than the time.
+/// The same, driven by an operator that gets the whole status.
 fn watched_by(robot: &Robot, plan: RunPlan, faults: &str, order: impl Fn(&Status) -> Order) -> Report {
     let faults = FaultScript::from_toml(faults).unwrap();
     let ports = SharedPorts::new(simulation::world(robot, 1, &faults).unwrap());
@@ -172,9 +172,9 @@ fn pole_of(links: f64) -> Pole {
 }
 
 #[test]
-fn a_wound_arm_lies_on_its_pole_and_none_of_it_in_it() {
+fn a_wound_arm_lies_on_its_pole_and_no_link_enters_it() {
     let mut robot = shipped("tentacle.toml");
-    // As it was wound, before it grips.
+    // As the winding put it, before it grips.
     let Motion::Tentacle(tentacle) = &mut robot.motion else { panic!("no arm") };
     tentacle.grip_share = 0.0;
     for links in [1.5, 2.5, 4.0] {
@@ -258,7 +258,7 @@ fn servos_that_trip_freeze_their_joint_and_are_restarted_when_parked() {
 }
 
 #[test]
-fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
+fn a_jammed_joint_goes_limp_and_the_show_continues_without_it() {
     let mut robot = shipped("tentacle.toml");
     let jam = "[[fault]]\nkind = 'stuck'\nat_s = 12.0\nfor_s = 10.0\nbus = 'root'\nid = 3";
     let order = |time_s: f64| {
@@ -313,8 +313,8 @@ fn a_jammed_joint_is_let_go_and_the_show_goes_on_without_it() {
     assert!(holds.windows(2).all(|pair| pair[1] - pair[0] < 1.5 * period_s), "{holds:?}");
     assert!((holds.len() as f64) * period_s < longest_s, "{} cycles", holds.len());
     assert!((20.0..32.0).contains(&holds[0]) && *holds.last().unwrap() < 32.0, "{holds:?}");
-    // The same jam stops a robot that is to stop.
-    robot.safety.on_trip = OnTrip::Stop;
+    // The same jam stops a robot whose file says "stop".
+    robot.safety.tripped_servo = TrippedServoPolicy::Stop;
     let (report, held, _) = walked(&robot);
     assert!(report.outcome != Outcome::Completed && held > 0, "{}", report.reason);
 }
@@ -325,7 +325,7 @@ struct Orders {
     question: Option<(usize, Question)>,
 }
 
-/// Servos that do as they are told, but for trips and lost replies by chance; warm from moving.
+/// Servos that are always at their goals, except for random trips and lost replies; motion warms them.
 struct Servos {
     slots: Vec<Slot>,
     positions: Vec<i32>,
@@ -361,14 +361,15 @@ impl Servos {
             }
             let is_away = self.away[index] > 0;
             self.away[index] = self.away[index].saturating_sub(1);
-            // On their bus nobody is asked in the cycle of a restart, nor for feedback in that of a question.
+            // On their bus no servo is asked in the cycle of a restart, nor for feedback in the cycle of a
+            // question.
             let is_with = |of: Option<usize>| of.is_some_and(|of| (of < 12) == (index < 12));
             self.slots[index] = match question {
                 _ if is_away || loss || is_with(restart) => Slot::Missing,
                 Some((of, Question::Alarms)) if is_with(Some(of)) => {
                     Slot::Answered(ServoAnswer::Alarms(if self.alarmed[index] { 0x20 } else { 0 }))
                 }
-                // None of them has started anew but those that were told to.
+                // Only servos that were ordered to restart have restarted.
                 Some((of, Question::Torque)) if is_with(Some(of)) => {
                     Slot::Answered(ServoAnswer::Torque(true))
                 }
@@ -388,7 +389,7 @@ impl Servos {
 /// half a minute, which is what a restart while parked can keep up with) and a line that loses and damages replies. Each
 /// stays silent for less than it may. With `HIPPOCAMP_FULL` set, eight hours of it.
 #[test]
-fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
+fn a_show_on_the_buses_continues_through_random_trips_and_lost_replies() {
     let robot = shipped("tentacle.toml");
     let tentacle = robot.motion.tentacle().unwrap();
     let mut source = Pcg64Mcg::seed_from_u64(11);
@@ -401,7 +402,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
         let place = format!("bus = '{}'\nid = {}\n", robot.buses[servo.bus].name, servo.id.0);
         let (kind, for_s) = match chance(&mut source) {
             ..0.3 => ("overload", 0.05),
-            // A reply that comes three cycles late is lost, and one more that nobody waits for then.
+            // A reply that comes three cycles late is lost, and so is the next one.
             0.3..0.6 => ("slow", 0.05 * chance(&mut source) + 0.005),
             0.6..0.8 => ("bit-flip", 0.08),
             _ => ("garbled", 0.08),
@@ -425,7 +426,7 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
     assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
     assert!(last_minute.get() > 3000, "it moved for {} of the last 6000 cycles", last_minute.get());
-    // The report keeps so many of them.
+    // The report keeps this many of them.
     let told = (trips / 2).min(256);
     assert!(trips >= 5 && report.outages.len() as u64 >= told, "{trips} trips: {:?}", report.outages);
     assert!(report.servo_restarts >= trips / 2, "{} restarts after {trips} trips", report.servo_restarts);
@@ -434,10 +435,10 @@ fn a_show_on_the_buses_goes_on_through_random_trips_and_lost_replies() {
     println!("{minutes} minutes: {trips} trips, {} restarts, {lost} replies lost", report.servo_restarts);
 }
 
-/// Eight hours at a fifth of the loop's rate, on servos that are no more than their replies; the same with all bytes on
-/// simulated buses, for minutes, is the test above.
+/// Eight hours at a fifth of the loop's rate, on servos without buses; the test above runs minutes of the same with
+/// all bytes on simulated buses.
 #[test]
-fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
+fn a_show_continues_for_eight_hours_of_trips_and_lost_replies() {
     let mut robot = shipped("tentacle.toml");
     robot.rate_hz = 20.0;
     let tentacle = robot.motion.tentacle().unwrap();
@@ -494,9 +495,9 @@ fn a_show_goes_on_for_eight_hours_of_trips_and_lost_replies() {
     assert!(performed > 600 * 20, "it moved for {performed} of the last 36000 cycles");
 }
 
-/// Somebody takes the arm by a joint, turns it away with more than the arm is to resist, and lets it be.
+/// A person turns a joint of the arm with more torque than the arm should resist, and releases it.
 #[test]
-fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
+fn a_pulled_arm_yields_on_its_servos_and_returns() {
     let robot = shipped("tentacle.toml");
     let of = servo(&robot.joints[2]);
     let place = robot.joints[..2].iter().filter(|joint| servo(joint).bus == of.bus).count();
@@ -522,7 +523,7 @@ fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
     assert_eq!((report.joints.range_violations, report.joints.rate_violations), (0, 0));
     let at = |s: f64| seen.iter().find(|(time_s, _)| *time_s >= s).unwrap().1;
     let before = rests_at.get();
-    // Held by its servo at first, then let go with what viscosity leaves.
+    // Its servo holds it at first, then it moves against viscosity only.
     assert!((at(20.2) - before).abs() < 0.5, "{} rad at once", at(20.2) - before);
     assert!((at(21.0) - before).abs() > 0.3, "it gave way by {} rad", at(21.0) - before);
     assert!((at(29.0) - before).abs() < 0.02, "{} rad off after it returned", at(29.0) - before);
@@ -531,8 +532,8 @@ fn an_arm_that_is_pulled_gives_way_on_its_servos_and_returns() {
     assert!(steepest < 2.0, "it snaps back at {steepest} rad/s");
 }
 
-/// Its servos fall silent on the way from one motion to another: what was wanted of the joints then is wanted until they
-/// are heard again, and the way goes on from there.
+/// Its servos fall silent during a change of motion: the joint targets stay until they answer again, and the change
+/// continues from there.
 #[test]
 fn a_change_of_motion_waits_while_safety_holds() {
     let robot = shipped("tentacle.toml");

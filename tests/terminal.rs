@@ -45,11 +45,11 @@ fn the_status_line_fits_a_narrow_terminal() {
 }
 
 #[test]
-fn a_guard_started_by_hand_says_what_it_is_and_touches_nothing() {
+fn a_guard_started_by_hand_explains_itself_and_touches_nothing() {
     let (_ours, program) = terminal(80);
     let guard = hippocamp(&["guard", "config/horse.toml"]).stdin(program).output().unwrap();
     let said = String::from_utf8(guard.stderr).unwrap();
     assert_eq!(guard.status.code(), Some(2), "{said}");
-    assert!(said.contains("for the program's own use") && said.contains("nothing was touched"), "{said}");
+    assert!(said.contains("for internal use") && said.contains("nothing was touched"), "{said}");
     assert!(guard.stdout.is_empty());
 }

@@ -1,5 +1,5 @@
-//! The thesis' own change of gait (Takizawa 2005, 3.1, 3.3, 4.3), at the size of its horse: what it does and
-//! where it fails.
+//! The thesis' change of gait (Takizawa 2005, 3.1, 3.3, 4.3), at the size of its horse: its results and its
+//! failures.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -72,7 +72,7 @@ fn walk_to_trot_adds_the_times_the_thesis_names() {
 }
 
 #[test]
-fn a_change_of_speed_alone_adds_its_way_until_each_lift_off() {
+fn a_change_of_speed_alone_adds_its_distance_until_each_lift_off() {
     // 3.4, 3.5: (V' - V) C on top of V' P / (1 - alpha); walk, T = 1 s, C = phase offset T.
     let rule = change(("walk", 1.2), ("walk", 1.7), 0.0);
     let added_m = rule.legs().map(|leg| leg.stride_m - 1.7 * 1.0);
@@ -111,7 +111,7 @@ fn nine_of_twelve_changes_fail_at_a_lift_off() {
 }
 
 #[test]
-fn the_other_three_fail_where_a_foot_lands() {
+fn the_other_three_changes_fail_where_a_foot_lands() {
     // The right fore is in the air when the trunk slows down at once: it lands by the old speed, too far ahead.
     // Trot: lifted at the change, lands P later, V T / 2 + (V - V') P = 0.6 + 2.11 * 0.3 = 1.233 m ahead.
     for (name, from, to, lands_m) in [

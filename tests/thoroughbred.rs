@@ -98,7 +98,8 @@ fn lift_offs(robot: &Robot, horse: &HorseMotion, name: &str) -> [f64; 4] {
 #[test]
 fn solved_legs_step_in_the_order_and_beats_of_each_gait() {
     let (robot, horse) = thoroughbred();
-    // Lags after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3; ours: rotary, left).
+    // Phase offsets after the left hind as shares of the period, legs in the order LH LF RH RF (2.2, 3.3; ours:
+    // rotary, left).
     let expected = [
         ("walk", [0.0, 0.2, 0.5, 0.7]),
         ("trot", [0.0, 0.5, 0.5, 0.0]),
@@ -168,9 +169,9 @@ fn worst_misses_m(robot: &Robot, horse: &HorseMotion, method: Method) -> [[f64; 
     worst_m
 }
 
-/// Sweeps alone, as the thesis has them, leave feet behind; the table of docs/ik.md.
+/// Sweeps alone, as in the thesis, leave a residual; the table of docs/ik.md.
 #[test]
-fn the_finish_leaves_nothing_of_what_sweeps_alone_leave() {
+fn the_finish_removes_the_residual_of_sweeps_alone() {
     let (robot, horse) = thoroughbred();
     let mut without = robot.clone();
     without.joints.iter_mut().for_each(|joint| joint.stiffness = 1.0);

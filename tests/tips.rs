@@ -16,13 +16,13 @@ use hippocamp::model::{Motion, Pole, Robot, TipPath};
 use hippocamp::motion::{Place, Stroke, StrokeCommand};
 use hippocamp::signals::{Targets, Wanted};
 
-/// Where the goals bring the tip of the only arm.
+/// Position of the tip of the only arm by its goals.
 fn tip(robot: &Robot, arm: &Arm<'_>) -> DVec3 {
     robot.tip_in_body(&robot.chains[0], arm.goals[0].iter().copied())
 }
 
 #[test]
-fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
+fn a_tip_follows_its_path_at_one_speed_through_all_points() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let waypoints =
@@ -37,7 +37,7 @@ fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
         tips.push(tip(&robot, &arm));
     }
     assert_eq!(arm.interventions, 0, "goals held back by safety");
-    // It comes to rest on the first, and goes on from there.
+    // It comes to rest on the first, and continues from there.
     let first = tips.iter().rposition(|tip| tip.distance(waypoints[0]) < 1e-5).unwrap();
     let tips = &tips[first..];
     for waypoint in waypoints {
@@ -57,7 +57,7 @@ fn a_tip_goes_along_its_path_at_one_speed_through_all_places() {
 }
 
 #[test]
-fn a_point_that_moves_is_followed_and_one_that_leaps_is_a_new_motion() {
+fn a_moving_point_is_followed_and_a_jump_starts_a_new_motion() {
     let robot = shipped("tentacle.toml");
     let dt_s = robot.period_s();
     let reach = |point_in_body: DVec3, direction: Option<DVec3>| {
@@ -119,7 +119,7 @@ fn with_twists() -> Robot {
 }
 
 #[test]
-fn twists_have_a_part_in_where_a_tip_points() {
+fn twist_hinges_help_to_point_a_tip() {
     let (two, three) = (shipped("tentacle.toml"), with_twists());
     assert_eq!(three.joints.len(), 36);
     // To the side and back; down beside the arm; over and back to the base.
@@ -177,7 +177,7 @@ fn twists_turn_the_suckers_to_a_pole_beside_them() {
     assert!(begin_rad[8] > 1.4 && offs_rad[4..].iter().all(|off| *off < 0.1), "{offs_rad:?}");
 }
 
-/// The angle that the lower side of each link is off from facing the pole, rad, by forward kinematics of its own.
+/// The angle that the lower side of each link is off from facing the pole, rad, by separate forward kinematics.
 fn off_suckers_rad(robot: &Robot, goals: &[f64], pole: Pole) -> Vec<f64> {
     let chain = &robot.chains[0];
     let (mut place, mut rotation) = (chain.root_m, chain.root_rotation);

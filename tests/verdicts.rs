@@ -1,4 +1,4 @@
-//! Whether a run says that it was good: by the truth of the simulated body, and by one thing at a time that is not.
+//! The verdict of a run: on the true state of the simulated body, and with one margin spoilt at a time.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic")]
 
 mod common;
@@ -6,10 +6,10 @@ mod common;
 use common::{Scenario, in_physics};
 use hippocamp::config;
 use hippocamp::telemetry::{
-    BusReport, Followed, OutageReport, Outcome, RecordingReport, Report, Verdict, Walked, Way,
+    BusReport, Followed, GroundPath, OutageReport, Outcome, RecordingReport, Report, Verdict, WalkTotals,
 };
 
-/// What was found, in the order of the report.
+/// The findings, in the order of the report.
 fn found(report: &Report) -> Vec<&'static str> {
     report.findings.iter().map(|finding| finding.what).collect()
 }
@@ -21,12 +21,12 @@ fn good() -> Report {
 }
 
 #[test]
-fn a_trot_that_goes_as_asked_is_good() {
+fn a_trot_that_follows_its_order_is_good() {
     let report = good();
     assert_eq!((report.verdict, found(&report)), (Verdict::Good, vec![]), "{:?}", report.findings);
     let (asked, reached) = (report.asked.unwrap(), report.reached.unwrap());
     let body = report.body.unwrap();
-    // The body's own account of the same way.
+    // The same path by the simulated body.
     assert!((reached.speed_m_s - body.mean_speed_m_s).abs() < 0.01, "{reached:?}, {body:?}");
     assert!(asked.distance_m > 0.3 && (reached.distance_m / asked.distance_m - 1.0).abs() < 0.3);
 }
@@ -54,15 +54,15 @@ fn a_run_that_ends_fallen_has_not_completed() {
 }
 
 /// A walk as asked, of this long, this far, and with these turns.
-fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
-    let way = |place: usize| Way {
+fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> WalkTotals {
+    let way = |place: usize| GroundPath {
         speed_m_s: forward_m[place] / 10.0,
         turn_deg: turn_deg[place],
         side_m: 0.0,
         distance_m: forward_m[place],
     };
     let followed = |[asked, reached]: [f64; 2]| Followed { asked, reached };
-    Walked {
+    WalkTotals {
         time_s: 10.0,
         asked: way(0),
         reached: way(1),
@@ -73,9 +73,9 @@ fn walked(forward_m: [f64; 2], turn_deg: [f64; 2]) -> Walked {
 }
 
 #[test]
-fn a_way_is_judged_by_what_was_asked_at_each_moment() {
+fn a_path_is_judged_by_the_order_at_each_moment() {
     let (robot, report) = (in_physics("horse.toml"), good());
-    let judge = |walked: Walked| found(&report.clone().judged(&robot, Some(walked)));
+    let judge = |walked: WalkTotals| found(&report.clone().judged(&robot, Some(walked)));
     let none: [&str; 0] = [];
     assert_eq!(judge(walked([1.0, 0.9], [0.0, 5.0])), none);
     assert_eq!(judge(walked([1.0, 0.5], [0.0, 5.0])), ["speed not as asked"]);
@@ -84,15 +84,15 @@ fn a_way_is_judged_by_what_was_asked_at_each_moment() {
     assert_eq!(judge(walked([1.0, 0.9], [300.0, 115.0])), ["turn not as asked"]);
     assert_eq!(judge(walked([1.0, 0.9], [300.0, 250.0])), none);
     assert_eq!(judge(walked([1.0, 0.9], [0.0, -45.0])), ["turn not as asked"]);
-    // There and back, of which it did half each way: the net way says nothing.
+    // Forward and back, half the ordered distance each time: the net distance says nothing.
     let to_and_fro =
-        Walked { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
+        WalkTotals { forward_m: Followed { asked: 4.0, reached: 2.0 }, ..walked([0.0, 0.0], [0.0, 0.0]) };
     assert_eq!(judge(to_and_fro), ["speed not as asked"]);
     let mut aside = walked([1.0, 0.9], [0.0, 0.0]);
     aside.reached.side_m = -1.0;
-    assert_eq!(judge(aside), ["it went aside"]);
-    // Starting and stopping are no walk.
-    assert_eq!(judge(Walked { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
+    assert_eq!(judge(aside), ["it drifted sideways"]);
+    // Starting and stopping do not count as walking.
+    assert_eq!(judge(WalkTotals { time_s: 1.0, ..walked([1.0, 0.0], [0.0, 0.0]) }), none);
 }
 
 #[test]
@@ -121,14 +121,14 @@ fn each_margin_makes_a_run_poor_by_itself() {
             OutageReport { time_s: 1.0, joint: "left_hind.hip".to_owned(), reason: "hot".to_owned() };
         report.outages.push(outage);
     });
-    poor("the recording is not whole", &|report| {
+    poor("the recording is not complete", &|report| {
         let file = "walk.mcap".to_owned();
         report.recording = Some(RecordingReport { file, records: 10, dropped: 1, error: None });
     });
 }
 
 #[test]
-fn what_did_not_complete_is_no_good_run_whatever_else_was_well() {
+fn a_run_that_did_not_complete_is_never_good() {
     let robot = in_physics("horse.toml");
     for outcome in [Outcome::StoppedBySafety, Outcome::Fallen, Outcome::Failed] {
         let judged = Report { outcome, ..good() }.judged(&robot, None);

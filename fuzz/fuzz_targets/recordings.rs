@@ -1,7 +1,8 @@
 //! Damaged recordings, read and judged as `replay --html` does: no panic, and no more memory than libFuzzer's limit.
 //!
-//! The bytes say what is done to a good recording, which is made here; some are taken for a file as they are. So all the code
-//! runs from the first input on, and the inputs are short. It is several times as fast without a sanitizer:
+//! The bytes describe edits of a good recording, which is made here; some inputs are used as a file directly. So
+//! all the code runs from the first input on, and the inputs are short. It is several times as fast without a
+//! sanitizer:
 //! `cargo fuzz run -s none recordings -- -len_control=0 -max_len=300 -rss_limit_mb=500`.
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Any bytes to simulated servos of both families: no panic, neither in a decoder nor in what a servo makes of a
-//! request; and a good request behind the bytes is found once a header among them has waited in vain.
+//! Any bytes to simulated servos of both protocols: no panic in a decoder or in a servo; and a good request after
+//! the bytes is found, at the latest once a false header among them has timed out.
 #![no_main]
 
 use hw_sim::{BusConfig, FaultScript, Protocol, ServoConfig, World, requests_in};

@@ -6,13 +6,14 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::config::BusConfig;
+use crate::decoder::{LineDecoder, Received, Request};
 use crate::error::Unplugged;
 use crate::faults::{BusFaults, FaultKind};
 use crate::model::Protocol;
 use crate::reply::{MISSING_GUARD_NS, Slot};
-use crate::servo::{Ear, Servo};
+use crate::servo::Servo;
 use crate::supply::Supply;
-use crate::wire::{Crossed, Talker, Wire};
+use crate::wire::{Sender, Wire, WireByte};
 
 /// A packet with a pause this long inside is dropped, so that noise cannot swallow the packet after it. Our
 /// choice; the makers state none.
@@ -46,7 +47,7 @@ pub(crate) struct Bus {
     protocol: Protocol,
     /// Register code of the host's rate; `None` if the servos know no such rate.
     baud_code: Option<i64>,
-    ear: Box<dyn Ear>,
+    decoder: Box<dyn LineDecoder>,
     last_byte_ns: u64,
     /// True if a byte from the host was corrupted since the last complete request.
     is_spoilt: bool,
@@ -70,7 +71,7 @@ impl Bus {
             supply: Supply::new(config.supply_v, config.supply_ohm),
             protocol: config.protocol,
             baud_code: config.protocol.baud_code(config.baud),
-            ear: (config.protocol.kind().ear)(),
+            decoder: (config.protocol.spec().decoder)(),
             last_byte_ns: 0,
             is_spoilt: false,
             latency_ns: u64::from(config.adapter_latency_us) * 1_000,
@@ -84,7 +85,7 @@ impl Bus {
     pub(crate) fn send(&mut self, now_ns: u64, bytes: &[u8]) -> Result<(), Unplugged> {
         self.check_plugged(now_ns)?;
         let start = now_ns.max(self.host_until_ns);
-        self.host_until_ns = self.wire.talk(Talker::Host, start, bytes.to_vec());
+        self.host_until_ns = self.wire.talk(Sender::Host, start, bytes.to_vec());
         Ok(())
     }
 
@@ -133,7 +134,7 @@ impl Bus {
         let was_awake = self.servos[place].is_awake();
         self.servos[place].set_power(has_power, now_ns);
         if was_awake && !self.servos[place].is_awake() {
-            self.wire.cut(Talker::Servo(place));
+            self.wire.cut(Sender::Servo(place));
         }
     }
 
@@ -141,7 +142,7 @@ impl Bus {
     pub(crate) fn pull_servo_out(&mut self, place: usize) {
         if let Some(servo) = self.servos.get_mut(place) {
             servo.pull_out();
-            self.wire.cut(Talker::Servo(place));
+            self.wire.cut(Sender::Servo(place));
         }
     }
 
@@ -158,46 +159,43 @@ impl Bus {
         {
             // Bytes on their way in either direction are lost with the adapter.
             self.faults.take_unplug();
-            self.wire.cut(Talker::Host);
+            self.wire.cut(Sender::Host);
             self.host_until_ns = unplug_ns;
             self.inbox.clear();
             return;
         }
         let Some(crossed) = self.wire.cross(&mut self.rng) else { return };
         let reaches_host = match crossed.talker {
-            Talker::Host => self.faults.echoes(crossed.at_ns),
-            Talker::Servo(_) => true,
+            Sender::Host => self.faults.echoes(crossed.at_ns),
+            Sender::Servo(_) => true,
         };
         if reaches_host && !self.faults.is_unplugged(crossed.at_ns) {
             self.inbox.push_back((crossed.at_ns + self.latency_ns, crossed.byte));
         }
-        if crossed.talker == Talker::Host {
+        if crossed.talker == Sender::Host {
             self.listen(crossed);
         }
     }
 
     /// Lets the servos hear the host; they recognise status packets of their own kind and skip them.
-    fn listen(&mut self, crossed: Crossed) {
+    fn listen(&mut self, crossed: WireByte) {
         let is_late = crossed.at_ns > self.last_byte_ns + PACKET_PAUSE_NS;
         self.last_byte_ns = crossed.at_ns;
         self.is_spoilt |= crossed.is_spoilt;
         let now_ns = crossed.at_ns;
         if is_late {
-            self.ear.reset();
+            self.decoder.reset();
         }
-        if !self.ear.push(crossed.byte) {
-            return;
-        }
-        if let (Some(requests), Some((id, instruction, parameters))) =
-            (&mut self.requests, self.ear.request())
-        {
-            requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters: parameters.to_vec() });
+        let Some(packet) = self.decoder.push(crossed.byte) else { return };
+        if let (Some(requests), Received::Request(request)) = (&mut self.requests, &packet) {
+            let Request { id, instruction, parameters } = request.clone();
+            requests.push(HeardRequest { at_ns: now_ns, id, instruction, parameters });
         }
         self.mistake_ids(now_ns);
         for (number, hears) in self.hearers(now_ns).into_iter().enumerate() {
-            let slots = self.ear.answer(&mut self.servos, &hears, now_ns);
+            let slots = (self.protocol.spec().answer)(&packet, &mut self.servos, &hears, now_ns);
             // A twin that talks at the same time: now and then the line carries the other's answer whole.
-            if number > 0 && self.rng.random_bool(self.protocol.kind().drowned_twin_share) {
+            if number > 0 && self.rng.random_bool(self.protocol.spec().drowned_twin_share) {
                 continue;
             }
             self.schedule(now_ns, slots);
@@ -274,7 +272,7 @@ impl Bus {
                     let id = self.home_id(servo);
                     at += delay_ns + self.faults.late_ns(at, id);
                     // A servo answers one request after the other.
-                    at = at.max(self.wire.busy_until_ns(Talker::Servo(servo)));
+                    at = at.max(self.wire.busy_until_ns(Sender::Servo(servo)));
                     if self.faults.has(at, id, FaultKind::BitFlip) {
                         let place = self.rng.random_range(0..bytes.len() * 8);
                         bytes[place / 8] ^= 1 << (place % 8);
@@ -285,8 +283,9 @@ impl Bus {
                     let scrambled_share = self.faults.scrambled_share(at, id);
                     if scrambled_share > 0.0 && self.rng.random_bool(scrambled_share) {
                         // Bytes that do not begin a packet have no header.
-                        let first_said = if starts_packet { self.protocol.kind().first_said } else { 0 };
-                        let begun = first_said.min(bytes.len());
+                        let first_data_byte =
+                            if starts_packet { self.protocol.spec().first_data_byte } else { 0 };
+                        let begun = first_data_byte.min(bytes.len());
                         bytes[begun..].iter_mut().for_each(|byte| *byte = self.rng.random());
                     }
                     if self.faults.has(at, id, FaultKind::CutShort) {
@@ -296,7 +295,7 @@ impl Bus {
                         let count = self.rng.random_range(1..=NOISE_BYTES_MAX);
                         bytes.splice(0..0, (0..count).map(|_| self.rng.random::<u8>()));
                     }
-                    at = self.wire.talk(Talker::Servo(servo), at, bytes);
+                    at = self.wire.talk(Sender::Servo(servo), at, bytes);
                 }
             }
         }

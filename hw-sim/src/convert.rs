@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whatever_is_rounded_can_be_counted_on_with() {
+    fn rounding_never_overflows_later_arithmetic() {
         for value in [f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 9.3e18, -9.3e18] {
             let whole = round_to_i64(value);
             assert_eq!(whole.signum().to_string(), if value > 0.0 { "1" } else { "-1" });

@@ -41,6 +41,7 @@ pub mod body;
 mod bus;
 mod config;
 mod convert;
+mod decoder;
 mod dynamixel;
 mod error;
 pub mod faults;

@@ -5,45 +5,45 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use crate::model::{Model, Protocol};
-use crate::servo::Kind;
+use crate::servo::ProtocolSpec;
 
 /// The protocols, in the order of the variants of [`Protocol`].
-static KINDS: &[&Kind] = &[
-    &crate::dynamixel::KIND, //
-    &crate::feetech::KIND,
+static PROTOCOLS: &[&ProtocolSpec] = &[
+    &crate::dynamixel::SPEC, //
+    &crate::feetech::SPEC,
 ];
 
 const _: () = {
     let mut index = 0;
-    while index < KINDS.len() {
-        assert!(KINDS[index].protocol as usize == index, "the list follows the order of the variants");
+    while index < PROTOCOLS.len() {
+        assert!(PROTOCOLS[index].protocol as usize == index, "the list follows the order of the variants");
         index += 1;
     }
 };
 
 static MODELS: LazyLock<Vec<Model>> =
-    LazyLock::new(|| KINDS.iter().flat_map(|kind| (kind.models)()).collect());
+    LazyLock::new(|| PROTOCOLS.iter().flat_map(|spec| (spec.models)()).collect());
 
 impl Protocol {
     /// Behaviour of the servos of this protocol.
-    pub(crate) fn kind(self) -> &'static Kind {
-        KINDS[self as usize]
+    pub(crate) fn spec(self) -> &'static ProtocolSpec {
+        PROTOCOLS[self as usize]
     }
 
     /// The protocol of this name, if there is one: `dynamixel` or `feetech`.
     pub fn named(name: &str) -> Option<Protocol> {
-        KINDS.iter().find(|kind| kind.name == name).map(|kind| kind.protocol)
+        PROTOCOLS.iter().find(|spec| spec.name == name).map(|spec| spec.protocol)
     }
 
     /// Register code of a line rate, if servos can be set to it.
     pub(crate) fn baud_code(self, baud: u32) -> Option<i64> {
-        self.kind().bauds.iter().find(|(_, known)| *known == baud).map(|&(code, _)| code)
+        self.spec().bauds.iter().find(|(_, known)| *known == baud).map(|&(code, _)| code)
     }
 }
 
 impl fmt::Display for Protocol {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.kind().name)
+        f.write_str(self.spec().name)
     }
 }
 

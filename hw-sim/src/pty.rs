@@ -194,7 +194,7 @@ fn clear(link: &Path) -> io::Result<()> {
         }
         Ok(_) => Err(io::Error::new(
             io::ErrorKind::AlreadyExists,
-            format!("{} is there, and no link to a terminal: move it away", link.display()),
+            format!("{} exists and is not a link to a terminal: move it away", link.display()),
         )),
     }
 }

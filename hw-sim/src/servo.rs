@@ -1,14 +1,14 @@
 //! One servo: its registers, its motor, and the steps that servos of all protocols share. Knows no protocol: each
-//! fills a [`Kind`].
+//! fills a [`ProtocolSpec`].
 //!
 //! In: writes from the bus, the shaft's motion, supply and heat. Out: motor torque and register contents.
 
 use std::any::Any;
-use std::fmt;
 
 use crate::body::ShaftState;
 use crate::config::ServoConfig;
 use crate::convert::{low_byte, round_to_i64};
+use crate::decoder::{LineDecoder, Received};
 use crate::model::{Model, Protocol};
 use crate::motor::{Drive, Motor};
 use crate::registers::RegisterFile;
@@ -17,35 +17,20 @@ use crate::reply::Slot;
 /// The state that a protocol keeps of a servo besides its registers.
 pub(crate) type State = Box<dyn Any + Send>;
 
-/// A request: id, instruction, and parameters without stuffing or checksum.
-pub(crate) type Packet<'a> = (u8, u8, &'a [u8]);
-
-/// Finds requests in the bytes that cross a line, and has servos answer them. All servos of a bus hear the same, so
-/// they share one.
-pub(crate) trait Ear: fmt::Debug + Send {
-    /// Drops an incomplete packet.
-    fn reset(&mut self);
-
-    /// Takes a byte; true if it completes a packet.
-    fn push(&mut self, byte: u8) -> bool;
-
-    /// The packet that the last byte completed, if it is a good request.
-    fn request(&self) -> Option<Packet<'_>>;
-
-    /// Has the servos that hear it carry out the packet that the last byte completed; returns their replies.
-    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot>;
-}
+/// Has the servos that hear a packet carry it out, at this virtual time, ns; returns their replies. The flags say which
+/// servos hear it.
+pub(crate) type AnswerPacket = fn(&Received, &mut [Servo], &[bool], u64) -> Vec<Slot>;
 
 /// The behaviour of the servos of one protocol.
 #[derive(Debug)]
-pub(crate) struct Kind {
+pub(crate) struct ProtocolSpec {
     pub(crate) protocol: Protocol,
     /// Name in messages.
     pub(crate) name: &'static str,
     /// The models that come with the crate.
     pub(crate) models: fn() -> Vec<Model>,
     /// Number of the first byte in a reply that follows header, id and length.
-    pub(crate) first_said: usize,
+    pub(crate) first_data_byte: usize,
     /// Line rates a servo can be set to, as (register code, bit/s).
     pub(crate) bauds: &'static [(i64, u32)],
     /// Highest id a servo may have.
@@ -67,17 +52,19 @@ pub(crate) struct Kind {
     /// Loses the content of RAM.
     pub(crate) forget: fn(&mut Servo),
     /// False if its settings keep it from understanding any packet.
-    pub(crate) is_understanding: fn(&Servo) -> bool,
+    pub(crate) understands_packets: fn(&Servo) -> bool,
     /// The drive that its controller asks of the bridge, at this speed of the shaft (rad/s) and supply (V).
     pub(crate) drive: fn(&mut Servo, f64, f64) -> Drive,
     /// Writes what it measures into its registers, at this speed of the shaft, rad/s.
-    pub(crate) observe: fn(&mut Servo, f64, &Surroundings),
+    pub(crate) observe: fn(&mut Servo, f64, &Conditions),
     /// True if the bridge is closed.
     pub(crate) is_torque_on: fn(&Servo) -> bool,
     /// Share of requests to two servos of one id in which the host can read an answer.
     pub(crate) drowned_twin_share: f64,
-    /// Makes the ear of a line, which hears for its servos.
-    pub(crate) ear: fn() -> Box<dyn Ear>,
+    /// Makes the decoder of a line.
+    pub(crate) decoder: fn() -> Box<dyn LineDecoder>,
+    /// Has the servos answer a packet.
+    pub(crate) answer: AnswerPacket,
 }
 
 /// Whether a servo runs.
@@ -94,7 +81,7 @@ enum Power {
 
 #[derive(Debug)]
 pub(crate) struct Servo {
-    kind: &'static Kind,
+    spec: &'static ProtocolSpec,
     pub(crate) model: Model,
     pub(crate) registers: RegisterFile,
     /// State that only servos of its protocol have.
@@ -127,7 +114,7 @@ pub(crate) struct Servo {
 
 /// The conditions of a servo in one motor step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surroundings {
+pub(crate) struct Conditions {
     /// Virtual time, ns.
     pub(crate) now_ns: u64,
     /// Step, s.
@@ -142,12 +129,12 @@ pub(crate) struct Surroundings {
 
 impl Servo {
     /// A servo that has just been powered, with a shaft standing still.
-    pub(crate) fn new(kind: &'static Kind, config: &ServoConfig, baud_code: i64) -> Servo {
+    pub(crate) fn new(spec: &'static ProtocolSpec, config: &ServoConfig, baud_code: i64) -> Servo {
         let registers = RegisterFile::new(config.model.registers.clone());
         let mut servo = Servo {
-            kind,
+            spec,
             model: config.model.clone(),
-            state: (kind.state)(&registers),
+            state: (spec.state)(&registers),
             registers,
             is_plugged_in: true,
             motor: Motor::at_rest(),
@@ -164,14 +151,14 @@ impl Servo {
             starts_with: Vec::new(),
         };
         let delay_units = i64::from(config.return_delay_us / 2);
-        (kind.power_on)(&mut servo, config.id, baud_code, delay_units);
+        (spec.power_on)(&mut servo, config.id, baud_code, delay_units);
         servo
     }
 
     /// Resets every register to its value as shipped.
     pub(crate) fn make_new(&mut self) {
         self.registers = RegisterFile::new(self.model.registers.clone());
-        self.state = (self.kind.state)(&self.registers);
+        self.state = (self.spec.state)(&self.registers);
         self.forget();
     }
 
@@ -213,7 +200,7 @@ impl Servo {
 
     /// Restarts: silent for the start time of its kind, then with its RAM lost.
     pub(crate) fn restart(&mut self, now_ns: u64) {
-        self.power = Power::Starting { until_ns: now_ns + self.kind.start_ns };
+        self.power = Power::Starting { until_ns: now_ns + self.spec.start_ns };
         self.forget();
     }
 
@@ -222,7 +209,7 @@ impl Servo {
         self.is_shut_down = false;
         self.turns_left_out = 0;
         self.motor.duty = 0.0;
-        (self.kind.forget)(self);
+        (self.spec.forget)(self);
         for &(address, value) in &self.starts_with {
             self.registers.set(address, value);
         }
@@ -253,27 +240,27 @@ impl Servo {
         if let Some(wrong_id) = self.wrong_id {
             return wrong_id;
         }
-        self.byte(self.kind.id)
+        self.byte(self.spec.id)
     }
 
     /// Register code of the line rate it listens at now; -1 if it understands nothing at any rate.
     pub(crate) fn baud_code(&self) -> i64 {
-        if (self.kind.is_understanding)(self) { self.get(self.kind.baud) } else { -1 }
+        if (self.spec.understands_packets)(self) { self.get(self.spec.baud) } else { -1 }
     }
 
     /// From the request's last bit to the reply's first, ns.
     pub(crate) fn return_delay_ns(&self) -> u64 {
-        (self.kind.return_delay)(&self.model).map_or(0, |address| 2_000 * u64::from(self.byte(address)))
+        (self.spec.return_delay)(&self.model).map_or(0, |address| 2_000 * u64::from(self.byte(address)))
     }
 
     /// Its goal register, counts.
     pub(crate) fn goal(&self) -> i64 {
-        self.get(self.kind.goal_position)
+        self.get(self.spec.goal_position)
     }
 
     /// Its torque limit register, in the maker's unit.
     pub(crate) fn torque_limit(&self) -> i64 {
-        self.get((self.kind.torque_limit)(&self.model))
+        self.get((self.spec.torque_limit)(&self.model))
     }
 
     /// A register as a float, for the control laws.
@@ -285,14 +272,14 @@ impl Servo {
     /// Drives the motor from the registers; returns its torque, N m.
     pub(crate) fn torque(&mut self, shaft: &ShaftState, supply_v: f64) -> f64 {
         let drive = match self.is_awake() {
-            true => (self.kind.drive)(self, shaft.motor_speed_rad_s, supply_v),
+            true => (self.spec.drive)(self, shaft.motor_speed_rad_s, supply_v),
             false => Drive::Off,
         };
         self.motor.torque(&self.model, drive, supply_v, shaft.motor_speed_rad_s)
     }
 
     /// Writes what the servo measures into its registers, after the shaft has moved.
-    pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Surroundings) {
+    pub(crate) fn observe(&mut self, shaft: &ShaftState, around: &Conditions) {
         self.encoder_counts = round_to_i64(shaft.position_rad * self.model.counts_per_rad());
         self.motor.warm(&self.model, around.dt_s);
         if let Some(celsius) = around.celsius {
@@ -301,7 +288,7 @@ impl Servo {
         if !self.is_awake() {
             return;
         }
-        (self.kind.observe)(self, shaft.speed_rad_s, around);
+        (self.spec.observe)(self, shaft.speed_rad_s, around);
     }
 
     /// Notes that a host has written this goal position, and that the servo accepted it.
@@ -313,7 +300,7 @@ impl Servo {
 
     /// True if the bridge is closed.
     pub(crate) fn is_torque_on(&self) -> bool {
-        self.is_awake() && (self.kind.is_torque_on)(self)
+        self.is_awake() && (self.spec.is_torque_on)(self)
     }
 }
 

@@ -9,7 +9,7 @@ const BITS_PER_BYTE: u64 = 10;
 
 /// The device that drives the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Talker {
+pub(crate) enum Sender {
     Host,
     /// Index on the bus.
     Servo(usize),
@@ -30,7 +30,7 @@ pub struct WireStatistics {
 
 #[derive(Debug)]
 struct Burst {
-    talker: Talker,
+    talker: Sender,
     /// Line rate of the burst, bit/s.
     baud: u32,
     start_ns: u64,
@@ -43,8 +43,8 @@ struct Burst {
 
 /// One byte that has just left the line.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Crossed {
-    pub(crate) talker: Talker,
+pub(crate) struct WireByte {
+    pub(crate) talker: Sender,
     pub(crate) at_ns: u64,
     pub(crate) byte: u8,
     /// True if it is not the byte that was sent.
@@ -78,7 +78,7 @@ impl Wire {
     }
 
     /// Puts bytes on the line from `start_ns` on; returns when the last will have crossed.
-    pub(crate) fn talk(&mut self, talker: Talker, start_ns: u64, bytes: Vec<u8>) -> u64 {
+    pub(crate) fn talk(&mut self, talker: Sender, start_ns: u64, bytes: Vec<u8>) -> u64 {
         let end_ns = start_ns + self.duration_ns(bytes.len());
         if !bytes.is_empty() {
             let byte_end_ns = start_ns + self.duration_ns(1);
@@ -90,13 +90,13 @@ impl Wire {
     }
 
     /// When a talker will have sent all its bytes, ns; 0 if it has none.
-    pub(crate) fn busy_until_ns(&self, talker: Talker) -> u64 {
+    pub(crate) fn busy_until_ns(&self, talker: Sender) -> u64 {
         let own = self.bursts.iter().filter(|burst| burst.talker == talker);
         own.map(|burst| burst.end_ns).max().unwrap_or_default()
     }
 
     /// Takes back what a talker has not sent yet.
-    pub(crate) fn cut(&mut self, talker: Talker) {
+    pub(crate) fn cut(&mut self, talker: Sender) {
         self.bursts.retain(|burst| burst.talker != talker || burst.sent > 0);
         for burst in self.bursts.iter_mut().filter(|burst| burst.talker == talker) {
             burst.bytes.truncate(burst.sent);
@@ -131,7 +131,7 @@ impl Wire {
     }
 
     /// Lets the next byte cross.
-    pub(crate) fn cross(&mut self, rng: &mut Pcg64Mcg) -> Option<Crossed> {
+    pub(crate) fn cross(&mut self, rng: &mut Pcg64Mcg) -> Option<WireByte> {
         let (end, index) = self.next?;
         let sent = self.bursts[index].sent;
         let burst = &mut self.bursts[index];
@@ -145,8 +145,8 @@ impl Wire {
             self.statistics.bytes_garbled += 1;
         }
         match talker {
-            Talker::Host => self.statistics.bytes_from_host += 1,
-            Talker::Servo(_) => self.statistics.bytes_from_servos += 1,
+            Sender::Host => self.statistics.bytes_from_host += 1,
+            Sender::Servo(_) => self.statistics.bytes_from_servos += 1,
         }
         self.statistics.busy_ns += end.saturating_sub(start.max(self.busy_until_ns));
         self.busy_until_ns = self.busy_until_ns.max(end);
@@ -154,7 +154,7 @@ impl Wire {
         let horizon = end.saturating_sub(2 * self.duration_ns(1).max(duration_ns(1, baud)));
         self.bursts.retain(|burst| burst.sent < burst.bytes.len() || burst.end_ns > horizon);
         self.find_next();
-        Some(Crossed { talker, at_ns: end, byte, is_spoilt })
+        Some(WireByte { talker, at_ns: end, byte, is_spoilt })
     }
 }
 

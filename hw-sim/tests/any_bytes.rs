@@ -42,7 +42,7 @@ fn a_million_random_bytes_do_not_upset_dynamixel_servos() {
 
 /// Good framing around any contents gets past the checksum, into the instructions.
 #[test]
-fn any_well_framed_request_is_survived() {
+fn any_well_framed_request_is_handled_without_a_panic() {
     let mut rng = Pcg64Mcg::seed_from_u64(8);
     let mut feetech_world = world(feetech_bus(vec![servo("STS3215-12V", 1)]));
     let mut dynamixel_world = world(dynamixel_bus(vec![servo("XL330-M288", 1), servo("XL430-W250", 2)]));
@@ -104,7 +104,7 @@ fn chronicle(seed: u64, cut: &[u64]) -> Vec<Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
     #[test]
-    fn the_same_bytes_come_however_time_is_cut(
+    fn the_same_bytes_come_however_time_is_divided(
         seed in any::<u64>(),
         cut in prop::collection::vec(1_000u64..3_000_000, 1..8),
     ) {
@@ -118,7 +118,7 @@ fn another_seed_gives_other_faults() {
 }
 
 #[test]
-fn a_minute_of_sixteen_servos_is_answered_whole() {
+fn a_minute_of_requests_to_sixteen_servos_is_answered_in_full() {
     let mut world = world(feetech_bus((1..=16).map(|id| servo("STS3215-12V", id)).collect()));
     let ids: Vec<u8> = (1..=16).collect();
     let read = feetech(0xFE, 0x82, &[&[56, 8], ids.as_slice()].concat());

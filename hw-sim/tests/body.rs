@@ -162,7 +162,7 @@ fn energy_of_a_swinging_arm_does_not_grow() {
     assert!(fastest < 0.01, "it has come to rest, but for {fastest} rad/s");
 }
 
-/// What a joint gives its link is what its motor gives, less what its rotor takes up.
+/// The torque of a joint on its link is that of its motor less that of its rotor's acceleration.
 #[test]
 fn impulses_through_joints_are_the_motors_and_the_rotors() {
     // Held straight out by just the torque of its weight.
@@ -214,7 +214,7 @@ fn the_ground_carries_the_weight() {
 }
 
 #[test]
-fn friction_is_as_set() {
+fn friction_has_the_set_coefficient() {
     for friction in [0.2_f64, 0.5, 0.8] {
         let on = |slope_rad| Ground { friction, slope_rad, ..Ground::default() };
         let mut body = RigidBody::new(&alone(on(0.9 * friction.atan())), &[]).unwrap();
@@ -260,7 +260,7 @@ fn a_push_gives_its_momentum_where_it_points() {
 }
 
 #[test]
-fn in_the_air_it_falls_freely() {
+fn a_body_in_the_air_falls_freely() {
     let mut shafts = stiff(4);
     let mut body = RigidBody::new(&table(Ground::default()), &shafts).unwrap();
     let begin = body.state().unwrap().position_m[2];
@@ -356,7 +356,7 @@ fn gear_friction_brakes_and_sticks() {
 }
 
 #[test]
-fn equal_bodies_do_the_same_bit_for_bit() {
+fn equal_bodies_move_equally_bit_for_bit() {
     let end = || {
         let mut shafts = vec![ShaftState { position_rad: 0.3, ..shaft(0.01, 0.02) }; 4];
         let mut body = RigidBody::new(&table(Ground::default()), &shafts).unwrap();
@@ -368,7 +368,7 @@ fn equal_bodies_do_the_same_bit_for_bit() {
 }
 
 #[test]
-fn a_number_that_is_none_stops_the_body_and_harms_nobody() {
+fn a_number_that_is_not_finite_stops_the_body_without_a_panic() {
     let mut shafts = stiff(4);
     let mut body = RigidBody::new(&table(Ground::default()), &shafts).unwrap();
     body.push(&Push { force_n: [f64::NAN; 3], ..Push::default() });
@@ -379,7 +379,7 @@ fn a_number_that_is_none_stops_the_body_and_harms_nobody() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn an_impossible_body_is_refused_by_name() {
     let error = |config: &BodyConfig| RigidBody::new(config, &stiff(4)).unwrap_err().to_string();
     let mut light = table(Ground::default());
     light.trunk.mass_kg = 0.0;
@@ -492,7 +492,7 @@ fn beyond([lift, sweep, twist]: [f64; 3]) -> (f64, f64) {
 }
 
 #[test]
-fn viscosity_takes_speed_at_its_rate() {
+fn viscosity_reduces_speed_at_its_rate() {
     let joints = JointMechanics { viscosity_nm_s: 0.01, ..JointMechanics::default() };
     let config = BodyConfig { joints, ..arm(1) };
     let config =

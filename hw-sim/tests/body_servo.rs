@@ -1,4 +1,4 @@
-//! Servos in a body, over the bus: what carries a load, and what its registers say of it.
+//! Servos in a body, over the bus: servos under load, and their registers.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 mod common;
@@ -81,7 +81,7 @@ fn sixty_degrees_take_a_servo_what_its_maker_says() {
 }
 
 #[test]
-fn a_load_sags_by_torque_over_stiffness_and_is_read_as_load() {
+fn a_loaded_joint_sags_by_torque_over_stiffness_and_reports_the_load() {
     let mut world = world_with("STS3215-12V", &arm(0.5, 0.15));
     exchange(&mut world, &feetech(1, 3, &[42, 0, 8]));
     exchange(&mut world, &feetech(1, 3, &[40, 1]));
@@ -97,7 +97,7 @@ fn a_load_sags_by_torque_over_stiffness_and_is_read_as_load() {
 }
 
 #[test]
-fn a_limp_arm_falls_and_its_register_sees_it() {
+fn a_limp_arm_falls_and_its_register_shows_it() {
     let mut world = world_with("STS3215-12V", &arm(0.5, 0.15));
     // Gear friction takes 0.16 rad of each swing of 0.7 s.
     world.advance_to(10 * S);
@@ -109,7 +109,7 @@ fn a_limp_arm_falls_and_its_register_sees_it() {
 }
 
 #[test]
-fn a_push_lasts_as_long_as_it_is_told() {
+fn a_push_lasts_for_its_set_time() {
     let standing = || {
         let trunk = Trunk { is_fixed: false, ..arm(0.1, 0.1).trunk };
         let ground = Ground { friction: 0.0, ..Ground::default() };
@@ -161,7 +161,7 @@ fn a_scripted_push_gives_its_momentum_where_it_points() {
 }
 
 #[test]
-fn pushes_that_come_again_go_elsewhere_by_the_seed() {
+fn repeated_pushes_have_directions_that_depend_on_the_seed() {
     let text = "[[fault]]\nkind = 'push'\nat_s = 0\nevery_s = 0.5\nfor_s = 0.1\nimpulse_n_s = 0.1";
     // The change of velocity in each half second.
     let pushed = |seed| {
@@ -188,7 +188,7 @@ fn pushes_that_come_again_go_elsewhere_by_the_seed() {
 }
 
 #[test]
-fn a_script_has_its_own_ground() {
+fn a_script_can_set_the_ground() {
     // On this slope a box slides: its own ground has no friction, the script's has.
     let sliding = |text: &str| {
         let mut world = scripted(text, 1, 1);
@@ -207,7 +207,7 @@ fn a_script_has_its_own_ground() {
 }
 
 #[test]
-fn what_is_wrong_with_pushes_and_ground_is_said_by_line() {
+fn mistakes_in_pushes_and_ground_are_reported_by_line() {
     for (text, said) in [
         (
             "[[fault]]\nkind = 'push'\nat_s = 0",
@@ -290,7 +290,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
 }
 
 #[test]
-fn a_current_goal_gives_its_torque_to_the_body() {
+fn a_goal_current_gives_its_torque_to_the_body() {
     // A weightless arm: torque less gear friction over the inertia of rod and rotor.
     let mut body = arm(0.1, 0.1);
     body.chains[0].carried_share = 1.0;

@@ -1,4 +1,4 @@
-//! A world that cannot be says what was wrong, where, and what was expected.
+//! The error for an impossible world says what was wrong, where, and what was expected.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -10,7 +10,7 @@ fn message(buses: &[BusConfig]) -> String {
 }
 
 #[test]
-fn messages() {
+fn build_errors_have_clear_messages() {
     let good = || feetech_bus(vec![servo("STS3215-12V", 1)]);
     let with = |servo: ServoConfig| message(&[feetech_bus(vec![servo])]);
     let sts = || servo("STS3215-12V", 1);

@@ -1,4 +1,4 @@
-//! Dynamixel servos take any well-framed packet, however mad, and are servos still.
+//! Dynamixel servos survive any well-framed packet, however absurd.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -35,7 +35,7 @@ fn parameters(rng: &mut Pcg64Mcg, instruction: u8) -> Vec<u8> {
 }
 
 #[test]
-fn whatever_they_are_told_they_live_and_the_factory_s_settings_bring_them_back() {
+fn any_requests_leave_servos_recoverable_by_a_factory_reset() {
     let mut rng = Pcg64Mcg::seed_from_u64(20);
     let servos = (1..).zip(SERVOS).map(|(id, (model, _))| servo(model, id));
     let mut world = world(dynamixel_bus(servos.collect()));

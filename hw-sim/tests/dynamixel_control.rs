@@ -28,7 +28,7 @@ fn a_change_of_mode_resets_gains_profile_and_limits() {
 }
 
 #[test]
-fn the_integral_gain_takes_away_what_friction_leaves() {
+fn the_integral_gain_removes_the_error_that_friction_leaves() {
     let error = |integral: i32| {
         let mut world = one_at("XM430-W210", 1000.0);
         set(&mut world, 84, 2, 100);
@@ -43,7 +43,7 @@ fn the_integral_gain_takes_away_what_friction_leaves() {
 }
 
 #[test]
-fn feedforward_of_the_back_emf_takes_the_lag_away() {
+fn feedforward_of_the_back_emf_removes_the_lag() {
     let model = named("XM430-W210");
     let lag = |feedforward: i32| {
         let mut world = one_at(&model.name, 500.0);
@@ -93,7 +93,7 @@ fn a_motor_that_pushes_in_vain_shuts_down_and_one_that_turns_does_not() {
         assert!(!shaft(&world).torque_on, "{}", model.name);
         assert_eq!((get(&world, 70, 1), get(&world, 64, 1)), (32, 0), "{}", model.name);
     }
-    // With the bit out of Shutdown it is only told.
+    // With the bit cleared in Shutdown it is only reported.
     let mut world = one_with("XM430-W210", 2048.0, STUCK);
     set(&mut world, 63, 1, 4);
     torque_on(&mut world);
@@ -118,7 +118,7 @@ fn a_motor_that_pushes_in_vain_shuts_down_and_one_that_turns_does_not() {
 }
 
 #[test]
-fn moving_is_what_is_faster_than_the_threshold() {
+fn the_moving_register_follows_the_speed_threshold() {
     let mut world = one_at("XM430-W210", 0.0);
     mode(&mut world, VELOCITY);
     set(&mut world, 24, 4, 50);
@@ -132,7 +132,7 @@ fn moving_is_what_is_faster_than_the_threshold() {
 
 /// The example of the e-manual, Bus Watchdog.
 #[test]
-fn the_bus_watchdog_stops_a_turning_shaft_until_it_is_cleared_and_told_anew() {
+fn the_bus_watchdog_stops_a_turning_shaft_until_it_is_cleared_and_a_goal_comes() {
     let mut world = one_at("XM430-W210", 0.0);
     mode(&mut world, VELOCITY);
     torque_on(&mut world);

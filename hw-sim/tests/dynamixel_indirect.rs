@@ -14,7 +14,7 @@ fn indirect(model: &str) -> (u16, u16, u16) {
 
 /// The examples of the e-manual, Indirect Address.
 #[test]
-fn indirect_data_are_what_they_point_at() {
+fn indirect_data_are_the_registers_they_point_at() {
     for model in MODELS {
         let mut world = one_at(model, 2048.0);
         let (address, data, _) = indirect(model);
@@ -71,7 +71,7 @@ fn every_pair_works_in_every_kind_of_read_and_write() {
 }
 
 #[test]
-fn indirect_data_take_on_size_range_and_access_of_what_they_stand_for() {
+fn indirect_data_have_size_range_and_access_of_their_targets() {
     let mut world = one_at("XM430-W210", 2048.0);
     // Goal Position, but its bytes in the wrong order; then a piece of it only.
     write(&mut world, 168, &[116, 0, 118, 0, 117, 0, 119, 0]);
@@ -83,10 +83,10 @@ fn indirect_data_take_on_size_range_and_access_of_what_they_stand_for() {
     // A gap of the table.
     write(&mut world, 168, &[66, 0]);
     assert_eq!(write(&mut world, 224, &[1]), ACCESS);
-    // EEPROM cannot be pointed at, nor what is past the table.
+    // Pointers cannot reach the EEPROM, nor addresses past the table.
     assert_eq!(write(&mut world, 168, &[63, 0]), DATA_RANGE);
     assert_eq!(write(&mut world, 168, &[0x96, 0x02]), DATA_RANGE, "662");
-    // Data that point at data mean that byte, not what it points at in its turn.
+    // A pointer to indirect data means that byte, not the byte that it points to in turn.
     write(&mut world, 170, &[65, 0]);
     write(&mut world, 168, &[225, 0]);
     assert_eq!(write(&mut world, 224, &[1]), 0);

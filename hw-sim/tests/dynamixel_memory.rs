@@ -1,4 +1,5 @@
-//! What Dynamixel servos keep and what they lose: reboot, factory reset, backup, startup configuration, clear. Facts: ROBOTIS e-manual, Protocol 2.0 and X-series.
+//! Registers that Dynamixel servos keep and lose: reboot, factory reset, backup, startup configuration, clear.
+//! Facts: ROBOTIS e-manual, Protocol 2.0 and X-series.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -19,7 +20,7 @@ fn wait_for_start(world: &mut World) {
 }
 
 #[test]
-fn a_reboot_answers_at_once_then_the_servo_is_away_and_ram_is_as_at_power_on() {
+fn a_reboot_answers_at_once_then_the_servo_is_silent_and_ram_is_reset() {
     for model in MODELS {
         let mut world = one_at(model, 2048.0);
         write(&mut world, 31, &[60]);
@@ -48,7 +49,7 @@ fn a_reboot_answers_at_once_then_the_servo_is_away_and_ram_is_as_at_power_on() {
 }
 
 #[test]
-fn the_clock_of_a_servo_begins_with_its_start_and_wraps() {
+fn the_tick_register_begins_at_the_start_and_wraps() {
     let mut world = one_at("XM430-W210", 2048.0);
     let tick = |world: &World| get(world, 120, 2);
     world.advance_to(1_500 * MS);
@@ -64,7 +65,7 @@ fn the_clock_of_a_servo_begins_with_its_start_and_wraps() {
 }
 
 #[test]
-fn a_reboot_is_the_way_out_of_a_shutdown() {
+fn a_reboot_clears_a_shutdown() {
     let hot = "[[fault]]\nat_s = 0.1\nfor_s = 0.1\nkind = 'hot'\ncelsius = 90";
     let mut world = world_with_faults(dynamixel_bus(vec![servo("XM430-W210", 1)]), hot);
     write(&mut world, 64, &[1]);
@@ -83,7 +84,7 @@ fn a_reboot_is_the_way_out_of_a_shutdown() {
 }
 
 #[test]
-fn factory_reset_spares_what_its_option_says() {
+fn factory_reset_keeps_the_registers_of_its_option() {
     for (option, id, baud) in [(0xFF, 1, 57_600), (0x01, 9, 57_600), (0x02, 9, 1_000_000)] {
         let mut world = world(dynamixel_bus(vec![servo("XM430-W210", 9)]));
         dynamixel_write(&mut world, 9, 31, &[60]);
@@ -102,7 +103,7 @@ fn factory_reset_spares_what_its_option_says() {
 }
 
 #[test]
-fn factory_reset_of_all_ids_at_once_is_not_done() {
+fn a_broadcast_factory_reset_is_ignored() {
     let mut world = world(dynamixel_bus(vec![servo("XM430-W210", 8), servo("XM430-W210", 9)]));
     assert_eq!(exchange(&mut world, &dynamixel(0xFE, &[6, 0xFF])), []);
     assert_eq!(exchange(&mut world, &dynamixel(9, &[1])).len(), 14);
@@ -118,7 +119,7 @@ fn factory_reset_of_all_ids_at_once_is_not_done() {
 }
 
 #[test]
-fn a_backup_brings_the_eeprom_back_and_with_ram_restore_some_of_ram_too() {
+fn a_backup_restores_the_eeprom_and_with_ram_restore_part_of_the_ram() {
     for (startup, p_gain, pointer, led) in [(0, 800, 224, 0), (2, 300, 65, 0)] {
         let mut world = one_at("XM430-W210", 2048.0);
         assert_eq!(tell(&mut world, &RESTORE), RESULT_FAIL, "there is none");
@@ -145,7 +146,7 @@ fn a_backup_brings_the_eeprom_back_and_with_ram_restore_some_of_ram_too() {
 }
 
 #[test]
-fn backup_wants_torque_off_and_its_key() {
+fn a_backup_needs_torque_off_and_its_key() {
     let mut world = one_at("XM430-W210", 2048.0);
     assert_eq!(tell(&mut world, &[0x20, 1, 0x43, 0x54, 0x52, 0x4D]), DATA_RANGE);
     assert_eq!(tell(&mut world, &[0x20, 3, 0x43, 0x54, 0x52, 0x4C]), DATA_RANGE);
@@ -199,7 +200,7 @@ fn clear_forgets_turns_if_the_shaft_stands_and_does_not_move_it() {
 }
 
 #[test]
-fn a_servo_of_another_protocol_is_deaf() {
+fn a_servo_set_to_another_protocol_is_deaf() {
     let mut world = one_at("XM430-W210", 2048.0);
     assert_eq!(write(&mut world, 13, &[1]), 0);
     assert_eq!(exchange(&mut world, &dynamixel(1, &[1])), []);

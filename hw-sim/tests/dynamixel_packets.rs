@@ -85,7 +85,7 @@ fn a_refused_block_changes_nothing() {
 }
 
 #[test]
-fn every_register_is_what_the_manual_says_to_a_writer() {
+fn every_register_accepts_the_range_of_the_manual() {
     // Address, size, lowest and highest number taken in position mode, and what those next to them get.
     let limited = DATA_LIMIT;
     let rows: &[(u8, usize, i32, i32, u8)] = &[
@@ -131,7 +131,7 @@ fn every_register_is_what_the_manual_says_to_a_writer() {
 }
 
 #[test]
-fn as_times_the_profile_registers_take_a_little_less() {
+fn profile_registers_that_hold_times_take_slightly_smaller_values() {
     for (drive_mode, highest) in [(0, 32_767u32), (4, 32_737)] {
         let mut world = one("XM430-W210");
         dynamixel_write(&mut world, 1, 10, &[drive_mode]);
@@ -189,7 +189,7 @@ fn reg_write_is_refused_as_a_write_would_be_and_the_last_one_counts() {
     assert_eq!(world.register(0, 1, 69), Some(0));
     assert_eq!(reg_write(&mut world, 116, &goal(1000)), 0);
     assert_eq!(reg_write(&mut world, 36, &500u16.to_le_bytes()), 0);
-    // Torque on locks the EEPROM, where what is registered would go.
+    // Torque on locks the EEPROM, the target of the registered write.
     dynamixel_write(&mut world, 1, 64, &[1]);
     assert_eq!(exchange(&mut world, &dynamixel(1, &[5])), status(1, ACCESS, &[]));
     assert_eq!(world.register(0, 1, 69), Some(0));
@@ -197,7 +197,7 @@ fn reg_write_is_refused_as_a_write_would_be_and_the_last_one_counts() {
 }
 
 #[test]
-fn an_action_for_all_is_carried_out_by_all_at_once_and_answered_by_none() {
+fn a_broadcast_action_is_carried_out_by_all_at_once_and_gets_no_answer() {
     let mut world = world(dynamixel_bus((1..=3).map(|id| servo("XM430-W210", id)).collect()));
     for id in 1..=3 {
         exchange(&mut world, &dynamixel(id, &[4, 65, 0, 1]));
@@ -239,7 +239,7 @@ fn a_secondary_id_is_obeyed_in_silence() {
 }
 
 #[test]
-fn bulk_instructions_take_another_address_for_each_and_pass_over_what_is_cut_off() {
+fn bulk_instructions_have_an_address_per_servo_and_skip_truncated_items() {
     let mut world = world(dynamixel_bus(vec![servo("XM430-W210", 1), servo("XM430-W210", 2)]));
     // To 1: LED. To 2: goal 700. A third whose data are missing.
     let mut rows = vec![0x93, 1, 65, 0, 1, 0, 1, 2, 116, 0, 4, 0];
@@ -292,7 +292,7 @@ fn status_return_level() {
 }
 
 #[test]
-fn a_silent_servo_still_does_as_it_is_told_and_tells_all_to_its_level() {
+fn a_servo_obeys_at_any_status_return_level_and_answers_according_to_it() {
     let mut world = one("XM430-W210");
     // The write that silences it is answered as it was before.
     assert_eq!(dynamixel_write(&mut world, 1, 68, &[0]), status(1, 0, &[]));
@@ -330,7 +330,7 @@ fn sync_write_and_both_sync_reads() {
 }
 
 #[test]
-fn a_missing_servo_ends_a_fast_sync_read_at_its_place_and_a_sync_read_goes_on() {
+fn a_missing_servo_ends_a_fast_sync_read_but_not_a_sync_read() {
     let mut world = world(dynamixel_bus(vec![servo("XM430-W210", 1), servo("XM430-W210", 2)]));
     let fast = exchange(&mut world, &dynamixel(0xFE, &[0x8A, 65, 0, 1, 0, 1, 9, 2]));
     assert_eq!(fast.len(), 8 + 5);

@@ -1,4 +1,4 @@
-//! The ways of Dynamixel servos to their goals. Facts: ROBOTIS e-manual, X-series, "What is the Profile".
+//! How Dynamixel servos move to their goals. Facts: ROBOTIS e-manual, X-series, "What is the Profile".
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 #![allow(clippy::cast_precision_loss, reason = "times are short")]
 
@@ -145,7 +145,7 @@ fn a_time_based_profile_takes_the_time_it_is_given() {
 }
 
 #[test]
-fn a_goal_given_under_way_bends_the_trajectory_and_never_breaks_it() {
+fn a_new_goal_during_a_move_keeps_the_trajectory_continuous() {
     let mut world = one_at("XM430-W210", 500.0);
     torque_on(&mut world);
     set(&mut world, 112, 4, 150);

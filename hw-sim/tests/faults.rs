@@ -73,7 +73,7 @@ fn echo_gives_the_host_its_own_bytes_as_they_leave() {
 }
 
 #[test]
-fn unplugged_adapter_refuses_and_loses_what_was_under_way() {
+fn an_unplugged_adapter_refuses_writes_and_loses_bytes_under_way() {
     let mut world = one("[[fault]]\nat_s = 0.0001\nfor_s = 1\nkind = 'unplugged'");
     world.host_send(0, &feetech(1, 1, &[])).unwrap();
     // The reply runs from 60 to 120 µs; the plug goes at 100.
@@ -90,7 +90,7 @@ fn unplugged_adapter_refuses_and_loses_what_was_under_way() {
 }
 
 #[test]
-fn unplugging_cuts_a_request_off_so_that_nobody_acts_on_it() {
+fn unplugging_cuts_a_request_off_and_no_servo_obeys_it() {
     let mut world = one("[[fault]]\nat_s = 0.00005\nfor_s = 0.001\nkind = 'unplugged'");
     world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
     world.advance_to(S);
@@ -99,7 +99,7 @@ fn unplugging_cuts_a_request_off_so_that_nobody_acts_on_it() {
 }
 
 #[test]
-fn an_adapter_pulled_out_by_hand_is_as_one_a_script_pulls_out() {
+fn an_adapter_unplugged_by_hand_acts_as_one_unplugged_by_a_script() {
     let mut world = one("");
     world.host_send(0, &feetech(1, 3, &[41, 9])).unwrap();
     world.advance_to(50_000);
@@ -115,7 +115,7 @@ fn an_adapter_pulled_out_by_hand_is_as_one_a_script_pulls_out() {
 }
 
 #[test]
-fn late_host_is_given_once_when_due() {
+fn a_late_host_fault_happens_once_when_due() {
     let mut world = one("[[fault]]\nat_s = 1\nkind = 'late-host'\ndelay_ms = 30");
     assert_eq!(world.host_stall_ns(), 0);
     world.advance_to(S + 5);
@@ -124,7 +124,7 @@ fn late_host_is_given_once_when_due() {
 }
 
 #[test]
-fn stuck_shaft_stays_and_then_goes_on() {
+fn a_stuck_shaft_stays_and_then_continues() {
     let mut world = one("[[fault]]\nat_s = 0\nfor_s = 1\nkind = 'stuck'\nbus = 'legs'\nid = 1");
     for id in [1, 2] {
         feetech_write(&mut world, id, 42, &[0x00, 0x0C]);
@@ -161,7 +161,7 @@ fn hot_servo_reports_its_heat_and_unloads() {
 }
 
 #[test]
-fn hot_dynamixel_shuts_down_and_takes_no_torque_any_more() {
+fn a_hot_dynamixel_shuts_down_and_refuses_torque() {
     let script = "[[fault]]\nat_s = 0\nfor_s = 0.1\nkind = 'hot'\ncelsius = 95";
     let mut world = world_with_faults(dynamixel_bus(vec![servo("XM430-W210", 1)]), script);
     world.advance_to(S);
@@ -171,7 +171,7 @@ fn hot_dynamixel_shuts_down_and_takes_no_torque_any_more() {
 }
 
 #[test]
-fn faults_on_what_does_not_exist_name_what_does() {
+fn a_fault_on_an_unknown_target_lists_the_known_ones() {
     let build = |script: &str| {
         let bus = feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 4)]);
         World::new(&[bus], FaultScript::from_toml(script).unwrap(), 0).err().unwrap()
@@ -187,7 +187,7 @@ fn faults_on_what_does_not_exist_name_what_does() {
 }
 
 #[test]
-fn an_id_needs_no_bus_where_only_one_has_it() {
+fn a_fault_needs_no_bus_if_only_one_bus_has_the_id() {
     let buses = || {
         let legs = feetech_bus(vec![servo("STS3215-12V", 1), servo("STS3215-12V", 2)]);
         let arms = BusConfig { name: "arms".into(), ..feetech_bus(vec![servo("STS3215-12V", 2)]) };
@@ -215,7 +215,7 @@ fn a_slow_servo_answers_late_and_the_others_behind_it() {
 }
 
 #[test]
-fn a_garbled_reply_has_no_byte_of_the_true_one_and_its_length() {
+fn a_garbled_reply_keeps_only_the_length() {
     let mut world = one("[[fault]]\nat_s = 0\nkind = 'garbled'\nbus = 'legs'\nid = 1");
     for _ in 0..20 {
         let (reply, clean) = (ping(&mut world, 1), feetech(1, 0, &[]));
@@ -226,7 +226,7 @@ fn a_garbled_reply_has_no_byte_of_the_true_one_and_its_length() {
 }
 
 #[test]
-fn a_scrambled_reply_is_another_behind_its_length_and_passes_its_sum_now_and_then() {
+fn a_scrambled_reply_changes_all_after_its_length_and_sometimes_passes_its_checksum() {
     let mut world = one("[[fault]]\nat_s = 0\nkind = 'scrambled'\nshare = 0.5\nbus = 'legs'\nid = 1");
     // Position: FF FF id length error low high sum.
     let read = feetech(1, 2, &[56, 2]);
@@ -321,7 +321,7 @@ fn a_brown_out_takes_every_servo_of_the_bus_until_it_has_started_again() {
 }
 
 #[test]
-fn a_servo_whose_plug_is_out_is_away_and_the_rest_of_the_bus_is_not() {
+fn an_unplugged_servo_is_silent_and_the_rest_of_the_bus_works() {
     let mut world = holding("[[fault]]\nat_s = 1\nfor_s = 0.5\nkind = 'unplugged'\nbus = 'legs'\nid = 1");
     assert!(!world.is_unplugged(0), "the adapter is there");
     assert_eq!((ping(&mut world, 1), ping(&mut world, 2)), (vec![], feetech(2, 0, &[])));
@@ -332,7 +332,7 @@ fn a_servo_whose_plug_is_out_is_away_and_the_rest_of_the_bus_is_not() {
 }
 
 #[test]
-fn dynamixel_servos_start_anew_too_and_keep_their_eeprom() {
+fn restarted_dynamixel_servos_keep_their_eeprom() {
     let script = "[[fault]]\nat_s = 1\nkind = 'reset'\nid = 1";
     let mut world = world_with_faults(dynamixel_bus(vec![servo("XM430-W210", 1)]), script);
     dynamixel_write(&mut world, 1, 31, &[60]);

@@ -1,4 +1,4 @@
-//! What a Feetech servo does on its own: modes, ways to a goal, protection, flags. Rules: Feetech wiki, memory-sts and
+//! The behaviour of a Feetech servo: modes, moves to a goal, protection, flags. Rules: Feetech wiki, memory-sts and
 //! memory-scscl.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
@@ -133,7 +133,7 @@ fn the_moving_flag_is_up_from_the_goal_to_the_arrival() {
 }
 
 #[test]
-fn step_mode_goes_on_from_its_last_goal_and_shows_the_way_left() {
+fn step_mode_continues_from_its_last_goal_and_shows_the_remaining_distance() {
     let mut world = world(sts(2048.0));
     write(&mut world, 33, &[3]);
     write(&mut world, 40, &[1]);
@@ -201,7 +201,7 @@ fn the_resolution_makes_steps_of_several_counts() {
 }
 
 #[test]
-fn the_dead_band_is_left_alone() {
+fn the_servo_does_not_drive_inside_the_dead_band() {
     let mut world = world(sts(2048.0));
     write(&mut world, 26, &[16, 16]);
     write_word(&mut world, 42, 2048 + 16);
@@ -237,7 +237,7 @@ fn overload_leaves_the_holding_torque_after_the_protection_time() {
     assert_eq!((byte(&world, 65), word(&world, 60)), (0, 880));
     after(&mut world, 20 * MS);
     assert_eq!((byte(&world, 65), word(&world, 60)), (32, 200));
-    // The alarm comes with every answer, which is valid all the same.
+    // Every answer has the alarm, and is still valid.
     assert_eq!(exchange(&mut world, &feetech(1, 2, &[42, 2])), feetech(1, 32, &[0x6E, 0x08]));
     after(&mut world, 5 * S);
     assert_eq!(word(&world, 60), 200);
@@ -258,7 +258,7 @@ fn overload_follows_its_registers_and_its_bit_in_the_mask() {
     assert_eq!((byte(&world, 65), word(&world, 60)), (0, 560));
     after(&mut world, 40 * MS);
     assert_eq!((byte(&world, 65), word(&world, 60)), (32, 350));
-    // Torque off and on: it begins anew.
+    // After torque off and on it starts again.
     write(&mut world, 40, &[0]);
     write(&mut world, 40, &[1]);
     after(&mut world, 10 * MS);
@@ -269,7 +269,7 @@ fn overload_follows_its_registers_and_its_bit_in_the_mask() {
 }
 
 #[test]
-fn a_scripted_overload_is_one() {
+fn a_scripted_overload_acts_as_a_real_one() {
     let script = "[[fault]]\nat_s = 1\nfor_s = 1\nkind = 'overload'";
     let mut world = world_with_faults(sts(2048.0), script);
     write(&mut world, 40, &[1]);

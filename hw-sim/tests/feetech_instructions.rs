@@ -43,7 +43,7 @@ fn the_wiki_s_write_of_position_and_speed() {
 }
 
 #[test]
-fn the_wiki_s_broadcast_write_of_an_id_is_taken_and_not_answered() {
+fn the_wiki_s_broadcast_write_of_an_id_is_obeyed_and_not_answered() {
     let mut config = servo("STS3215-12V", 7);
     config.position_counts = 1.0;
     let mut world = world(feetech_bus(vec![config]));
@@ -117,7 +117,7 @@ fn a_restart_takes_1800_ms_and_leaves_the_ram_as_new() {
 }
 
 #[test]
-fn what_is_written_to_eprom_under_lock_is_lost_without_power() {
+fn writes_to_locked_eprom_are_lost_without_power() {
     let mut world = one();
     // Locked as shipped: taken at once, and not kept.
     feetech_write(&mut world, 1, 21, &[50]);
@@ -156,7 +156,7 @@ fn recovery_brings_back_the_factory_or_the_backup_and_keeps_the_id() {
 }
 
 #[test]
-fn a_backup_needs_the_lock_open() {
+fn a_backup_needs_an_open_lock() {
     let mut world = one();
     feetech_write(&mut world, 1, 21, &[44]);
     assert_eq!(exchange(&mut world, &[0xFF, 0xFF, 1, 2, 9, 0xF3]), DONE);
@@ -208,7 +208,7 @@ fn a_status_reset_forgets_the_turns() {
 }
 
 #[test]
-fn without_power_the_turns_are_forgotten_too() {
+fn a_power_loss_forgets_the_turns() {
     let mut world = one_at(-300.4);
     assert_eq!(word(&world, 56), 3796);
     restart(&mut world);
@@ -248,7 +248,7 @@ fn response_level_0_leaves_all_but_pings_and_reads_unanswered() {
 }
 
 #[test]
-fn what_the_wiki_does_not_have_is_not_answered() {
+fn instructions_that_the_wiki_does_not_have_get_no_answer() {
     let mut world = one();
     for instruction in (0..=255).filter(|n| ![1, 2, 3, 4, 5, 6, 8, 9, 0x0A, 0x0B, 0x82, 0x83].contains(n)) {
         assert_eq!(exchange(&mut world, &feetech(1, instruction, &[])), [], "{instruction:02X}");
@@ -284,7 +284,7 @@ fn an_scs_servo_has_the_high_byte_first_and_its_lock_at_48() {
 }
 
 #[test]
-fn scs_servos_leave_a_sync_read_to_others_and_take_a_sync_write() {
+fn scs_servos_ignore_a_sync_read_and_obey_a_sync_write() {
     let mut world = world(feetech_bus(vec![servo("SCS0009", 1), servo("STS3215-12V", 2)]));
     let answers = exchange(&mut world, &feetech(0xFE, 0x82, &[56, 2, 1, 2]));
     assert_eq!(answers, feetech(2, 0, &[0x00, 0x08]));

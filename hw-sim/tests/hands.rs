@@ -18,7 +18,7 @@ fn position(world: &World, place: usize) -> f64 {
 }
 
 #[test]
-fn servos_out_of_the_box_are_told_apart_only_one_at_a_time() {
+fn new_servos_can_only_be_told_apart_one_at_a_time() {
     let mut world = three();
     for place in 0..3 {
         world.make_new(0, place);
@@ -30,7 +30,7 @@ fn servos_out_of_the_box_are_told_apart_only_one_at_a_time() {
     world.plug_servo_in(0, 1);
     let both = exchange(&mut world, &PING);
     assert!(!both.is_empty() && both != ANSWER, "two that talk at once are not understood: {both:?}");
-    // Both do as they are told, whoever they are.
+    // Both obey, since both have this id.
     exchange(&mut world, &feetech(1, 3, &[55, 0]));
     exchange(&mut world, &feetech(1, 3, &[5, 7]));
     assert_eq!((world.id_at(0, 0), world.id_at(0, 1), world.id_at(0, 2)), (Some(7), Some(7), Some(1)));

@@ -1,5 +1,5 @@
-//! The inertial measurement unit: what it says, when, and what it can be told. The decoder here is written from the
-//! manual (WitMotion WT901 datasheet v20-0702, section 5).
+//! The inertial measurement unit: its output, the timing of it, and its commands. The decoder here is written from
+//! the manual (WitMotion WT901 datasheet v20-0702, section 5).
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss, reason = "a test may panic")]
 
 use hw_sim::body::{BodyConfig, Ground, JointMechanics, Push, Trunk};
@@ -59,7 +59,7 @@ fn tell(world: &mut World, register: u8, value: u16) {
 }
 
 #[test]
-fn level_and_still_it_feels_one_g_and_every_byte_takes_its_time() {
+fn a_level_unit_at_rest_measures_one_g_and_every_byte_takes_its_wire_time() {
     let mut world = world(&ImuConfig::perfect(), "");
     // The first output begins at 5 ms; 33 bytes of 10 bits take 2.865 ms at 115200 bit/s.
     world.advance_to(7_864_000);
@@ -83,7 +83,7 @@ fn level_and_still_it_feels_one_g_and_every_byte_takes_its_time() {
 }
 
 #[test]
-fn its_errors_have_the_size_asked_for_and_come_from_the_seed() {
+fn errors_have_the_configured_size_and_come_from_the_seed() {
     let config = ImuConfig {
         acceleration_noise_m_s2: 0.05,
         rate_noise_rad_s: 0.01,
@@ -113,7 +113,7 @@ fn its_errors_have_the_size_asked_for_and_come_from_the_seed() {
 }
 
 #[test]
-fn it_takes_commands_while_unlocked_and_keeps_what_was_saved() {
+fn a_unit_obeys_commands_while_unlocked_and_keeps_saved_settings() {
     let mut world = world(&ImuConfig::perfect(), "");
     let per_second = |world: &mut World| {
         world.advance_to(world.now_ns() + 20 * MS);
@@ -151,7 +151,7 @@ fn it_takes_commands_while_unlocked_and_keeps_what_was_saved() {
 }
 
 #[test]
-fn at_another_line_rate_it_is_not_understood_and_does_not_understand() {
+fn at_another_line_rate_neither_side_understands_the_other() {
     let mut world = world(&ImuConfig::perfect(), "");
     world.reset_imu_to_factory();
     world.advance_to(world.now_ns() + 1_000 * MS);
@@ -185,7 +185,7 @@ fn at_another_line_rate_it_is_not_understood_and_does_not_understand() {
 }
 
 #[test]
-fn scripted_faults_befall_it() {
+fn scripted_faults_affect_the_unit() {
     let script = "
         [[fault]]
         kind = 'imu-silent'
@@ -230,7 +230,7 @@ fn scripted_faults_befall_it() {
 }
 
 #[test]
-fn scripts_of_it_have_neither_bus_nor_id() {
+fn faults_of_the_unit_take_neither_bus_nor_id() {
     let error = FaultScript::from_toml("[[fault]]\nat_s = 0\nkind = 'imu-frozen'\nbus = 'a'").unwrap_err();
     assert!(error.to_string().contains("kind \"imu-frozen\" has none; leave it out"), "{error}");
 }
@@ -272,7 +272,7 @@ fn on_ground(ground: Ground, config: &ImuConfig) -> World {
 const Y_FORWARD: [f64; 4] = [0.0, 0.0, -std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2];
 
 #[test]
-fn on_a_slope_it_feels_the_slope_in_its_own_axes() {
+fn on_a_slope_a_unit_measures_gravity_in_its_own_axes() {
     let slope_rad = 10_f64.to_radians();
     let ground = Ground { slope_rad, ..Ground::default() };
     let last = |rotation| {
@@ -292,7 +292,7 @@ fn on_a_slope_it_feels_the_slope_in_its_own_axes() {
 }
 
 #[test]
-fn it_tells_what_was_the_delay_ago() {
+fn a_unit_reports_the_state_of_one_delay_ago() {
     let config = ImuConfig { delay_s: 0.02, rotation: Y_FORWARD, ..ImuConfig::perfect() };
     let mut world = on_ground(Ground { friction: 0.0, ..Ground::default() }, &config);
     world.advance_to(500 * MS);

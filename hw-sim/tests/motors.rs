@@ -1,4 +1,4 @@
-//! What a shaft does: facts of the data sheets and of mechanics.
+//! The motion of a shaft: facts of the data sheets and of mechanics.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod common;
@@ -131,7 +131,7 @@ fn a_step_settles_at_the_goal_within_the_friction_dead_zone() {
 }
 
 #[test]
-fn torque_limit_limits_torque() {
+fn the_torque_limit_register_limits_torque() {
     for model in Model::all() {
         let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
         let mut world = world_with_faults(bus_for(model, counts(model, 2048).into()), stuck);
@@ -160,7 +160,7 @@ fn a_limp_shaft_does_not_move_by_itself() {
 }
 
 #[test]
-fn a_spinning_shaft_let_go_is_stopped_by_friction_alone_and_by_the_short_much_sooner() {
+fn a_released_spinning_shaft_is_stopped_by_friction_and_sooner_by_shorted_windings() {
     let model = Model::named("STS3215-12V").unwrap();
     let coast = |switch: u8| {
         let mut world = world(bus_for(model, 0.0));
@@ -267,7 +267,7 @@ fn a_limp_shaft_has_its_free_play() {
 
 /// The motor crosses the play before the shaft turns back.
 #[test]
-fn a_shaft_that_turns_back_stands_still_first() {
+fn a_shaft_that_reverses_stands_still_first() {
     let model = named("STS3215-12V");
     let mut world = world(bus_for(model, 0.0));
     full_duty(&mut world, model);
@@ -326,7 +326,7 @@ fn the_supply_of_a_bus_sags_with_the_current_of_all_its_servos() {
 }
 
 #[test]
-fn a_model_of_ones_own_has_the_torque_it_is_given() {
+fn a_custom_model_has_the_torque_it_was_given() {
     let stuck = "[[fault]]\nat_s = 0\nkind = 'stuck'";
     let known = Model::named("STS3215-12V").unwrap();
     let mut own = known.clone();

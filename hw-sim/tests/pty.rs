@@ -30,7 +30,7 @@ fn open(server: &PtyServer, bus: usize, baud: u32) -> File {
     line
 }
 
-/// Waits for what is asked for, or the line's end.
+/// Waits for the expected bytes, or for the end of the line.
 fn wait(line: &File, flags: PollFlags) -> PollFlags {
     let mut lines = [PollFd::new(line, flags)];
     poll(&mut lines, Some(&MINUTE)).unwrap();
@@ -73,7 +73,7 @@ fn at_another_rate_a_line_stays_silent() {
 }
 
 #[test]
-fn a_scripted_unplug_hangs_up_and_the_path_comes_back() {
+fn a_scripted_unplug_hangs_up_and_the_path_reappears() {
     let script = "[[fault]]\nkind = 'unplugged'\nbus = 'legs'\nat_s = 0.05\nfor_s = 0.05\n";
     let (server, _folder) = served(world_with_faults(feetech_bus(vec![servo("STS3215-12V", 1)]), script));
     let line = open(&server, 0, 1_000_000);

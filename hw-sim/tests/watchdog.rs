@@ -39,7 +39,7 @@ fn start_turning(world: &mut World) {
 }
 
 #[test]
-fn a_servo_that_hears_nothing_stops_in_time_and_stays() {
+fn a_servo_that_hears_nothing_stops_in_time_and_stays_stopped() {
     let mut world = watched(5);
     start_turning(&mut world);
     world.advance_to(world.now_ns() + 95 * MS);
@@ -57,7 +57,7 @@ fn a_servo_that_hears_nothing_stops_in_time_and_stays() {
 }
 
 #[test]
-fn without_the_watchdog_it_goes_on_to_its_goal() {
+fn without_the_watchdog_a_servo_continues_to_its_goal() {
     let mut world = watched(0);
     start_turning(&mut world);
     world.advance_to(world.now_ns() + 2 * S);
@@ -65,7 +65,7 @@ fn without_the_watchdog_it_goes_on_to_its_goal() {
 }
 
 #[test]
-fn any_instruction_packet_counts_as_life() {
+fn any_instruction_packet_resets_the_watchdog() {
     let mut world = watched(5);
     dynamixel_write(&mut world, 1, 64, &[1]);
     for _ in 0..20 {
@@ -82,7 +82,7 @@ fn any_instruction_packet_counts_as_life() {
 }
 
 #[test]
-fn a_servo_without_torque_is_not_watched() {
+fn the_watchdog_starts_with_the_torque() {
     let mut world = watched(1);
     world.advance_to(world.now_ns() + S);
     assert_eq!(held(&world), Some(1));

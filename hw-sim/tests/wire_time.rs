@@ -229,7 +229,7 @@ fn every_exchange_of_sts_servos_takes_its_bytes_alone() {
                 ),
             ]);
         }
-        // Unlocked, what is stored; and at last the restart, which nobody answers.
+        // Stored settings, unlocked; and at last the restart, which no servo answers.
         exchanges.extend([
             exchange("unlocking".into(), feetech(1, 3, &[55, 0]), 8, 6),
             exchange("parameter backup".into(), feetech(1, 9, &[]), 6, 6),
@@ -281,7 +281,7 @@ fn host_bytes_queue_behind_each_other() {
 }
 
 #[test]
-fn two_talkers_at_once_garble() {
+fn two_senders_at_once_garble_the_line() {
     let mut world = world(feetech_bus(vec![servo("STS3215-12V", 1)]));
     world.host_send(0, &feetech(1, 1, &[])).unwrap();
     // The servo answers from 60 to 120 µs; the host talks again at 85 µs.
@@ -334,7 +334,7 @@ fn buses_run_at_the_same_time_and_input_on_any_of_them_ends_the_wait() {
 }
 
 #[test]
-fn a_request_is_kept_with_the_time_its_last_byte_had_crossed_if_anybody_wants_it() {
+fn requests_are_logged_with_the_time_of_their_last_byte_if_wanted() {
     let mut world = world(feetech_bus(vec![servo("STS3215-12V", 1)]));
     world.host_send(0, &feetech(1, 1, &[])).unwrap();
     world.advance_to(S);

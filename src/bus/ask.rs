@@ -3,7 +3,7 @@
 use std::{fmt, io};
 
 use super::frame::Heard;
-use super::language::Language;
+use super::protocols::ProtocolSpec;
 use crate::units::ServoId;
 
 /// Instructions, with the same numbers for both makers.
@@ -45,16 +45,16 @@ impl Ask<'_> {
     }
 
     /// Instruction, parameters, and bytes of data in the answer.
-    pub(crate) fn packet(&self, language: &Language) -> (u8, Vec<u8>, usize) {
-        let word = |value: u16| value.to_le_bytes()[..language.word_bytes].to_vec();
+    pub(crate) fn packet(&self, spec: &ProtocolSpec) -> (u8, Vec<u8>, usize) {
+        let word = |value: u16| value.to_le_bytes()[..spec.word_bytes].to_vec();
         match self {
-            Ask::Ping => (PING, Vec::new(), usize::from(language.ping_bytes)),
+            Ask::Ping => (PING, Vec::new(), usize::from(spec.ping_bytes)),
             Ask::Read { start, bytes } => {
                 (READ, [word(*start), word(u16::from(*bytes))].concat(), usize::from(*bytes))
             }
             Ask::Write { start, data } => (WRITE, [&word(*start), *data].concat(), 0),
             Ask::Reboot => (REBOOT, Vec::new(), 0),
-            Ask::Reset => (RESET, language.reset_parameters.to_vec(), 0),
+            Ask::Reset => (RESET, spec.reset_parameters.to_vec(), 0),
         }
     }
 }
@@ -89,13 +89,13 @@ pub(crate) enum Answer {
 
 impl Answer {
     /// Takes in a packet heard while an answer with `data_bytes` bytes of data from the servo `asked` is due.
-    pub(crate) fn take(&mut self, language: &Language, asked: ServoId, data_bytes: usize, packet: Heard) {
+    pub(crate) fn take(&mut self, spec: &ProtocolSpec, asked: ServoId, data_bytes: usize, packet: Heard) {
         if matches!(self, Answer::Data(_) | Answer::Refused(_)) {
             return;
         }
         match packet {
             Heard::Status { id, error, data } if id == asked => {
-                *self = match (language.alarms_and_refusal)(error).1 {
+                *self = match (spec.alarms_and_refusal)(error).1 {
                     0 if data.len() == data_bytes => Answer::Data(data),
                     0 => Answer::Damaged,
                     number => Answer::Refused(number),

@@ -1,8 +1,8 @@
 //! Packets of one bus: its protocol's encoders, and a decoder of its own.
 
 use super::ask::{PING, REBOOT};
-use super::language::Language;
 use super::packet::{Decode, Event};
+use super::protocols::ProtocolSpec;
 use crate::model::servo_model::Register;
 use crate::model::{Protocol, Registers};
 use crate::units::ServoId;
@@ -10,7 +10,7 @@ use crate::units::ServoId;
 /// Encoders and decoder of a bus's protocol.
 #[derive(Debug)]
 pub(super) struct Codec {
-    language: &'static Language,
+    spec: &'static ProtocolSpec,
     decoder: Box<dyn Decode>,
 }
 
@@ -23,32 +23,32 @@ impl Codec {
 
     /// A codec for status packets of up to `parameters_max` data bytes, and fast replies of `servos` servos.
     pub(super) fn with_room(protocol: Protocol, parameters_max: usize, servos: usize) -> Codec {
-        let language = protocol.language();
-        Codec { language, decoder: (language.decoder)(parameters_max, servos) }
+        let spec = protocol.spec();
+        Codec { spec, decoder: (spec.decoder)(parameters_max, servos) }
     }
 
     pub(super) fn ping(&self, out: &mut Vec<u8>, id: ServoId) {
-        (self.language.request)(out, id, PING, &[]);
+        (self.spec.request)(out, id, PING, &[]);
     }
 
     /// Appends a restart, which returns the servo to its state at power-on.
     pub(super) fn restart(&self, out: &mut Vec<u8>, id: ServoId) {
-        (self.language.request)(out, id, REBOOT, &[]);
+        (self.spec.request)(out, id, REBOOT, &[]);
     }
 
-    /// Appends a read of `register`. The reply has [`Language::asked_bytes`] of its width.
+    /// Appends a read of `register`. The reply has [`ProtocolSpec::asked_bytes`] of its width.
     pub(super) fn read(&self, out: &mut Vec<u8>, id: ServoId, register: Register) {
-        let bytes = (self.language.asked_bytes)(u16::from(register.bytes));
-        (self.language.read)(out, id, register.address, bytes);
+        let bytes = (self.spec.asked_bytes)(u16::from(register.bytes));
+        (self.spec.read)(out, id, register.address, bytes);
     }
 
     /// Appends a read of a block of registers.
     pub(super) fn read_block(&self, out: &mut Vec<u8>, id: ServoId, address: u16, bytes: u16) {
-        (self.language.read)(out, id, address, bytes);
+        (self.spec.read)(out, id, address, bytes);
     }
 
     pub(super) fn write(&self, out: &mut Vec<u8>, id: ServoId, register: Register, raw: u64) {
-        (self.language.write)(out, id, register.address, register.bytes, raw);
+        (self.spec.write)(out, id, register.address, register.bytes, raw);
     }
 
     pub(super) fn sync_write(
@@ -57,16 +57,16 @@ impl Codec {
         register: Register,
         mut values: impl Iterator<Item = (ServoId, u64)>,
     ) {
-        (self.language.sync_write)(out, register.address, register.bytes, &mut values);
+        (self.spec.sync_write)(out, register.address, register.bytes, &mut values);
     }
 
     pub(super) fn sync_read(&self, out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
-        (self.language.sync_read)(out, address, bytes, ids);
+        (self.spec.sync_read)(out, address, bytes, ids);
     }
 
     /// Appends a fast sync read and prepares for the reply; a plain one in a protocol without it.
     pub(super) fn fast_sync_read(&mut self, out: &mut Vec<u8>, address: u16, bytes: u16, ids: &[ServoId]) {
-        match &self.language.fast_read {
+        match &self.spec.fast_read {
             None => self.sync_read(out, address, bytes, ids),
             Some(fast) => {
                 (fast.request)(out, address, bytes, ids);

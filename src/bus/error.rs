@@ -132,13 +132,13 @@ mod tests {
              tries: check its power and cable, that its id is 7, and that it is set to 57600 baud"
         );
         let request = Request::Write(DYNAMIXEL_X.torque_enable, 1);
-        let meaning = (Protocol::Dynamixel.language().refusal)(7);
+        let meaning = (Protocol::Dynamixel.spec().refusal)(7);
         let error = TransactionError::Refused { place, request, error: 7, meaning };
         assert_eq!(
             error.to_string(),
             "servo 7 of joint left_hind.hip on bus legs refused a write of 1 to register 64 with error 7: the \
-             register cannot be used so now; torque must be off to change settings, and its firmware must know the \
-             register"
+             register cannot be accessed like this now; torque must be off to change settings, and its firmware \
+             must know the register"
         );
     }
 }

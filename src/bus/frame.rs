@@ -13,17 +13,17 @@ pub(crate) fn request(
     instruction: u8,
     parameters: &[u8],
 ) {
-    (protocol.language().request)(out, id, instruction, parameters);
+    (protocol.spec().request)(out, id, instruction, parameters);
 }
 
 /// Bytes that a request and its answer take on the line, with these numbers of bytes of parameters and data.
 pub(crate) fn exchange_bytes(protocol: Protocol, parameters: usize, data: usize) -> usize {
-    parameters + protocol.language().request_frame_bytes + status_bytes(protocol, data)
+    parameters + protocol.spec().request_frame_bytes + status_bytes(protocol, data)
 }
 
 /// Bytes of a status packet with this many bytes of data, without stuffing.
 pub(crate) fn status_bytes(protocol: Protocol, data: usize) -> usize {
-    data + protocol.language().status_frame_bytes
+    data + protocol.spec().status_frame_bytes
 }
 
 /// A packet that was heard.
@@ -94,7 +94,7 @@ mod tests {
 
     /// Test vectors from the makers' manuals: ping of servo 1, read of position, and the answers.
     #[test]
-    fn requests_and_answers_are_those_of_the_manuals() {
+    fn requests_and_answers_match_the_manuals() {
         let asked = |protocol, instruction, parameters: &[u8]| {
             let mut out = Vec::new();
             request(protocol, &mut out, ServoId(1), instruction, parameters);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_leads_nowhere_hides_nothing_for_good() {
+    fn a_false_header_does_not_hide_packets_for_ever() {
         let mut heard = Vec::new();
         let mut listener = Listener::new(Protocol::Feetech, 6);
         listener

@@ -1,7 +1,7 @@
 //! Servo buses: send goals, receive replies, one slot per servo.
 //!
 //! `feetech` and `dynamixel` turn requests into bytes and bytes into packets, and say all that is known of their servos;
-//! `language` lists them. `client` runs one bus on them, without I/O; [`Buses`] runs all of them at the same time over the
+//! `protocols` lists them. `client` runs one bus on them, without I/O; [`Buses`] runs all of them at the same time over the
 //! [`port`]s.
 
 pub(crate) mod ask;
@@ -13,9 +13,9 @@ mod dynamixel;
 mod error;
 mod feetech;
 pub(crate) mod frame;
-pub(crate) mod language;
 mod packet;
 pub mod port;
+pub(crate) mod protocols;
 mod register;
 mod replies;
 pub mod serial;

@@ -73,7 +73,7 @@ mod tests {
     use crate::bus::feetech::{FEETECH_SCS, FEETECH_STS};
 
     #[test]
-    fn examples_of_the_manuals() {
+    fn encodings_match_examples_of_the_manuals() {
         // Feetech wiki, ft-scs example 2: 18 05 is 1304.
         assert_eq!(decode(FEETECH_STS.present_position, &[0x18, 0x05]), Some(1304));
         // ROBOTIS e-manual, sync read example: 1F 08 00 00 is 2079.
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn signs() {
+    fn signs_are_encoded_as_the_register_says() {
         let position = FEETECH_STS.goal_position;
         assert_eq!(encode(position, -1), 0x8001);
         assert_eq!(encode(position, 4095), 0x0FFF);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_becomes_the_nearest() {
+    fn a_value_that_does_not_fit_becomes_the_nearest_that_does() {
         assert_eq!(encode(FEETECH_STS.torque_limit, -5), 0);
         assert_eq!(encode(FEETECH_STS.torque_limit, 70_000), 0xFFFF);
         assert_eq!(encode(FEETECH_STS.goal_position, 40_000), 0x7FFF);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_bytes_are_no_number() {
+    fn too_few_bytes_decode_to_nothing() {
         assert_eq!(decode(FEETECH_STS.present_position, &[1]), None);
         assert_eq!(decode(DYNAMIXEL_X.present_position, &[]), None);
     }
@@ -141,7 +141,7 @@ mod tests {
         }
 
         #[test]
-        fn any_register_and_bytes_are_survived(
+        fn any_register_and_bytes_are_handled_without_a_panic(
             bytes in 0u8..12, sign in any::<u8>(), value in any::<i64>(), data in any::<[u8; 12]>(),
         ) {
             for encoding in [Encoding::Unsigned, Encoding::TwosComplement, Encoding::SignMagnitude(sign)] {

@@ -36,13 +36,13 @@ pub fn cycle_cost(bus: &Bus, registers: &Registers, servos: usize, read: GroupRe
     if servos == 0 {
         return CycleCost::default();
     }
-    let language = bus.protocol.language();
+    let spec = bus.protocol.spec();
     let data = usize::from(registers.feedback_bytes);
     let bytes_out =
         write_bytes(bus.protocol, registers, servos) + read_bytes(bus.protocol, registers, servos);
-    let (bytes_in, return_delays) = match (read, &language.fast_read) {
+    let (bytes_in, return_delays) = match (read, &spec.fast_read) {
         (GroupRead::Fast, Some(fast)) => (fast.head_bytes + servos * (fast.block_frame_bytes + data), 1),
-        _ => (servos * (language.status_frame_bytes + data), servos),
+        _ => (servos * (spec.status_frame_bytes + data), servos),
     };
     let return_delay = u64::from(bus.return_delay_us) * u64::try_from(return_delays).unwrap_or(u64::MAX);
     let time = wire_time(bytes_out + bytes_in, bus.baud)
@@ -62,11 +62,11 @@ fn write_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usiz
 }
 
 pub(super) fn sync_write_bytes(protocol: Protocol, servos: usize, register: Register) -> usize {
-    let language = protocol.language();
+    let spec = protocol.spec();
     let item_bytes = 1 + usize::from(register.bytes);
     // Address and width come first.
-    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
-    let per_packet = (language.packet_bytes_max - frame_bytes) / item_bytes;
+    let frame_bytes = spec.request_frame_bytes + 2 * spec.word_bytes;
+    let per_packet = (spec.packet_bytes_max - frame_bytes) / item_bytes;
     servos.div_ceil(per_packet.max(1)) * frame_bytes + servos * item_bytes
 }
 
@@ -79,15 +79,15 @@ pub fn adapter_time(bus: &Bus, registers: &Registers, servos: usize) -> Duration
 /// Time from sending a request of `request_bytes` that ends in one servo's read to the last byte of its reply.
 pub(super) fn single_read_time(bus: &Bus, registers: &Registers, request_bytes: usize) -> Duration {
     let data = usize::from(registers.feedback_bytes);
-    let bytes = request_bytes + bus.protocol.language().status_frame_bytes + data;
+    let bytes = request_bytes + bus.protocol.spec().status_frame_bytes + data;
     wire_time(bytes, bus.baud)
         + Duration::from_micros(u64::from(bus.return_delay_us) + u64::from(bus.adapter_latency_us))
 }
 
 fn read_bytes(protocol: Protocol, registers: &Registers, servos: usize) -> usize {
-    let language = protocol.language();
+    let spec = protocol.spec();
     // Address and count.
-    let frame_bytes = language.request_frame_bytes + 2 * language.word_bytes;
+    let frame_bytes = spec.request_frame_bytes + 2 * spec.word_bytes;
     if registers.has_sync_read { frame_bytes + servos } else { frame_bytes * servos }
 }
 
@@ -127,7 +127,7 @@ mod tests {
 
     /// 16 servos: sync write 8 + N(1 + L), sync read 8 + N, replies N(6 + L).
     #[test]
-    fn sixteen_feetech_servos() {
+    fn cycle_cost_of_sixteen_feetech_servos() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_STS, 16, GroupRead::Plain);
         assert_eq!(cost.bytes_out, (8 + 16 * 3) + (8 + 16 * 3) + (8 + 16 * 2) + (8 + 16));
         assert_eq!(cost.bytes_in, 16 * 14);
@@ -136,7 +136,7 @@ mod tests {
 
     /// 4 servos: sync write 14 + N(1 + L), sync read 14 + N, replies N(11 + L) or 8 + N(4 + L).
     #[test]
-    fn four_dynamixel_servos() {
+    fn cycle_cost_of_four_dynamixel_servos() {
         let bus = bus(Protocol::Dynamixel, 4_000_000, 250);
         let plain = cycle_cost(&bus, &DYNAMIXEL_X, 4, GroupRead::Plain);
         assert_eq!(plain.bytes_out, (14 + 4 * 3) + (14 + 4 * 5) + (14 + 4 * 2) + (14 + 4));
@@ -149,7 +149,7 @@ mod tests {
 
     /// Servos asked one by one: for each, a read of 8 bytes, a reply of 6 + 8 bytes, and the adapter.
     #[test]
-    fn four_scs_servos() {
+    fn cycle_cost_of_four_scs_servos() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 1_000_000, 0), &FEETECH_SCS, 4, GroupRead::Plain);
         assert_eq!(
             (cost.bytes_out, cost.bytes_in),
@@ -159,13 +159,13 @@ mod tests {
     }
 
     #[test]
-    fn no_servos_cost_nothing() {
+    fn a_bus_without_servos_costs_no_time() {
         let cost = cycle_cost(&bus(Protocol::Feetech, 0, 9), &FEETECH_STS, 0, GroupRead::Plain);
         assert_eq!(cost, CycleCost::default());
     }
 
     #[test]
-    fn a_byte_is_ten_bits() {
+    fn a_byte_takes_ten_bits_on_the_line() {
         assert_eq!(wire_time(100, 1_000_000), Duration::from_millis(1));
         assert_eq!(wire_time(1, 57_600), Duration::from_nanos(173_611));
         wire_time(usize::MAX, 0);

@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_count_that_no_hand_can_have_turned_to_does_not_agree() {
+    fn a_count_faster_than_a_hand_can_turn_does_not_agree() {
         assert!(agree(2000.0, 2160.0, 4096.0) && agree(4090.0, 100.0, 4096.0));
         assert!(
             !agree(2000.0, 2200.0, 4096.0) && !agree(0.0, 2048.0, 4096.0) && !agree(10.0, 34_000.0, 4096.0)

@@ -1,7 +1,7 @@
 //! Sweeps: a person turns each joint by hand from end to end, which shows its sign and its seam.
 
 use super::bench::Bench;
-use super::sweep::{Stage, Sweep, Swept};
+use super::sweep::{Stage, Sweep, SweepResult};
 use super::zero::{centre_one, zero_count};
 use super::{CalibrateError, Person, ways};
 use crate::bus::Ports;
@@ -23,7 +23,7 @@ pub(super) fn sweep_all<P: Ports, H: Person>(
         return Ok(());
     }
     bench.person.hear("");
-    bench.person.hear("Now each joint by hand, one after the other; all are limp.");
+    bench.person.hear("Now turn each joint by hand, one after the other; all are limp.");
     let mut to_mount = Vec::new();
     for place in left {
         if !sweep_one(bench, unit, place, is_unattended)? {
@@ -70,8 +70,8 @@ fn sweep_one<P: Ports, H: Person>(
             return Ok(false);
         }
         bench.person.hear(
-            "The cure is written into the servo, for good: where it stands becomes its middle count. Best in the middle \
-             of its travel.",
+            "The cure is written into the servo permanently: its present position becomes its middle count. The \
+             middle of its travel is best.",
         );
         if !is_unattended && !bench.ask_whether("Bring it there and hold it. Write it?")? {
             return Ok(false);
@@ -98,7 +98,7 @@ fn watch<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     joint: usize,
     mut sweep: Sweep,
-) -> Result<(Swept, Sweep), CalibrateError> {
+) -> Result<(SweepResult, Sweep), CalibrateError> {
     let name = &bench.robot.joints[joint].name;
     let [forward, back] = ways(bench.robot, joint);
     let mut told = None;
@@ -127,7 +127,7 @@ fn tell<P: Ports, H: Person>(
     bench: &mut Bench<'_, P, H>,
     index: usize,
     servo: &Servo,
-    swept: &Swept,
+    swept: &SweepResult,
     half: f64,
 ) {
     let name = &bench.robot.joints[index].name;
@@ -135,7 +135,7 @@ fn tell<P: Ports, H: Person>(
     let counts = if swept.is_falling { "fall" } else { "rise" };
     let mounted = match swept.is_falling == servo.reversed {
         true => "as the robot file says",
-        false => "the other way round than the robot file says, which is noted",
+        false => "the other way round than in the robot file, which is recorded",
     };
     bench
         .person

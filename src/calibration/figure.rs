@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_is_drawn_as_one() {
+    fn a_straight_line_is_drawn_straight() {
         let mut sheet = vec![vec![' '; 9]; 5];
         draw(&mut sheet, (1.0, 0.0), (1.0, 4.0), None);
         assert!(sheet.iter().all(|row| row[1] == '|'));

@@ -74,7 +74,7 @@ pub enum ImuSetupError {
     },
     /// The two tilts contradict each other: they cannot both be the ones asked for.
     #[error(
-        "nose down and left side down do not go together ({off_deg:.0} degrees off a right angle, or one of them was the \
+        "nose down and left side down do not match ({off_deg:.0} degrees off a right angle, or one of them was the \
          other way round): begin again, and tilt it straight"
     )]
     Crooked {
@@ -83,13 +83,13 @@ pub enum ImuSetupError {
     },
     /// Its angular rates fit the tilts with neither sign.
     #[error(
-        "its turn rates do not go with its tilts: set the unit back to its factory settings with its maker's program, and \
-         begin again"
+        "its turn rates do not match its tilts: set the unit back to its factory settings with its maker's \
+         program, and begin again"
     )]
     Rates,
     /// Its angles use other axes than its accelerations.
     #[error(
-        "its angles do not go with its accelerations ({off_deg:.0} degrees apart): set its installation direction to \
+        "its angles do not match its accelerations ({off_deg:.0} degrees apart): set its installation direction to \
          horizontal with its maker's program, and begin again"
     )]
     Angles {
@@ -97,7 +97,7 @@ pub enum ImuSetupError {
         off_deg: f64,
     },
     /// The person stopped.
-    #[error("broken off; nothing was kept")]
+    #[error("interrupted; nothing was kept")]
     Left,
 }
 
@@ -126,7 +126,7 @@ pub fn set_up(
     person.hear(&format!("Heard at {baud} bit/s."));
     configure(line, settings)?;
     person.hear(&format!(
-        "It measures {} times a second at {} bit/s now, and keeps that.",
+        "It now measures {} times a second at {} bit/s, and stores that.",
         settings.rate_hz, settings.baud
     ));
     let mut tilts = Tilts { line, person, sampler: Sampler::default() };

@@ -70,8 +70,8 @@ pub enum CalibrateError {
     },
     /// A servo did not make its present position its middle count as asked.
     #[error(
-        "{joint}: its servo was to take where it stands for count {middle:.0}, and says {found:.0}: hold it still; if \
-         that does not help, update its firmware"
+        "{joint}: its servo should have taken its present position as count {middle:.0}, but reports {found:.0}: \
+         hold it still; if that does not help, update its firmware"
     )]
     NotCentred {
         /// Name of the joint.
@@ -92,7 +92,7 @@ pub enum CalibrateError {
         joints: Vec<String>,
     },
     /// Joints that did not turn.
-    #[error("did not turn: {}: see what blocks them, and that their horns are tight", joints.join(", "))]
+    #[error("did not turn: {}: check what blocks them, and that their horns are tight", joints.join(", "))]
     Stuck {
         /// Names of the joints.
         joints: Vec<String>,
@@ -130,7 +130,7 @@ impl CalibrateError {
 
 /// How a calibration ended.
 #[derive(Debug)]
-pub struct Ended {
+pub struct CalibrationEnd {
     /// Ok if it is complete, else the reason why not.
     pub result: Result<(), CalibrateError>,
     /// True if no servo can still have torque: all have confirmed the end of the last turn.
@@ -148,10 +148,10 @@ pub fn calibrate<P: Ports>(
     operator: &mut impl Operator,
     is_unattended: bool,
     day: Date,
-) -> Ended {
+) -> CalibrationEnd {
     let by_hand = || -> Result<Buses<P>, CalibrateError> {
         let mut buses = Buses::new(robot, ports);
-        person.hear("All servos go limp now: have the robot on its stand, or hold it.");
+        person.hear("All servos go limp now: put the robot on its stand, or hold it.");
         if !is_unattended {
             listen(&mut buses, person, "Press Enter.")?;
         }
@@ -164,14 +164,14 @@ pub fn calibrate<P: Ports>(
     };
     let buses = match by_hand() {
         Ok(buses) => buses,
-        Err(error) => return Ended { result: Err(error), is_end_heard: true },
+        Err(error) => return CalibrationEnd { result: Err(error), is_end_heard: true },
     };
     let (result, is_end_heard) = powered::check_all(robot, buses, unit, person, operator, is_unattended);
     let sealed = result.and_then(|()| {
         unit.seal(robot, day);
         Ok(person.keep(unit)?)
     });
-    Ended { result: sealed, is_end_heard }
+    CalibrationEnd { result: sealed, is_end_heard }
 }
 
 /// Waits for a line from the person, without talking to any servo.

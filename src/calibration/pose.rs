@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_about_its_own_limb_is_told_by_its_turn() {
+    fn a_joint_that_turns_about_its_own_limb_is_described_by_its_rotation() {
         let mut robot = horse();
         // A chain that hangs straight down, and turns about itself.
         for joint in &mut robot.joints[..4] {

@@ -37,7 +37,7 @@ pub(super) fn check_all<P: Ports, H: Person>(
     person.hear("");
     person.hear(&format!(
         "Now each joint turns by itself: {:.0} degrees, at {:.0} % of its torque, one after the other; all others are \
-         limp. Have the robot on its stand, all limbs free, and a hand on the power switch.",
+         limp. Put the robot on its stand, all limbs free, and a hand on the power switch.",
         TURN_RAD.to_degrees(),
         100.0 * TORQUE_SHARE
     ));
@@ -128,7 +128,7 @@ fn check_one<P: Ports, H: Person>(
                 if let Err(error) = person.keep(unit) {
                     return (Err(error.into()), true, None);
                 }
-                person.hear(&format!("{name}: mounted the other way round then, which is noted. Once more:"));
+                person.hear(&format!("{name}: mounted the other way round, which is recorded. Once more:"));
                 continue;
             }
         }
@@ -170,7 +170,7 @@ mod tests {
     use crate::config;
 
     #[test]
-    fn no_joint_turns_further_than_it_was_said() {
+    fn no_joint_turns_further_than_announced() {
         let robot = config::load(std::path::Path::new("config/horse.toml")).unwrap().robot;
         for joint in &robot.joints {
             let (low, high) = joint.goal_range_rad();

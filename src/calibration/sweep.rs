@@ -23,12 +23,12 @@ pub(super) enum Stage {
     /// The turn forward is done; waiting for the turn back, to the other end.
     Back,
     /// It rests at its other end.
-    Done(Swept),
+    Done(SweepResult),
 }
 
 /// The result of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Swept {
+pub(super) struct SweepResult {
     /// Counts fall when the joint turns forward.
     pub(super) is_falling: bool,
     /// Counts have jumped from one end of the turn to the other.
@@ -114,7 +114,7 @@ impl Sweep {
                 Stage::Back
             }
             Stage::Back if (self.start - self.at) * self.sign >= enough && self.rest_s >= REST_S => {
-                Stage::Done(Swept {
+                Stage::Done(SweepResult {
                     is_falling: self.sign < 0.0,
                     has_seam: self.has_seam,
                     travel: self.high - self.low,
@@ -153,9 +153,9 @@ mod tests {
     }
 
     #[test]
-    fn the_first_turn_shows_the_sign_and_the_second_end_ends_it() {
+    fn the_first_turn_shows_the_sign_and_the_second_stop_ends_the_sweep() {
         let done =
-            |is_falling, has_seam, end| Stage::Done(Swept { is_falling, has_seam, travel: 800.0, end });
+            |is_falling, has_seam, end| Stage::Done(SweepResult { is_falling, has_seam, travel: 800.0, end });
         assert_eq!(
             stages(2048.0, &[400.0, -400.0]),
             [Stage::Forward, Stage::Back, done(false, false, -400.0)]
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_at_its_end_goes_to_the_middle_first() {
+    fn a_joint_at_its_stop_is_moved_to_the_middle_first() {
         let mut sweep = Sweep::new(2048.0, 400.0, 4096.0);
         // From its high end past the middle, where it rests: the way there does not count as the turn forward.
         let mut count = 2448.0;
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_sweep_is_none() {
+    fn half_a_sweep_does_not_count() {
         assert_eq!(stages(2048.0, &[400.0]), [Stage::Forward, Stage::Back]);
         assert_eq!(stages(2048.0, &[80.0, -60.0]), [Stage::Forward]);
     }

@@ -197,8 +197,8 @@ fn centre<P: Ports, H: Person>(
     }
     let names: Vec<&str> = wrong.iter().map(|index| robot.joints[*index].name.as_str()).collect();
     bench.person.hear(&format!(
-        "The seam of the encoder (where its highest count becomes 0) lies in or beside the range of {}. The cure is \
-         written into these servos, for good: where they stand now becomes their middle count.",
+        "The seam of the encoder (where its highest count becomes 0) lies in or beside the range of {}. The cure \
+         is written into these servos permanently: their present positions become their middle counts.",
         names.join(", ")
     ));
     if !is_unattended && !bench.ask_whether("Hold the pose. Write it?")? {

@@ -14,19 +14,19 @@ use super::operator::{OnHardware, Signals, Terminal};
 use super::ports::{self, PortOption};
 use super::sim::typed;
 use super::{BadInput, COMPLETED, CalibrateArguments, FAILED, STOPPED_BY_SAFETY, say};
-use crate::calibration::{CalibrateError, Ended, Person, calibrate as calibrate_robot};
+use crate::calibration::{CalibrateError, CalibrationEnd, Person, calibrate as calibrate_robot};
 use crate::config::{self, Unit, UnitFile, default_unit_path, load_unit, nearest, rewrite_unit, write_unit};
 use crate::model::Robot;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 
 /// Calibrates the robot, or continues a calibration; returns the exit code.
 pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
     let robot = config::load(&options.robot)?.robot;
     let path = options.unit.clone().unwrap_or_else(|| default_unit_path(&options.robot));
-    Outputs::of_reading([&options.robot]).claim("the unit file", &path, Writing::UnitFile)?;
+    Outputs::of_reading([&options.robot]).claim("the unit file", &path, WriteMode::UnitFile)?;
     let unit_file = path.exists().then(|| load_unit(&path)).transpose()?;
     let Some(mut unit) = unit_to_go_on_with(options, &robot, unit_file.as_ref())? else {
-        say!("{} is calibrated: nothing to do (--again calibrates it anew)", robot.name);
+        say!("{} is calibrated: nothing to do (--again calibrates it once more)", robot.name);
         return Ok(COMPLETED);
     };
     let ports = ports::devices_for_tools(&robot, unit_file.as_ref(), &options.ports)?;
@@ -44,7 +44,7 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
         let unattended = options.is_unattended;
         Ok(calibrate_robot(&robot, &mut unit, lines, &mut person, &mut operator, unattended, today()?))
     };
-    let Ended { result, .. } = guard.over(work, |ended| ended.is_end_heard)?;
+    let CalibrationEnd { result, .. } = guard.over(work, |ended| ended.is_end_heard)?;
     let path = person.path.display();
     match result {
         Ok(()) => {
@@ -55,8 +55,8 @@ pub(super) fn calibrate(options: &CalibrateArguments) -> Result<u8> {
             let code =
                 if matches!(error, CalibrateError::Stopped { .. }) { STOPPED_BY_SAFETY } else { FAILED };
             let kept = match person.is_kept {
-                true => format!("what was done is kept in {path}: the same command goes on from there"),
-                false => "nothing was kept yet: the same command begins again".to_owned(),
+                true => format!("the finished part is kept in {path}: the same command continues from there"),
+                false => "nothing was kept yet: the same command starts from the beginning".to_owned(),
             };
             say::complain(&format!("hippocamp: {error}"));
             say::complain(&kept);
@@ -101,8 +101,9 @@ fn unit_to_go_on_with(
             file.apply(&mut built)?;
             if unit.calibrated_on.is_some() {
                 // The measurements do not show what was changed since.
-                file.check_calibrated(&built, &options.robot)
-                    .context("it cannot be gone on from here: calibrate all joints anew with --again")?;
+                file.check_calibrated(&built, &options.robot).context(
+                    "the calibration cannot continue: calibrate all joints from the beginning with --again",
+                )?;
                 if again.is_none() {
                     return Ok(None);
                 }

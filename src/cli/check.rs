@@ -8,12 +8,12 @@ use super::load::load;
 use super::{BadInput, write_whole};
 use crate::bus::costs;
 use crate::model::Robot;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 use crate::urdf;
 
 /// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
 pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
-    let place = |file| Outputs::of_reading([path]).claim("--urdf", file, Writing::Whole);
+    let place = |file| Outputs::of_reading([path]).claim("--urdf", file, WriteMode::Whole);
     let place = urdf_file.map(place).transpose()?;
     let loaded = load(path, None)?;
     let robot = &loaded.file.robot;

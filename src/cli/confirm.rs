@@ -19,7 +19,7 @@ pub(super) fn confirm(what: &str, yes: bool) -> Result<()> {
     if !input.is_terminal() {
         return Err(BadInput(format!("{what}: --yes does so without asking; nothing was written")).into());
     }
-    say::ask(&format!("{what}. Do so? [y/N]"));
+    say::ask(&format!("{what}. Continue? [y/N]"));
     let mut answer = String::new();
     let _ = interrupt::while_asking(|| input.read_line(&mut answer));
     match answer.trim() {

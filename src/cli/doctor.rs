@@ -53,7 +53,7 @@ pub(super) fn doctor(options: &DoctorArguments) -> Result<u8> {
         say!("{}: {}, {}", robot.name, counted(faults, "fault"), counted(warnings, "warning"));
     }
     if stop.load(std::sync::atomic::Ordering::Relaxed) {
-        anyhow::bail!("broken off before all was looked at");
+        anyhow::bail!("interrupted before everything was checked");
     }
     Ok(if faults == 0 { COMPLETED } else { FAILED })
 }
@@ -65,7 +65,7 @@ fn look_at_files(robot: &mut Robot, robot_file: &Path, unit: Option<&UnitFile>, 
         return lines.fault(
             ABOUT,
             format!("{} is not there", default_unit_path(robot_file).display()),
-            "'hippocamp setup' and 'hippocamp calibrate' make it; no robot moves without",
+            "'hippocamp setup' and 'hippocamp calibrate' make it; no robot moves without it",
         );
     };
     let mut tell = |error: ConfigError, cure: &str| {

@@ -13,7 +13,7 @@ use crate::calibration::{FoundImu, set_up_imu};
 use crate::config::{self, Unit, UnitImu, default_unit_path, write_unit};
 use crate::imu::{Imu, SerialImu};
 use crate::model::{ImuSettings, Robot};
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 
 /// Time between two lines of `show`.
 const SHOW_EVERY: Duration = Duration::from_millis(200);
@@ -63,7 +63,7 @@ fn place(options: &ImuArguments) -> Result<Place> {
 fn setup(options: &ImuArguments) -> Result<u8> {
     let place = place(options)?;
     let mut outputs = Outputs::of_reading([&options.robot]);
-    outputs.claim("the unit file", &place.unit_path, Writing::UnitFile)?;
+    outputs.claim("the unit file", &place.unit_path, WriteMode::UnitFile)?;
     // The settings come from the robot file, whatever the unit file says of an earlier IMU.
     let wanted = config::load(&options.robot)?.robot.imu.unwrap_or(place.settings);
     let mut line = SerialImu::open(&Device { baud: wanted.baud, ..place.device.clone() })?;
@@ -76,11 +76,11 @@ fn setup(options: &ImuArguments) -> Result<u8> {
     say!(
         "{}: the unit is turned by roll {roll:.1}, pitch {pitch:.1}, yaw {yaw:.1} degrees{}; kept in {}.",
         place.robot.name,
-        if found.rates_reversed { ", and tells its turn rates with the other sign" } else { "" },
+        if found.rates_reversed { ", and reports its turn rates with the opposite sign" } else { "" },
         place.unit_path.display()
     );
     say!(
-        "See with 'hippocamp imu show' that pitch grows as the nose goes down, and roll as the left side goes up."
+        "Check with 'hippocamp imu show' that pitch grows as the nose goes down, and roll as the left side goes up."
     );
     Ok(COMPLETED)
 }

@@ -176,7 +176,7 @@ enum Command {
     /// Sets up a robot's new servos, one after the other.
     ///
     /// Asks you to plug in the servo of each joint, finds it, saves a backup of it, gives it id, rate and modes,
-    /// and reads all of it back. If you break it off, run it again: it continues from there. Leave servos that are
+    /// and reads all of it back. If you interrupt it, run it again: it continues from there. Leave servos that are
     /// set up plugged in. Writes the devices to the unit file. See docs/servos.md.
     #[command(after_help = "Example: hippocamp setup config/horse.toml --port main=/dev/ttyUSB0")]
     Setup(setup::SetupArguments),
@@ -209,7 +209,7 @@ enum Command {
     #[command(after_help = "Examples:\n  hippocamp sim config/horse.toml\n  \
                             hippocamp sim config/horse.toml --factory-new --link ports --reversed left_hind.hip")]
     Sim(SimArguments),
-    /// Takes the torque off if the controller that started it dies. For the program's own use.
+    /// Takes the torque off if the controller that started it dies. For internal use.
     #[command(hide = true)]
     Guard {
         /// The robot file.
@@ -256,7 +256,7 @@ impl Command {
 /// Options that name the built robot and its devices, or ask for a simulated one.
 #[derive(Debug, clap::Args)]
 struct UnitArguments {
-    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml, if there is one].
+    /// The unit file of this robot [default: the robot file's name with .unit.toml for .toml, if there is one].
     #[arg(long, value_name = "FILE")]
     unit: Option<PathBuf>,
     /// Serial device of a bus, instead of the unit file's (paths in /dev/serial/by-id stay the same).
@@ -383,7 +383,7 @@ struct MonitorArguments {
     /// Time between two tables or lines, in seconds [default: 0.2 on a terminal, 1 elsewhere].
     #[arg(long = "every", value_name = "SECONDS", allow_negative_numbers = true)]
     every_s: Option<f64>,
-    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    /// Faults of the simulated buses, and their times (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     faults: Option<PathBuf>,
     #[command(flatten)]
@@ -398,7 +398,7 @@ struct PlotArguments {
     /// The motion script (TOML; see docs/scripts.md).
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
-    /// The directory to write to; made if it is not there.
+    /// The directory to write to; created if it does not exist.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Where the pictures begin, in seconds since the robot stood [default: 0].
@@ -417,24 +417,24 @@ struct PlotArguments {
 struct SimArguments {
     /// The robot file.
     robot: PathBuf,
-    /// The folder for the links to the terminals, one for each bus, by its name; made if it is not there [default: one
+    /// The folder for the links to the terminals, one for each bus, by its name; created if it does not exist [default: one
     /// named after the robot file in the user's folder for running programs].
     #[arg(long, value_name = "DIR")]
     link: Option<PathBuf>,
-    /// Things that go wrong on the buses, and when (TOML; see docs/faults.md).
+    /// Faults of the buses, and their times (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
-    /// New servos out of the box: all with id 1 and every register as shipped, horns put on anyhow, none plugged in.
+    /// New servos: all with id 1 and every register as shipped, horns at random angles, none plugged in.
     #[arg(long, conflicts_with = "unit")]
     factory_new: bool,
     /// With --factory-new, horns are put on within this many degrees of where the robot file has them, as a person who
-    /// follows docs/wiring.md does; without, anywhere.
+    /// follows docs/wiring.md does; without it, at any angle.
     #[arg(long, value_name = "DEG", requires = "factory_new", value_parser = clap::value_parser!(u16).range(0..=180))]
     horns_within_deg: Option<u16>,
     /// Joints whose servo is mounted the other way round than the robot file says.
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     reversed: Vec<String>,
-    /// Seed for the start angles of the limp joints, the mounting of the horns, and all other chance.
+    /// Seed for the start angles of the limp joints, the mounting of the horns, and everything else that is random.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Let the joints turn freely, even where the robot file has a [physics] section.

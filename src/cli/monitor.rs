@@ -144,7 +144,7 @@ fn fit(lines: &mut Vec<String>, size: Option<rustix::termios::Winsize>) {
     if lines.len() > room {
         let left_out = lines.len() - room + 1;
         lines.truncate(room - 1);
-        lines.push(format!("... {left_out} more: make the window higher"));
+        lines.push(format!("... {left_out} more: make the window taller"));
     }
     let columns = if columns == 0 { 80 } else { columns };
     for line in lines {

@@ -6,7 +6,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator;
 
 use super::drivers::Driver;
-use super::guard::Heart;
+use super::guard::Heartbeat;
 use super::ports::warn;
 use super::status::Notes;
 use crate::motion::Order;
@@ -17,7 +17,7 @@ use crate::run;
 use crate::signals::Status;
 
 /// Printed, and written into the report, when the guard is gone.
-const GUARD_GONE: &str = "the guard process is gone or hangs, and nobody would take the torque off if this program \
+const GUARD_GONE: &str = "the guard process is gone or hangs, so nothing would take the torque off if this program \
                           died too: stopped";
 
 /// Parts that only a loop on real servos has.
@@ -25,7 +25,7 @@ pub(super) struct OnHardware {
     /// The processor to stay on, if one was named.
     pub(super) processor: Option<usize>,
     /// Tells the guard that the loop is alive.
-    pub(super) heart: Heart,
+    pub(super) heart: Heartbeat,
 }
 
 /// Takes orders from a driver and from signals; also holds the parts for real servos.

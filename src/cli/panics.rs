@@ -41,7 +41,7 @@ mod tests {
 
     /// One test for all cases, since all threads share the hook.
     #[test]
-    fn a_panic_goes_on_as_it_would_and_is_said_whether_it_is_caught_inside_or_not() {
+    fn a_panic_unwinds_as_usual_and_is_reported_whether_it_is_caught_or_not() {
         let caught = said_to(|_| {}, || panic::catch_unwind(|| panic!("a panic this test wants")));
         assert_eq!(caught.unwrap_err().downcast_ref(), Some(&"a panic this test wants"));
 

@@ -13,7 +13,7 @@ use crate::motion::Generator;
 use crate::motion::horse::swing_of;
 use crate::motion::horse::thesis_rule::{SteadyGait, ThesisRule};
 use crate::operator::Script;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 use crate::plot::{self, Course, Subject};
 
 /// Longest time that a picture can show, and longest that it shows well, s.
@@ -41,13 +41,15 @@ pub(super) fn plot(options: &PlotArguments) -> Result<()> {
     print_summary(&course);
     let (from_s, to_s) = course.times_s();
     if to_s - from_s > LONG_S {
-        say!("  strides lie close together in pictures of so long a time: --from and --to draw a part of it");
+        say!(
+            "  strides lie close together in pictures of such a long time: draw a part of it with --from and --to"
+        );
     }
     fs::create_dir_all(&options.out)
         .map_err(|error| BadInput(format!("--out {}: {error}; expected a folder", options.out.display())))?;
     let mut outputs = Outputs::of_reading([&options.robot, &options.script]);
     let claim = |(name, svg)| {
-        outputs.claim("--out", &options.out.join(name), Writing::Whole).map(|place| (place, svg))
+        outputs.claim("--out", &options.out.join(name), WriteMode::Whole).map(|place| (place, svg))
     };
     let pictures = pictures.into_iter().map(claim).collect::<Result<Vec<_>, _>>()?;
     for (place, svg) in pictures {

@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_fault_has_a_line_and_what_is_said_around_them_stands_before_the_first() {
+    fn each_fault_has_a_line_and_context_stands_before_the_first() {
         let several =
             Several { lines: vec!["bus a".to_owned(), "bus b\nforged".to_owned()], is_input: false };
         let error = anyhow::Error::from(several).context("the ports");
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_that_names_no_file_is_told_with_the_one_it_is_about() {
+    fn a_refusal_without_a_file_name_is_printed_with_the_file_it_concerns() {
         let files = [Path::new("a.toml"), Path::new("b.toml")];
         for (said, told) in [
             ("foal has no servos", "a.toml: foal has no servos"),

@@ -11,7 +11,7 @@ use crate::bus::ServoGoal;
 use crate::html::Page;
 use crate::model::Robot;
 use crate::observe::BusFacts;
-use crate::output::{Outputs, Place, Writing, named_part};
+use crate::output::{Outputs, Place, WriteMode, named_part};
 use crate::recording::{self, Ending, RecordedRun, Sample};
 use crate::replay::{Judge, Replay};
 
@@ -21,13 +21,13 @@ pub(super) fn replay(path: &Path, page: Option<&Path>) -> Result<u8> {
     if !path.exists() && part.exists() {
         let part = part.display();
         return Err(BadInput(format!(
-            "{} is not there, but {part} is: a recording that was cut short. Try 'hippocamp replay {part}'",
+            "{} does not exist, but {part} does: a recording that was cut short. Try 'hippocamp replay {part}'",
             path.display()
         ))
         .into());
     }
     let place =
-        page.map(|page| Outputs::of_reading([path]).claim("--html", page, Writing::Whole)).transpose()?;
+        page.map(|page| Outputs::of_reading([path]).claim("--html", page, WriteMode::Whole)).transpose()?;
     let (run, mut cycles) = recording::open(path)?;
     let judge = Judge::new(&run.robot, &run.header);
     let mut judge = judge.with_context(|| path.display().to_string())?;
@@ -120,7 +120,7 @@ impl Summary {
         say!("  {} cycles recorded in {:.1} s, {} dropped", self.cycles, self.end_s, replay.dropped);
         if let Some((error_rad, joint, time_s)) = self.worst {
             say!(
-                "  off its goal most: {} by {:.2} degrees at {time_s:.2} s",
+                "  farthest off its goal: {} by {:.2} degrees at {time_s:.2} s",
                 robot.joints[joint].name,
                 error_rad.to_degrees()
             );
@@ -170,12 +170,12 @@ fn print_not_judged(replay: &Replay) {
         let behind = replay.cycles - replay.cycles_run_again;
         if behind > 0 {
             say!(
-                "NOT RUN AGAIN: {behind} cycles behind cycle {}: the controller would not know what was dropped",
+                "NOT RUN AGAIN: {behind} cycles after cycle {}: the controller would not know what was dropped",
                 first.start()
             );
         }
     }
     if replay.is_cut_short {
-        say!("NOT JUDGED: how the run went on, as the recording was cut short");
+        say!("NOT JUDGED: the rest of the run, since the recording was cut short");
     }
 }

@@ -101,22 +101,23 @@ pub(super) fn scan(options: &ScanArguments) -> Result<u8> {
     bar.end();
     if port.is_echoing() {
         notes.push(
-            "the adapter hands back what it is sent (echo): hippocamp copes with that; other programs may not".into(),
+            "the adapter returns what it is sent (echo): hippocamp handles that; other programs may not"
+                .into(),
         );
     }
     print(&mut port, &found, &notes)?;
     if stop.load(Ordering::Relaxed) {
-        anyhow::bail!("broken off before all was looked at");
+        anyhow::bail!("interrupted before everything was checked");
     }
     Ok(if found.is_empty() { FAILED } else { COMPLETED })
 }
 
 /// Protocols and rates to try, likely ones first.
 fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
-    let languages = wanted_protocols(options.protocol);
+    let protocols = wanted_protocols(options.protocol);
     for baud in &options.bauds {
-        if !languages.iter().any(|of| scan_bauds(*of).contains(baud)) {
-            let mut known: Vec<u32> = languages.iter().flat_map(|of| of.bauds()).collect();
+        if !protocols.iter().any(|of| scan_bauds(*of).contains(baud)) {
+            let mut known: Vec<u32> = protocols.iter().flat_map(|of| of.bauds()).collect();
             known.sort_unstable();
             known.dedup();
             let known: Vec<String> = known.iter().map(u32::to_string).collect();
@@ -129,14 +130,14 @@ fn passes(options: &ScanArguments) -> Result<Vec<(Protocol, u32)>> {
     for rank in 0..longest.unwrap_or_default() {
         let of_rank =
             |of: &Protocol| scan_bauds(*of).get(rank).filter(|baud| is_wanted(baud)).map(|baud| (*of, *baud));
-        passes.extend(languages.iter().filter_map(of_rank));
+        passes.extend(protocols.iter().filter_map(of_rank));
     }
     Ok(passes)
 }
 
 fn print(port: &mut ServicePort, found: &[Found], notes: &[String]) -> Result<()> {
     if found.is_empty() {
-        say!("nobody answered: check the servos' power and cable, and that no other program uses them");
+        say!("no servo answered: check the servos' power and cable, and that no other program uses them");
     } else {
         say!(
             "{:<10} {:>8} {:>4}  {:<26} {:>8}  {:>7} {:>5}  notes",
@@ -251,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ids_are_read_as_typed() {
+    fn lists_of_ids_are_parsed() {
         let ids = |text: &str| text.parse::<Ids>().map(|ids| ids.0.iter().map(|id| id.0).collect::<Vec<_>>());
         assert_eq!(ids("1-3,40").unwrap(), [1, 2, 3, 40]);
         assert_eq!(ids("7").unwrap(), [7]);

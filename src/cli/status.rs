@@ -54,11 +54,11 @@ const UNTOLD_MAX: usize = 64;
 
 impl StatusLine {
     /// Starts the status line of `robot`, which is of this `kind`.
-    #[allow(clippy::disallowed_methods, reason = "only looks what it is")]
+    #[allow(clippy::disallowed_methods, reason = "only checks its type")]
     pub(super) fn start(robot: &Robot, kind: &dyn Kind) -> StatusLine {
         let is_terminal = std::io::stderr().is_terminal();
         let (sender, receiver) = bounded(WAITING);
-        let names = Names(kind.words());
+        let names = StatusFormat(kind.words());
         let robot = robot.clone();
         StatusLine {
             sender,
@@ -111,7 +111,7 @@ impl Observer for StatusLine {
         Stage::Orders
     }
 
-    fn end(&mut self, _end: &mut End) {
+    fn end(&mut self, _end: &mut End, _has_stopped_run: bool) {
         self.finish();
     }
 }
@@ -130,7 +130,7 @@ impl Notes {
 }
 
 #[allow(clippy::disallowed_methods, reason = "draws over itself, in lines made printable")]
-fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &Robot) {
+fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &StatusFormat, robot: &Robot) {
     let mut out = std::io::stderr().lock();
     for line in lines {
         let (line, is_passing) = match line {
@@ -156,7 +156,7 @@ fn print_all(lines: &Receiver<Line>, is_terminal: bool, names: &Names, robot: &R
 }
 
 /// Columns of the terminal on standard error; if it does not report them, 80, the default for fifty years.
-#[allow(clippy::disallowed_methods, reason = "only looks what it is")]
+#[allow(clippy::disallowed_methods, reason = "only checks its type")]
 fn terminal_columns() -> usize {
     let columns = rustix::termios::tcgetwinsize(std::io::stderr()).map_or(0, |size| usize::from(size.ws_col));
     if columns == 0 { 80 } else { columns }
@@ -168,9 +168,9 @@ fn cut(line: &str, columns: usize) -> &str {
 }
 
 /// The line for people; the robot's kind has the words for its motion.
-struct Names(Box<dyn Words>);
+struct StatusFormat(Box<dyn Words>);
 
-impl Names {
+impl StatusFormat {
     /// The most important part first: a narrow terminal shows only the beginning.
     fn line_of(&self, status: &Status, order: Order) -> String {
         let doing = match (status.permission, status.activity) {
@@ -230,11 +230,11 @@ mod tests {
     }
 
     fn line(status: &Status, order: Order) -> String {
-        Names(horse().words()).line_of(status, order)
+        StatusFormat(horse().words()).line_of(status, order)
     }
 
     #[test]
-    fn what_matters_fits_forty_columns() {
+    fn important_status_fits_forty_columns() {
         assert_eq!(line_of(&WALKING), "  59.9 s walking 0.123 m/s, 41 C, 11.8 V");
         for permission in [Permission::Move, Permission::Hold, Permission::Stop] {
             let line = line_of(&Status { permission, late_cycles: 12345, ..WALKING });
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_safety_stopped_has_no_walking_speed() {
+    fn the_status_of_a_robot_stopped_by_safety_shows_no_walking_speed() {
         for permission in [Permission::Hold, Permission::Stop] {
             let line = line_of(&Status { permission, ..WALKING });
             assert!(line.contains("BY SAFETY") && !line.contains("m/s"), "{line}");
@@ -254,12 +254,12 @@ mod tests {
     }
 
     #[test]
-    fn an_imu_that_is_lost_is_told() {
+    fn a_lost_imu_is_shown() {
         assert!(line_of(&Status { is_imu_lost: true, ..WALKING }).ends_with(", NO IMU"));
     }
 
     #[test]
-    fn late_cycles_are_told_once_there_are_some() {
+    fn late_cycles_are_shown_once_there_are_some() {
         let line = |late_cycles| line_of(&Status { late_cycles, ..WALKING });
         assert!(!line(0).contains("late"));
         assert!(line(1).ends_with(", 1 late cycle") && line(2).ends_with(", 2 late cycles"));

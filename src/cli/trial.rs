@@ -11,7 +11,7 @@ use super::load::load;
 use super::{BadInput, COMPLETED, say, write_whole};
 use crate::kinds::Falls;
 use crate::model::ReflexMode;
-use crate::output::{Outputs, Place, Writing};
+use crate::output::{Outputs, Place, WriteMode};
 use crate::plot::{self, FallRow};
 use crate::trial::{FRICTION, IMPULSE_NS_KG, Scene, Summary, TrialError, Trials, Tried};
 
@@ -21,7 +21,7 @@ pub(super) const BAR: u64 = 40;
 /// Options of `try`.
 #[derive(Debug, clap::Args)]
 pub(super) struct TryArguments {
-    /// The robot file; with --faults as many as wanted.
+    /// The robot file; with --faults several are allowed.
     #[arg(required = true, value_name = "ROBOT")]
     pub(super) robots: Vec<PathBuf>,
     /// Try faults instead of falls: "random" draws new ones for each episode; a file of a folder of findings is
@@ -70,7 +70,7 @@ pub(super) fn try_it(options: &TryArguments) -> Result<u8> {
 fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let mut outputs = Outputs::of_reading([robot_file]);
     let mut place = |option: &str, path: &Option<PathBuf>| {
-        path.as_deref().map(|path| outputs.claim(option, path, Writing::Whole)).transpose()
+        path.as_deref().map(|path| outputs.claim(option, path, WriteMode::Whole)).transpose()
     };
     let picture = place("--picture", &options.picture)?;
     let kept = place("--kept", &options.kept)?;
@@ -83,7 +83,9 @@ fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
     let tables = format!("{}\n\n{summary}", headline(options, robot_file, &trials));
     if options.is_json {
         let json = Json { robot: &robot.name, seed: options.seed, summary: &summary, trials: &tried };
-        say::lines(&serde_json::to_string_pretty(&json).context("the trials could not be put into JSON")?);
+        say::lines(
+            &serde_json::to_string_pretty(&json).context("the trials could not be converted to JSON")?,
+        );
     } else {
         say::lines(&tables);
     }

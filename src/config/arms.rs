@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::limb::{Bent, ChainEntry, Limb, Root, Roots, read_range, rotation};
+use super::limb::{ArmJoints, ChainEntry, Limb, Root, Roots, read_range, rotation};
 use super::number::Limits;
 use super::reader::Section;
 use super::servos::{ServoPlaces, ServoRow};
@@ -95,7 +95,7 @@ fn read_hinges(
     links_m: Option<&[f64]>,
     mass_kg: Option<f64>,
     servos: &mut ServoPlaces<'_>,
-) -> Option<Bent> {
+) -> Option<ArmJoints> {
     let bend_range = read_range(section, "range_deg");
     let twist_range = match (hinges, section.has("twist_range_deg")) {
         (Some(3), _) => read_range(section, "twist_range_deg"),

@@ -20,7 +20,7 @@ pub(super) fn read(section: &Section<'_>) -> Option<Option<BallJoint>> {
     match BallJoint::new(corners.into_iter().collect::<Option<_>>()?) {
         Ok(ball) if ball.has_swing(glam::DVec2::ZERO) => Some(Some(ball)),
         Ok(_) => {
-            section.fault("ball", "corners round the straight joint: lift 0 and sweep 0 are to lie within");
+            section.fault("ball", "corners round the straight joint: lift 0 and sweep 0 must lie inside");
             None
         }
         Err(error) => {

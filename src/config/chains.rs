@@ -53,7 +53,7 @@ fn read_chain<'a>(
     let mut joint_names = Unique::default();
     let mut end = None;
     let joints = section.list("joint", "the chain's joints", JOINTS_MAX, |joint| {
-        let link = joint.vector("link_mm", "the way to the next joint, or to the tip, in mm");
+        let link = joint.vector("link_mm", "the vector to the next joint, or to the tip, in mm");
         end = link;
         read_joint(joint, name, link, &mut joint_names, servos)
     });

@@ -38,7 +38,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_of_the_file_are_kept_in_its_order_and_the_others_counted() {
+    fn the_first_faults_are_kept_in_file_order_and_the_others_counted() {
         let mut faults = Faults::default();
         for line in (1..=FAULTS_TOLD + 10).rev() {
             faults.note(line, || fault(line, "first"));
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_not_be_told_is_not_made() {
+    fn a_fault_that_would_not_be_reported_is_not_built() {
         let mut faults = Faults::default();
         (0..FAULTS_TOLD).for_each(|line| faults.note(line, || fault(line, "")));
         faults.note(FAULTS_TOLD, || panic!("made for nothing"));

@@ -23,7 +23,7 @@ const TILT_MAX_DEG: f64 = 60.0;
 const LONGEST_S: f64 = 60.0;
 
 /// A joint that poses may name.
-struct Named<'a> {
+struct PosableJoint<'a> {
     joint: &'a Joint,
     is_leg: bool,
 }
@@ -86,12 +86,12 @@ pub(super) fn read_figure(section: &Section<'_>, chains: &[ChainEntry<'_>]) -> O
 }
 
 /// All joints in the robot's order, if all chains could be read.
-fn named_joints<'c>(chains: &'c [ChainEntry<'_>], legs: Option<[usize; 2]>) -> Option<Vec<Named<'c>>> {
+fn named_joints<'c>(chains: &'c [ChainEntry<'_>], legs: Option<[usize; 2]>) -> Option<Vec<PosableJoint<'c>>> {
     let legs = legs?;
     let mut named = Vec::new();
     for (place, chain) in chains.iter().enumerate() {
         let is_leg = legs.contains(&place);
-        named.extend(chain.limb.as_ref()?.joints().iter().map(|joint| Named { joint, is_leg }));
+        named.extend(chain.limb.as_ref()?.joints().iter().map(|joint| PosableJoint { joint, is_leg }));
     }
     Some(named)
 }
@@ -99,7 +99,7 @@ fn named_joints<'c>(chains: &'c [ChainEntry<'_>], legs: Option<[usize; 2]>) -> O
 fn read_pose<'a>(
     section: &Section<'a>,
     stand_height_m: f64,
-    joints: &[Named<'_>],
+    joints: &[PosableJoint<'_>],
     stand: Option<&FigurePose>,
     names: &mut Unique<'a>,
 ) -> Option<FigurePose> {
@@ -120,7 +120,7 @@ fn read_pose<'a>(
         section.number_or("roll_deg", "the trunk's roll in degrees, left side up if positive", tilt, 0.0);
     let meaning = "how far the trunk is to the left of the middle between its feet in mm";
     let sway = section.number_or("sway_mm", meaning, Limits::PLACE, 0.0);
-    let resting = |joint: &Named<'_>| 0.0_f64.clamp(joint.joint.range_rad.0, joint.joint.range_rad.1);
+    let resting = |joint: &PosableJoint<'_>| 0.0_f64.clamp(joint.joint.range_rad.0, joint.joint.range_rad.1);
     let mut angles_rad = match stand {
         Some(stand) => stand.angles_rad.clone(),
         None => joints.iter().map(resting).collect(),
@@ -143,12 +143,12 @@ fn read_pose<'a>(
 }
 
 /// A joint and its angle, rad.
-fn read_turn(section: &Section<'_>, joints: &[Named<'_>]) -> Option<(usize, f64)> {
+fn read_turn(section: &Section<'_>, joints: &[PosableJoint<'_>]) -> Option<(usize, f64)> {
     let names: Vec<Option<&str>> = joints.iter().map(|named| Some(named.joint.name.as_str())).collect();
     let joint = section.reference("joint", "the name of a joint, after that of its chain", &names);
     let angle = section.number("angle_deg", "its angle in degrees", Limits::ANGLE);
     let (joint, angle) = (joint?, angle?);
-    let Named { joint: turned, is_leg } = joints.get(joint)?;
+    let PosableJoint { joint: turned, is_leg } = joints.get(joint)?;
     if *is_leg {
         let expected = "a joint that is not a leg's: feet stay on the ground, and legs follow height_mm, pitch_deg, \
                         roll_deg and sway_mm";

@@ -51,7 +51,7 @@ fn read_settings(section: &Section<'_>, loop_rate_hz: Option<f64>) -> Option<Imu
         && 10 * IMU_SAMPLE_BYTES * rate_hz > baud
     {
         let least = 10 * IMU_SAMPLE_BYTES * rate_hz;
-        section.fault("baud", format!("at least {least}, what {rate_hz} measurements a second take"));
+        section.fault("baud", format!("at least {least}, which {rate_hz} measurements a second need"));
     }
     let meaning = "roll, pitch and yaw of the unit in the body, in degrees";
     let rpy = section.vector_or("rpy_deg", meaning, DVec3::ZERO);

@@ -62,13 +62,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_in_lists_are_left_out() {
+    fn list_indices_are_left_out() {
         assert_eq!(without_places("chain[0].joint[12].range_deg[1]"), "chain[].joint[].range_deg[]");
         assert_eq!(without_places("name"), "name");
     }
 
     #[test]
-    fn what_is_said_first_of_a_key_holds() {
+    fn the_first_description_of_a_key_holds() {
         let mut keys = Keys::default();
         keys.note("a[0].b", "", Some("what fits".to_owned()));
         keys.note("a[1].b", "a number", Some("7".to_owned()));

@@ -65,7 +65,7 @@ impl Limb {
 }
 
 /// The joints of an arm, and its tendons if it has them.
-pub(super) type Bent = (Vec<Joint>, Option<TendonDrive>);
+pub(super) type ArmJoints = (Vec<Joint>, Option<TendonDrive>);
 
 /// The roots seen so far, with their lines.
 #[derive(Default)]

@@ -6,8 +6,8 @@
 //! A robot file describes all robots of a kind. The data of one built robot are in its unit file; [`UnitFile`] says
 //! more.
 //!
-//! One schema serves all rigs. Lengths are in mm, angles in degrees; each key's name ends in its unit. The page
-//! `docs/robot-file.md` lists the keys; [`robot_file_keys`] makes it.
+//! The page `docs/robot-file.md` lists every key of robot files with its meaning, unit and default. It is generated from
+//! [`robot_file_keys`], which the readers here fill.
 
 mod arms;
 mod balance;
@@ -48,7 +48,9 @@ use toml::de::DeTable;
 
 use crate::ik::Clearance;
 use crate::input::{self, InputError};
-use crate::model::{Bus, IMU_LINE, Motion, OnTrip, Robot, SafetySettings, StopAction, TentacleMotion};
+use crate::model::{
+    Bus, IMU_LINE, Motion, Robot, SafetySettings, StopAction, TentacleMotion, TrippedServoPolicy,
+};
 use crate::motion::StrokeCommand;
 use crate::motion::tentacle::{TentaclePlan, winder};
 pub use fault::{ConfigError, Fault};
@@ -175,9 +177,9 @@ fn read_robot(file: &Section<'_>) -> Option<Robot> {
     let motion = motion::read(file, &chains);
     let physics = physics::read(file, &chains, motion.as_ref());
     let balance = balance::read(file, &chains, motion.as_ref(), physics.as_ref().and_then(Option::as_ref));
-    let on_trip = safety.as_ref().map(|safety| safety.on_trip);
-    if on_trip == Some(OnTrip::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
-        let expected = "\"stop\", or no such key: arms hang on without a joint, what stands on legs falls";
+    let tripped_servo = safety.as_ref().map(|safety| safety.tripped_servo);
+    if tripped_servo == Some(TrippedServoPolicy::Freeze) && motion.as_ref().is_some_and(Motion::is_on_legs) {
+        let expected = "\"stop\", or no such key: arms can do without a joint, but a robot on legs falls";
         file.fault("safety.tripped_servo", expected);
     }
     if let Some(rate_hz) = rate_hz {

@@ -8,7 +8,9 @@ use super::meters;
 use super::number::Limits;
 use super::reader::Section;
 use super::strokes::{read_path, read_pole};
-use crate::model::{ArmSettings, Bending, Between, Carrier, HorseMotion, Motion, TentacleMotion};
+use crate::model::{
+    ArmSettings, Bending, HorseMotion, KeyInterpolation, Motion, TentacleMotion, WeightSupport,
+};
 
 /// The kinds of motion a file may name.
 #[derive(Clone)]
@@ -112,9 +114,13 @@ const CLEARANCE_MM: f64 = 5.0;
 /// How hard arms hold a pole if the file does not set it.
 const GRIP_SHARE: f64 = 0.15;
 
-const CARRIERS: [(&str, Carrier); 3] =
-    [("servos", Carrier::Servos), ("water", Carrier::Water), ("counterweight", Carrier::Counterweight)];
-const BETWEEN: [(&str, Between); 2] = [("linear", Between::Linear), ("smooth", Between::Smooth)];
+const CARRIERS: [(&str, WeightSupport); 3] = [
+    ("servos", WeightSupport::Servos),
+    ("water", WeightSupport::Water),
+    ("counterweight", WeightSupport::Counterweight),
+];
+const BETWEEN: [(&str, KeyInterpolation); 2] =
+    [("linear", KeyInterpolation::Linear), ("smooth", KeyInterpolation::Smooth)];
 const BENDINGS: [(&str, Bending); 2] = [("ccd", Bending::Ccd), ("smooth", Bending::Smooth)];
 
 /// Optional keys of a tentacle's motion: each with its meaning and its default.
@@ -151,8 +157,8 @@ fn read_tentacle(
     let carrier = section.choice("carried_by", "what carries the arms' weight", &CARRIERS);
     let meaning = "the share of the arms' weight that it carries";
     let carried_share = match carrier {
-        Some(Carrier::Servos) if !section.has("carried_share") => Some(0.0),
-        Some(Carrier::Servos) => {
+        Some(WeightSupport::Servos) if !section.has("carried_share") => Some(0.0),
+        Some(WeightSupport::Servos) => {
             section.fault("carried_share", "no such key where servos carry all of the weight");
             None
         }
@@ -169,7 +175,7 @@ fn read_tentacle(
     }
     let between = match section.has("key_angles") {
         true => section.choice("key_angles", "how strokes go from one key angle to the next", &BETWEEN),
-        false => Some(Between::Smooth),
+        false => Some(KeyInterpolation::Smooth),
     };
     let bending = match section.has("bending") {
         true => section.choice("bending", "how an arm bends to reach the ends of its groups", &BENDINGS),

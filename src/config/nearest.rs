@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slip_of_the_hand_finds_its_word() {
+    fn a_typing_error_finds_the_intended_word() {
         let keys = ["mass_kg", "range_deg", "link_mm", "id"];
         for (typed, meant) in [
             ("range_rad", Some("range_deg")),
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn known_distances() {
+    fn edit_distances_match_known_values() {
         assert_eq!(edits("kitten", "sitting"), 3);
         assert_eq!(edits("", "abc"), 3);
         assert_eq!(edits("gallop", "gallop"), 0);

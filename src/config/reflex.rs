@@ -53,7 +53,7 @@ pub(super) fn read(
 fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<ReflexSettings> {
     section.describe_default(
         "mode",
-        "how the robot meets a fall: one of \"reflex\", \"passive\" (limp at once, to compare with), \"off\"",
+        "how the robot meets a fall: one of \"reflex\", \"passive\" (limp at once, for comparison), \"off\"",
         "\"reflex\"",
     );
     let mode = match section.has("mode") {
@@ -94,12 +94,14 @@ fn read_reflex(section: &Section<'_>, joints: Option<&[Joint]>) -> Option<Reflex
     let rest_rate = section.number_or("rest_rate_deg_s", meaning, Limits::FromTo(1.0, 90.0), 20.0);
     let meaning = "how long the trunk must turn so slowly, in s";
     let rest_s = section.number_or("rest_s", meaning, Limits::FromTo(0.1, 10.0), 0.5);
-    let get_ups = section.list("get_up", "how the robot gets up, by what is down", Lying::ALL.len(), |way| {
-        let lying = Lying::ALL.map(|lying| (lying.name(), lying));
-        let lying = way.choice("lying", "what is down: upright is the underside", &lying);
-        let keys = read_keys(way, &poses);
-        Some(GetUp { lying: lying?, keys: keys? })
-    });
+    let get_ups =
+        section.list("get_up", "how the robot gets up, by the side it lies on", Lying::ALL.len(), |way| {
+            let lying = Lying::ALL.map(|lying| (lying.name(), lying));
+            let lying =
+                way.choice("lying", "the side that the robot lies on: upright is the underside", &lying);
+            let keys = read_keys(way, &poses);
+            Some(GetUp { lying: lying?, keys: keys? })
+        });
     let get_ups_max =
         section.integer_or("get_ups_max", "how often it gets up by itself in one run", 0..=1000, 3);
     Some(ReflexSettings {

@@ -3,9 +3,10 @@
 use super::buses::BusEntry;
 use super::number::Limits;
 use super::reader::Section;
-use crate::model::{OnTrip, SafetySettings, ServoModel};
+use crate::model::{SafetySettings, ServoModel, TrippedServoPolicy};
 
-const ON_TRIP: [(&str, OnTrip); 2] = [("stop", OnTrip::Stop), ("freeze", OnTrip::Freeze)];
+const ON_TRIP: [(&str, TrippedServoPolicy); 2] =
+    [("stop", TrippedServoPolicy::Stop), ("freeze", TrippedServoPolicy::Freeze)];
 
 /// A key of `[safety]`. Its own limits keep every safety limit effective: the meaning says why they end where they
 /// do.
@@ -118,13 +119,13 @@ fn read_settings(
         "what the robot does about a servo that raises an alarm: one of \"stop\", \"freeze\" (arms only)",
         "\"stop\"",
     );
-    let on_trip = match section.has("tripped_servo") {
+    let tripped_servo = match section.has("tripped_servo") {
         true => section.choice(
             "tripped_servo",
             "what the robot does about a servo that raises an alarm",
             &ON_TRIP,
         ),
-        false => Some(OnTrip::Stop),
+        false => Some(TrippedServoPolicy::Stop),
     };
     let settings = SafetySettings {
         temperature_c: read_temperature(section, models)?,
@@ -137,7 +138,7 @@ fn read_settings(
         hold_s: hold_s?,
         tracking_error_rad: tracking_error?.to_radians(),
         fault_delay_s: fault_delay_s?,
-        on_trip: on_trip?,
+        tripped_servo: tripped_servo?,
     };
     Some((settings, voltage_min_v?))
 }

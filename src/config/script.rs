@@ -54,7 +54,7 @@ pub fn parse_script(text: &str, file_name: &str, robot: &Robot) -> Result<Script
 fn read(file: &Section<'_>, robot: &Robot) -> Option<Script> {
     let (before, entries) = match &robot.motion {
         Motion::Horse(horse) => {
-            let mut last = Last { gait: Some(GaitChoice::Stand), command: Command::default() };
+            let mut last = PreviousValues { gait: Some(GaitChoice::Stand), command: Command::default() };
             (
                 Order::Drive(Command::default()),
                 read_entries(file, |at| read_entry(at, robot, horse, &mut last))?,
@@ -110,7 +110,7 @@ fn read_entries<'a>(
 }
 
 /// The values in force where an entry begins.
-struct Last {
+struct PreviousValues {
     /// `None` after an entry whose gait could not be read.
     gait: Option<GaitChoice>,
     /// As far as it could be read.
@@ -118,7 +118,12 @@ struct Last {
 }
 
 /// An entry; values that it does not name stay as in `last`.
-fn read_entry(section: &Section<'_>, robot: &Robot, horse: &HorseMotion, last: &mut Last) -> Option<Order> {
+fn read_entry(
+    section: &Section<'_>,
+    robot: &Robot,
+    horse: &HorseMotion,
+    last: &mut PreviousValues,
+) -> Option<Order> {
     let gait = if section.has("gait") { read_gait(section, &horse.gaits) } else { last.gait };
     let before = match gait {
         Some(GaitChoice::Stand) => Command { posture: last.command.posture, ..Command::default() },

@@ -173,7 +173,7 @@ impl<'b> ServoPlaces<'b> {
         servo.fault(
             "model",
             format!(
-                "a model that speaks {}, as its bus does; {} speaks {} (told once for all of them on this bus)",
+                "a model that speaks {}, as its bus does; {} speaks {} (reported once for all of them on this bus)",
                 protocol.name(),
                 model.name,
                 model.protocol.name()
@@ -191,7 +191,7 @@ impl<'b> ServoPlaces<'b> {
                 "model",
                 format!(
                     "a model of the series of {}, which is on this bus before it: other registers need a bus of their \
-                     own (told once for all {} on this bus)",
+                     own (reported once for all {} on this bus)",
                     first.name, model.name
                 ),
             );

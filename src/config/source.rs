@@ -47,11 +47,11 @@ struct Place {
     /// Start of its key, or of the value if it has no key.
     start: usize,
     span: Range<usize>,
-    inside: Inside,
+    inside: Nested,
 }
 
 #[derive(Debug, Clone)]
-enum Inside {
+enum Nested {
     Nothing,
     Table(BTreeMap<String, Place>),
     List(Vec<Place>),
@@ -63,7 +63,7 @@ pub(super) struct Source {
     file: String,
     text: String,
     lines: Lines,
-    top: Inside,
+    top: Nested,
 }
 
 impl Source {
@@ -113,7 +113,7 @@ impl Source {
 
     fn unknown(&self, section: &str, key: &str) -> Option<&Place> {
         let inside = if section.is_empty() { &self.top } else { &self.find(section)?.inside };
-        if let Inside::Table(keys) = inside { keys.get(key) } else { None }
+        if let Nested::Table(keys) = inside { keys.get(key) } else { None }
     }
 
     fn find(&self, key: &str) -> Option<&Place> {
@@ -124,9 +124,9 @@ impl Source {
     fn way(&self, key: &str) -> impl Iterator<Item = &Place> {
         pieces(key).scan(Some(&self.top), |inside, piece| {
             let place = match inside.take()? {
-                Inside::Table(keys) => keys.get(piece)?,
-                Inside::List(items) => items.get(piece.parse::<usize>().ok()?)?,
-                Inside::Nothing => return None,
+                Nested::Table(keys) => keys.get(piece)?,
+                Nested::List(items) => items.get(piece.parse::<usize>().ok()?)?,
+                Nested::Nothing => return None,
             };
             *inside = Some(&place.inside);
             Some(place)
@@ -139,9 +139,9 @@ fn pieces(path: &str) -> impl Iterator<Item = &str> {
     path.split(['.', '[']).map(|piece| piece.trim_end_matches(']'))
 }
 
-fn table(table: &DeTable<'_>) -> Inside {
+fn table(table: &DeTable<'_>) -> Nested {
     let entries = table.iter();
-    Inside::Table(
+    Nested::Table(
         entries.map(|(key, value)| (key.get_ref().to_string(), place(key.span().start, value))).collect(),
     )
 }
@@ -150,9 +150,9 @@ fn place(start: usize, value: &Spanned<DeValue<'_>>) -> Place {
     let inside = match value.get_ref() {
         DeValue::Table(inner) => table(inner),
         DeValue::Array(items) => {
-            Inside::List(items.iter().map(|item| place(item.span().start, item)).collect())
+            Nested::List(items.iter().map(|item| place(item.span().start, item)).collect())
         }
-        _ => Inside::Nothing,
+        _ => Nested::Nothing,
     };
     Place { start, span: value.span(), inside }
 }
@@ -194,7 +194,7 @@ mod tests {
     const TEXT: &str = "a = 1\n[b]\nc = [1,\n  [2, 3]]\n\"d.e[\" = 4\n[[f]]\ng = 5\n[[f]]\ng = 'grün' # x\n";
 
     #[test]
-    fn every_key_is_found_by_its_path_and_what_is_not_set_at_the_section_that_lacks_it() {
+    fn every_key_is_found_by_its_path_and_a_missing_one_at_its_section() {
         let (document, _) = DeTable::parse_recoverable(TEXT);
         let source = Source::new("x.toml", TEXT, document.get_ref());
         for (key, line, value) in [

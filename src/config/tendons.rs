@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::limb::Bent;
+use super::limb::ArmJoints;
 use super::number::Limits;
 use super::reader::Section as Table;
 use super::servos::ServoPlaces;
@@ -24,7 +24,7 @@ pub(super) fn read(
     links_m: Option<&[f64]>,
     mass_kg: Option<f64>,
     servos: &mut ServoPlaces<'_>,
-) -> Option<Bent> {
+) -> Option<ArmJoints> {
     let meaning = "the cords that bend the arm's three sections";
     let drive = arm.section("tendons", meaning, |tendons| read_drive(tendons, links_m?));
     let ranges: Option<Vec<(f64, f64)>> = drive.as_ref().map(winch_ranges);

@@ -200,7 +200,7 @@ fn read_imu(imu: &Section<'_>) -> Option<UnitImu> {
             .map(Some),
         false => Some(None),
     };
-    let meaning = "whether the unit tells its turn rates with the other sign";
+    let meaning = "whether the unit reports its turn rates with the opposite sign";
     let rates_reversed = match imu.has("rates_reversed") {
         true => imu.flag_or("rates_reversed", meaning, false).map(Some),
         false => Some(None),

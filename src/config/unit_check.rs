@@ -114,7 +114,7 @@ impl UnitFile {
             }
         }
         if self.unit.imu.is_some() && robot.imu.is_none() {
-            faults.push(self.fault("imu", "no unit, as in the robot file; or [imu] there too"));
+            faults.push(self.fault("imu", "no [imu], as in the robot file; or add [imu] to the robot file"));
         }
         if !faults.is_empty() {
             return Err(ConfigError::of(faults));
@@ -177,8 +177,8 @@ impl UnitFile {
             let earlier = self.unit.buses[..place].iter().find(|of| is_lookalike(robot, &of.name, &bus.name));
             if let Some(earlier) = earlier {
                 let expected = format!(
-                    "ids that differ from those of bus {}: the models are the same too, so that nothing could \
-                     tell if the two devices were swapped; give every servo of the robot an id of its own",
+                    "ids that differ from those of bus {}: the models are the same too, so that a swap of the two \
+                     devices could not be noticed; give every servo of the robot an id of its own",
                     earlier.name
                 );
                 warnings.push(self.fault(&key, expected));

@@ -46,7 +46,7 @@ fn listen(settings: &ImuSettings, device: &Device, lines: &mut Lines<'_>) -> Res
     let path = device.path.display();
     match last {
         None if bytes == 0 => {
-            lines.fault(ABOUT, format!("{path} says nothing"), "check its power and its plug")
+            lines.fault(ABOUT, format!("nothing is received from {path}"), "check its power and its plug")
         }
         None => lines.fault(ABOUT, format!("{path} is not understood at {} bit/s", settings.baud), SETUP),
         Some(_) if (hz / settings.rate_hz - 1.0).abs() > TOLERANCE => lines.warning(

@@ -77,12 +77,12 @@ fn one_bus(
     if found.unknown_replies > 0 {
         lines.fault(
             &about,
-            format!("{} replies came from ids nobody asked", found.unknown_replies),
-            "another program or a servo with a wrong id talks on this bus: 'hippocamp scan' shows who",
+            format!("{} replies came from ids that were not asked", found.unknown_replies),
+            "another program or a servo with a wrong id talks on this bus: 'hippocamp scan' shows which",
         );
     }
     // While replies are lost, the loop does not try the fast read.
-    if let Some(fast) = &bus.protocol.language().fast_read
+    if let Some(fast) = &bus.protocol.spec().fast_read
         && lost == 0
     {
         match found.group_read {
@@ -90,7 +90,10 @@ fn one_bus(
             GroupRead::Plain => lines.warning(
                 &about,
                 "not all servos know the fast sync read: the loop falls back to plain reads by itself",
-                format!("update the servos' firmware with the maker's tool ({}), or leave it so", fast.since),
+                format!(
+                    "update the servos' firmware with the maker's tool ({}), or leave it as it is",
+                    fast.since
+                ),
             ),
         }
     }

@@ -32,7 +32,7 @@ pub(super) fn examine(robot: &Robot, bus: usize, lines: &mut Lines<'_>) {
         found,
         format!(
             "feed power in at {places:.0} places of the chain or more, from a supply of {:.0} A at least, with a fuse \
-             (docs/wiring.md); where it is wired so, all is well",
+             (docs/wiring.md); if it is wired like this, all is well",
             0.5 * stalled_a
         ),
     );

@@ -33,7 +33,7 @@ pub(super) fn examine(
             return false;
         }
     };
-    lines.ok(&about, format!("{} opens, for this program alone", device.path.display()));
+    lines.ok(&about, format!("{} opens, and no other program uses it", device.path.display()));
     let (protocol, baud) = (robot.buses[bus].protocol, robot.buses[bus].baud);
     let all: Vec<ServoId> = (0..=Protocol::ID_MAX).map(ServoId).collect();
     let pass = match port.scan(protocol, baud, &all, stop) {
@@ -46,8 +46,8 @@ pub(super) fn examine(
     if port.is_echoing() {
         lines.warning(
             &about,
-            "the adapter hands back what it is sent (echo)",
-            "nothing need be done here: it is dropped; other programs may trip over it",
+            "the adapter returns what it is sent (echo)",
+            "nothing to do: hippocamp drops the echo; other programs may be confused by it",
         );
     } else {
         lines.ok(&about, "no echo");
@@ -105,7 +105,7 @@ fn tell_strangers(robot: &Robot, bus: usize, about: &str, pass: &Pass, lines: &m
     if !strangers.is_empty() {
         lines.warning(
             about,
-            format!("on it are servos that no joint of the robot file has: id {}", strangers.join(", ")),
+            format!("it has servos that are not in the robot file: id {}", strangers.join(", ")),
             "name them in the robot file, give them the id they should have ('hippocamp servo id'), or unplug them",
         );
     }
@@ -143,7 +143,7 @@ fn absent(
             return lines.fault(
                 who,
                 format!(
-                    "no answer; but a servo as out of the box answers (id {FACTORY_ID}, {} baud)",
+                    "no answer; but a servo with factory settings answers (id {FACTORY_ID}, {} baud)",
                     found.address.baud
                 ),
                 "'hippocamp setup' gives it its id and rate",
@@ -235,7 +235,7 @@ fn settings(
     if level < level_of_all {
         lines.warning(
             who,
-            format!("status return level {level}: it says nothing of what is written to it"),
+            format!("status return level {level}: it does not answer writes"),
             match level_register.access {
                 Access::Volatile => format!("'hippocamp servo reboot' takes it back to {level_of_all}"),
                 Access::Setting | Access::Fixed => SETUP.to_owned(),
@@ -293,7 +293,7 @@ fn state(
         lines.fault(
             who,
             format!("it raises an alarm: {words}"),
-            "see to the cause, then switch its power off and on, or 'hippocamp servo reboot'",
+            "remove the cause, then switch its power off and on, or 'hippocamp servo reboot'",
         );
     }
     let volts = of.read("present_input_voltage")?.physical;
@@ -309,18 +309,18 @@ fn state(
     if celsius > robot.safety.temperature_c {
         lines.fault(
             who,
-            format!("{celsius:.0} C: the most is {:.0}", robot.safety.temperature_c),
+            format!("{celsius:.0} C: the limit is {:.0}", robot.safety.temperature_c),
             "let it cool",
         );
     } else if celsius > robot.safety.temperature_c - NEARLY_HOT_C {
-        let words = format!("{celsius:.0} C: near the most, {:.0}", robot.safety.temperature_c);
+        let words = format!("{celsius:.0} C: near the limit, {:.0}", robot.safety.temperature_c);
         lines.warning(who, words, "let it cool before a long run");
     }
     if of.read("torque_enable")?.raw != 0 {
         lines.warning(
             who,
             "it has torque",
-            "a run makes it limp first: hold the robot then, or have it on its stand",
+            "a run makes it limp first: hold the robot then, or put it on its stand",
         );
     }
     let count = of.read("present_position")?.raw;

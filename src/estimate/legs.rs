@@ -123,7 +123,7 @@ mod tests {
 
     /// Force of the ground on each foot and velocity of the trunk, from joints that hold and turn accordingly.
     #[test]
-    fn joints_tell_which_feet_stand_and_how_fast_the_trunk_goes() {
+    fn joints_show_which_feet_stand_and_the_trunk_velocity() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
         let (mut legs, mut state) = (Legs::new(&robot), State::new(&robot));

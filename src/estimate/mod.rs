@@ -112,7 +112,7 @@ mod tests {
     use crate::config;
 
     #[test]
-    fn the_trunk_turns_on_while_its_measurement_ages_and_whole_turns_count() {
+    fn the_estimate_extrapolates_the_rotation_between_measurements_and_counts_whole_turns() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
         let mut state = State::new(&robot);

@@ -31,13 +31,13 @@ pub(super) struct Filter {
     /// After a silence longer than this there is nothing to compare with, s. Time in which the loop stood still
     /// does not count.
     silence_s: f64,
-    accepted: Option<Past>,
-    dropped: Option<Past>,
+    accepted: Option<EarlierReply>,
+    dropped: Option<EarlierReply>,
 }
 
 /// An earlier reply.
 #[derive(Debug, Clone, Copy)]
-struct Past {
+struct EarlierReply {
     reading: JointState,
     age_s: f64,
     /// How long the servo had been unheard at the exchange before this reply, s.
@@ -69,12 +69,13 @@ impl Filter {
 
     /// True if `reading`, taken now, is a measurement.
     pub(super) fn accepts(&mut self, reading: &JointState) -> bool {
-        let past = Past { reading: *reading, age_s: 0.0, unheard_s: 0.0 };
+        let past = EarlierReply { reading: *reading, age_s: 0.0, unheard_s: 0.0 };
         if !self.is_possible(reading) {
             return false;
         }
-        let follows =
-            |before: &Option<Past>| before.as_ref().is_some_and(|before| self.follows(before, reading));
+        let follows = |before: &Option<EarlierReply>| {
+            before.as_ref().is_some_and(|before| self.follows(before, reading))
+        };
         let is_accepted = follows(&self.accepted) || follows(&self.dropped);
         if is_accepted {
             (self.accepted, self.dropped) = (Some(past), None);
@@ -93,8 +94,8 @@ impl Filter {
     }
 
     /// True if a servo that reported `before` can report `now`.
-    fn follows(&self, before: &Past, now: &JointState) -> bool {
-        let Past { reading, age_s, unheard_s } = before;
+    fn follows(&self, before: &EarlierReply, now: &JointState) -> bool {
+        let EarlierReply { reading, age_s, unheard_s } = before;
         let turn_rad = self.speed_max_rad_s * age_s + SLACK_RAD;
         *unheard_s <= self.silence_s
             && (now.position_rad - reading.position_rad).abs() <= turn_rad
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_reading_and_the_first_after_a_silence_need_a_second_that_agrees() {
+    fn the_first_reading_and_the_first_after_silence_need_a_second_that_agrees() {
         let mut filter = filter();
         assert_eq!(
             accepted(&mut filter, &[at(0.3), at(-0.8), at(0.2), at(0.21)]),
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_replies_say_is_so() {
+    fn two_replies_that_agree_are_believed() {
         let mut filter = filter();
         accepted(&mut filter, &[at(0.0), at(0.0)]);
         let hot = JointState { temperature_c: 72.0, voltage_v: 8.0, ..at(1.2) };

@@ -235,7 +235,7 @@ mod tests {
     use crate::model::tendon::SectionBend;
 
     #[test]
-    fn of_arms_that_begin_a_motion_together_one_looks_for_its_pose_in_a_cycle() {
+    fn of_arms_that_start_together_one_searches_its_pose_per_cycle() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/octopus.toml");
         let robot = config::load(&path).unwrap().robot;
         let mut limbs = Limbs::new(&robot, Method::CcdThenFinish);

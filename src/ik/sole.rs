@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_reach_is_left_over_and_ranges_hold() {
+    fn out_of_reach_the_residual_is_reported_and_ranges_hold() {
         let robot = figure();
         let leg = robot.motion.figure().unwrap().legs[0];
         let chain = &robot.chains[leg];

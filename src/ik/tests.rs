@@ -82,7 +82,7 @@ fn figure_3_7_the_third_bone_leads_where_it_alone_is_soft() {
 }
 
 #[test]
-fn out_of_reach_ends_stretched_at_the_target_and_stays() {
+fn a_target_out_of_reach_gives_a_stretched_chain_that_stays() {
     // The target is 1.5 m away and the chain 1 m long.
     let target = DVec3::new(1.2, 0.0, -0.9);
     for (method, solves) in [(Method::Ccd { sweeps: 200 }, 200), (Method::CcdThenFinish, 1)] {
@@ -102,7 +102,7 @@ fn out_of_reach_ends_stretched_at_the_target_and_stays() {
 }
 
 #[test]
-fn a_limit_that_bars_the_way_gives_the_nearest_pose_found_by_dense_search() {
+fn a_blocking_limit_gives_the_nearest_pose_of_a_dense_search() {
     let range = (-0.6, 0.9);
     let (chain, joints) = chain_of(&[(DVec3::Y, 0.4, range, 1.0), (DVec3::Y, 0.3, range, 0.5)]);
     let mut solver = Solver::new(&chain, &joints);
@@ -151,7 +151,7 @@ fn knee(first_range_rad: (f64, f64)) -> (Chain, Vec<Joint>) {
 }
 
 #[test]
-fn a_pose_is_followed_as_long_as_it_reaches_and_only_then_left_for_another() {
+fn a_pose_is_kept_as_long_as_it_reaches_the_target() {
     let (chain, joints) = knee((-0.8, 0.8));
     let mut solver = Solver::new(&chain, &joints);
     // Bent by 1.2 rad, the tip as seen from the root is 0.6 rad beyond the first bone, or before it: on its
@@ -188,7 +188,7 @@ fn a_pose_is_followed_as_long_as_it_reaches_and_only_then_left_for_another() {
 }
 
 #[test]
-fn out_of_reach_a_pose_is_not_left_for_one_as_near() {
+fn out_of_reach_a_pose_is_not_exchanged_for_an_equally_near_one() {
     // Straight ahead, one bend is as near as the other.
     let (chain, joints) = chain_of(&[
         (DVec3::Y, 0.3, (-0.8, 0.8), 1.0),
@@ -208,7 +208,7 @@ fn out_of_reach_a_pose_is_not_left_for_one_as_near() {
 }
 
 #[test]
-fn a_solve_depends_on_nothing_but_what_it_is_given() {
+fn a_solve_depends_only_on_its_arguments() {
     let (chain, joints) = four_bones([0.1, 0.3, 0.5, 1.0]);
     let fresh = Solver::new(&chain, &joints);
     let mut used = fresh.clone();
@@ -228,7 +228,7 @@ fn a_solve_depends_on_nothing_but_what_it_is_given() {
 }
 
 #[test]
-fn what_is_not_a_number_changes_nothing() {
+fn a_number_that_is_not_finite_changes_nothing() {
     let (chain, joints) = four_bones([0.5; 4]);
     let mut solver = Solver::new(&chain, &joints);
     let mut angles = [0.1, 0.2, 0.3, 0.4];

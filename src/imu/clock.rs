@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_of_arrival_is_known_better_than_a_cycle() {
+    fn the_time_of_arrival_is_estimated_better_than_a_cycle() {
         // The looks drift past the measurements, as two quartzes always do.
         for look_us in [2000, 5000, 10_000, 20_000] {
             let worst = worst_error_us(look_us);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_that_says_nothing_new_grows_old() {
+    fn a_reading_ages_while_no_new_one_comes() {
         let at = |now_ms: u64| Time(now_ms * 1_000_000);
         let mut clock = ArrivalClock {
             period: Duration::from_millis(5),

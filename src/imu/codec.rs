@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn scales_are_those_of_the_manual() {
+    fn scales_match_the_manual() {
         let sample =
             RawSample { acceleration: [0, 0, 2048], rate: [16384, -16384, 1], angle: [8192, -16384, 0] };
         assert!((sample.specific_force_m_s2().z - 9.80665).abs() < 1e-9, "2048 of 32768 of 16 g is 1 g");
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_are_those_of_the_manual() {
+    fn commands_match_the_manual() {
         assert_eq!(command(Register::Key, KEY), [0xFF, 0xAA, 0x69, 0x88, 0xB5]);
         assert_eq!(command(Register::Rate, rate_code(200).unwrap()), [0xFF, 0xAA, 0x03, 0x0B, 0x00]);
         assert_eq!(command(Register::Baud, baud_code(115_200).unwrap()), [0xFF, 0xAA, 0x04, 0x06, 0x00]);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_with_a_frame_missing_is_none() {
+    fn a_measurement_with_a_missing_frame_is_dropped() {
         let [acceleration, rate, angle] =
             [(0x51, 100), (0x52, 200), (0x53, 300)].map(|(kind, x)| frame(kind, [x, 0, 0, 0]));
         let samples = |frames: &[&Vec<u8>]| {

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn one_false_measurement_is_dropped_and_two_that_agree_are_true() {
+    fn one_false_measurement_is_dropped_and_two_that_agree_are_believed() {
         let still = sample(0.0, 0.0, 0.0);
         for wrong in [sample(60.0, 0.0, 0.0), sample(0.0, 1500.0, 0.0), sample(0.0, 0.0, 15.9)] {
             let found = accepted(&[still, still, wrong, still, wrong, wrong]);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_is_followed() {
+    fn the_fast_rotation_of_a_fall_is_believed() {
         let fall: Vec<RawSample> = (0..100).map(|step| sample(f64::from(step) * 0.9, 180.0, 0.0)).collect();
         assert_eq!(accepted(&fall).iter().filter(|is_accepted| !**is_accepted).count(), 1, "the first alone");
         // The ground stops it: 6 g, and no further turn.

@@ -80,7 +80,7 @@ const TEN_DEG: i16 = 1820;
 const HUNDRED_DEG_S: i16 = 1638;
 
 #[test]
-fn a_unit_that_lies_as_its_case_shows_is_turned_to_the_body() {
+fn measurements_are_rotated_into_the_body_frame() {
     // Y points forward, X to the right. The nose turns down about the body's y, which is the unit's -x: its roll is
     // negative.
     let lying = robot("rpy_deg = [0, 0, -90]");
@@ -96,7 +96,7 @@ fn a_unit_that_lies_as_its_case_shows_is_turned_to_the_body() {
 }
 
 #[test]
-fn a_unit_on_its_head_says_the_same_of_the_body() {
+fn a_unit_mounted_upside_down_gives_the_same_body_measurements() {
     // Half a turn about x: the unit's y points to the body's right, its z down. The right side is 10 degrees lower.
     let hanging = robot("rpy_deg = [180, 0, 0]");
     let angle = 32767 - TEN_DEG;
@@ -108,7 +108,7 @@ fn a_unit_on_its_head_says_the_same_of_the_body() {
 }
 
 #[test]
-fn a_measurement_is_as_old_as_its_way_and_its_delay() {
+fn the_age_of_a_measurement_includes_transfer_and_delay() {
     let robot = robot("delay_ms = 4");
     // 33 bytes at 115200 bit/s.
     let wire_s = 330.0 / 115_200.0;
@@ -140,7 +140,7 @@ fn a_measurement_is_as_old_as_its_way_and_its_delay() {
 }
 
 #[test]
-fn a_full_buffer_is_thrown_away() {
+fn a_full_buffer_is_discarded() {
     let robot = robot("delay_ms = 4");
     let bytes: Vec<u8> = (0..125).flat_map(|count| sample([count, 0, 0], [0; 3], [0; 3])).collect();
     assert!(bytes.len() > 4095);

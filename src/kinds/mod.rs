@@ -12,10 +12,10 @@ pub mod tentacle;
 
 use std::fmt;
 
-use crate::chance::Chance;
 use crate::model::{Motion, Robot};
 use crate::motion::{GaitChoice, Order, Plan};
 use crate::operator::{Instruction, Key, Script};
+use crate::random::RandomStream;
 use crate::recording::Task;
 use crate::signals::Status;
 use figure::{Figure, PoseError};
@@ -53,7 +53,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If the robot has no such gait, stroke or pose, or cannot do it.
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal>;
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal>;
 
     /// The plan of a recorded task.
     ///
@@ -61,7 +61,7 @@ pub trait Kind: fmt::Debug + Send + Sync {
     /// If the task is that of another kind, or names a gait or pose that the robot does not have.
     fn plan_of_task(&self, robot: &Robot, task: &Task) -> Result<Plan, TaskError>;
 
-    /// A script of everything it can show, on repeat, for `for_s`: it plays where nobody asks for one motion.
+    /// A script of everything it can show, on repeat, for `for_s`: it plays if the user asks for no single motion.
     ///
     /// # Errors
     /// If this kind gives no shows.
@@ -125,15 +125,15 @@ pub trait Kind: fmt::Debug + Send + Sync {
     fn falls(&self) -> Option<Falls>;
 
     /// Any plan of this kind, at random; some ask for more than the robot can do.
-    fn any_plan(&self, robot: &Robot, chance: &mut Chance) -> Plan;
+    fn any_plan(&self, robot: &Robot, chance: &mut RandomStream) -> Plan;
 
     /// Any order, at random; some ask for more than the robot can do.
-    fn any_order(&self, robot: &Robot, chance: &mut Chance) -> Order;
+    fn any_order(&self, robot: &Robot, chance: &mut RandomStream) -> Order;
 }
 
 /// The wishes of a user, from options; each kind takes some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Asked<'a> {
+pub struct MotionOptions<'a> {
     /// Name of a gait.
     pub gait: Option<&'a str>,
     /// Speed, m/s, negative to go backwards.
@@ -146,7 +146,7 @@ pub struct Asked<'a> {
     pub pose: Option<&'a str>,
 }
 
-impl Asked<'_> {
+impl MotionOptions<'_> {
     /// True if one motion was asked for.
     pub fn is_some(&self) -> bool {
         self.gait.is_some() || self.speed_m_s.is_some() || self.stroke.is_some() || self.pose.is_some()

@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn group_lengths_are_those_of_the_spec() {
+    fn group_lengths_match_the_specification() {
         let joints = (0..12)
             .map(|index| ArmJoint {
                 hinges: 2 * index..2 * index + 2,

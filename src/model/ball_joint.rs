@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_thousand_turns_stay_inside_or_go_to_the_nearest_of_the_border() {
+    fn a_hundred_thousand_rotations_stay_inside_or_move_to_the_nearest_point_of_the_border() {
         let range = shoulder();
         let corners = range.corners();
         // Steps of less than a thousandth while the longest side is shorter than 1.
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn swing_and_twist_make_the_turn_they_were_taken_from() {
+    fn swing_and_twist_compose_to_the_rotation_they_came_from() {
         for turn in turns(100_000) {
             let parts = SwingTwist::of(turn);
             if 2.0 * parts.swing.length().min(1.0).asin() > PI - 1e-3 {
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn a_soft_stop_slows_down_without_a_leap_and_never_lets_go_past_the_border() {
+    fn a_soft_stop_slows_smoothly_and_never_passes_the_border() {
         let range = shoulder();
         let margin = 10_f64.to_radians();
         for turn in turns(10_000) {
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn twist_limits_are_those_of_the_corners_and_in_line_between() {
+    fn twist_limits_are_linear_between_those_of_the_corners() {
         let range = shoulder();
         for corner in range.corners() {
             let (low, high) = range.twist_range_rad(corner.swing);
@@ -429,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_range_is_said() {
+    fn an_impossible_range_is_refused_with_its_reason() {
         let corner = |y, z| Corner { swing: DVec2::new(y, z), twist_rad: (-0.1, 0.1) };
         let square = [corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)];
         assert!(BallJoint::new(square.to_vec()).is_ok());

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn versions_are_read_as_they_are_written() {
+    fn versions_parse_as_they_are_printed() {
         for text in ["46", "3.10", "0.0", "255.255"] {
             assert_eq!(text.parse::<Firmware>().unwrap().to_string(), text);
         }

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn period_and_stride_at_the_thesis_check_values() {
+    fn period_and_stride_match_the_check_values_of_the_thesis() {
         // V 15 m/s, P 0.3 s, alpha 0.25 give T 0.4 s, S 6 m; the foot's mean swing speed is S / P = 20 m/s.
         let gallop = built_in("gallop");
         assert!((gallop.period_s(0.3) - 0.4).abs() < 1e-12);
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_in_the_air_as_the_thesis_says() {
+    fn the_number_of_feet_in_the_air_matches_the_thesis() {
         let in_air = |gait: &Gait, phase: f64| (0..4).filter(|&leg| gait.is_swing(leg, phase)).count();
         assert!(phases().all(|phase| in_air(&built_in("walk"), phase) >= 1));
         assert!(phases().all(|phase| in_air(&built_in("walk-steady"), phase) == 1));

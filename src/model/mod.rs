@@ -42,7 +42,9 @@ pub use reflex::{Detector, FallDirection, GetUp, KeyPose, Lying, ReflexMode, Ref
 pub use servo_model::{OVERLOAD_ALARM, Protocol, Registers, START_MIN_S, ServoModel};
 pub use shared_range::{Axis, SharedRange};
 pub use tendon::TendonDrive;
-pub use tentacle::{ArmSettings, Between, Carrier, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX};
+pub use tentacle::{
+    ArmSettings, KeyInterpolation, PathError, Pole, TentacleMotion, TipPath, WAYPOINTS_MAX, WeightSupport,
+};
 
 /// A complete robot.
 #[derive(Debug, Clone)]
@@ -302,13 +304,13 @@ pub struct SafetySettings {
     /// Highest servo temperature, degrees Celsius.
     pub temperature_c: f64,
     /// Response to a servo that raises an alarm.
-    pub on_trip: OnTrip,
+    pub tripped_servo: TrippedServoPolicy,
 }
 
 /// Response to a servo that raises an alarm, which has often switched its torque off by itself, and to one
 /// that is blocked, which would soon do so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum OnTrip {
+pub enum TrippedServoPolicy {
     /// The robot holds, and stops if the fault does not clear.
     #[default]
     Stop,

@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_places_on_them_are_nearer() {
+    fn no_two_points_of_the_segments_are_closer() {
         let mut source = Pcg64Mcg::seed_from_u64(2);
         let mut draw = move || (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
         let steps = 40;

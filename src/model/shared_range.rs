@@ -246,7 +246,7 @@ mod tests {
     /// A hip's pitch goes past a right angle. The same rotation has a second solution, half a turn off in
     /// pitch and yaw and over the top in roll, where no hip can be.
     #[test]
-    fn hinges_stay_on_their_side_where_they_are_brought_in() {
+    fn hinges_stay_on_their_side_while_they_are_brought_in() {
         let corner = |lift: f64, sweep: f64| Corner {
             // About -y and z.
             swing: DVec2::new(-lift, sweep).normalize() * (0.5 * lift.hypot(sweep)).sin(),
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn of_any_way_that_begins_inside_only_what_is_inside_is_gone() {
+    fn a_step_that_begins_inside_is_shortened_to_end_inside() {
         let corner = |y: f64, z: f64| Corner { swing: DVec2::new(y, z), twist_rad: (-0.3, 0.2) };
         // Not convex: the straight way between two points inside may lead outside.
         let corners = vec![

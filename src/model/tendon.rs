@@ -368,7 +368,7 @@ mod tests {
 
     /// A limp winch may stand at an angle that no bend of the cords matches.
     #[test]
-    fn winches_that_no_bend_turns_so_far_still_make_one() {
+    fn impossible_winch_angles_still_give_a_bend() {
         let drive = drive();
         let mut bends = [SectionBend::default(); 3];
         for step in 0..20_000 {
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn a_nearer_section_that_bends_leaves_a_farther_one_as_it_is() {
+    fn a_bend_of_a_nearer_section_does_not_change_a_farther_one() {
         let drive = drive();
         let far = SectionBend { lift: 0.5, sweep: -0.3 };
         let of = |near: SectionBend| {

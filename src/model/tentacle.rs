@@ -14,13 +14,13 @@ pub struct TentacleMotion {
     /// The arms, in file order; one is a tentacle, eight are an octopus.
     pub arms: Vec<ArmSettings>,
     /// Support of the arms' weight.
-    pub carrier: Carrier,
+    pub carrier: WeightSupport,
     /// Share of the arms' weight that the support carries, 0 to 1; the servos carry the rest.
     pub carried_share: f64,
     /// Duration of one walking, swimming or swaying stroke at tempo 1, s.
     pub stroke_time_s: f64,
     /// Interpolation between a stroke's key angles.
-    pub between: Between,
+    pub between: KeyInterpolation,
     /// Rule by which an arm bends so that its groups end at the stroke's positions.
     pub bending: Bending,
     /// Largest random offset of each key angle, in either direction, so that arms differ, rad (thesis 3.4).
@@ -62,7 +62,7 @@ pub struct ArmSettings {
 
 /// Support of an arm's weight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Carrier {
+pub enum WeightSupport {
     /// Its servos only.
     Servos,
     /// Water: it floats.
@@ -137,7 +137,7 @@ impl TipPath {
 /// Interpolation between key poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Between {
+pub enum KeyInterpolation {
     /// Straight lines, as in the thesis, rounded at each key so that the speed does not jump.
     Linear,
     /// The periodic cubic through the same poses, whose speed and acceleration are continuous.

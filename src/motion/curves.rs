@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn overshoot_is_what_the_swing_curve_does_in_the_body_frame() {
+    fn overshoot_is_that_of_the_swing_curve_in_the_body_frame() {
         let swing = SwingCurve { time_s: 0.3, lift_m: 0.0, ramp_share: 0.1 };
         let (speed, period) = (13.3, 0.4);
         let furthest = (0..3000)

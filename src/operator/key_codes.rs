@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn arrows_in_both_forms_are_no_escape() {
+    fn arrow_keys_in_both_forms_are_no_escape() {
         let arrows = [Key::Up, Key::Down, Key::Right, Key::Left];
         assert_eq!(keys(b"\x1b[A\x1b[B\x1b[C\x1b[D"), arrows);
         assert_eq!(keys(b"\x1bOA\x1bOB\x1bOC\x1bOD"), arrows);

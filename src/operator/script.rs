@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn its_time_begins_when_the_robot_stands_and_waits_while_it_is_held() {
+    fn script_time_begins_when_the_robot_stands_and_pauses_while_it_is_held() {
         use Permission::{Hold, Move};
         let mut playback = Playback::new(script());
         let mut at =

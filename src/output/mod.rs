@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use part::{copy_new, named_part, replace, write_new};
 use place::Id;
-pub(crate) use place::{OutputError, Place, Writing};
+pub(crate) use place::{OutputError, Place, WriteMode};
 
 /// The files of one command.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ impl Outputs {
         &mut self,
         option: &str,
         path: &Path,
-        writing: Writing,
+        writing: WriteMode,
     ) -> Result<Place, OutputError> {
         let refused = |why: String| OutputError { what: format!("{option} {}", path.display()), why };
         let (place, ids) = Place::find(path, writing).map_err(refused)?;
@@ -56,7 +56,7 @@ impl Outputs {
             }
             if let Some((other, _)) = self.claimed.iter().find(|(_, claimed)| claimed == id) {
                 return Err(refused(format!(
-                    "{other} is written there: expected a file of its own for each"
+                    "{other} is also written there: expected a file of its own for each"
                 )));
             }
         }

@@ -56,7 +56,7 @@ pub(crate) fn write_new(file: &Path, text: &[u8]) -> io::Result<()> {
     let part = written(file, text)?;
     part.persist_noclobber(file).map_err(|error| match error.error.kind() {
         io::ErrorKind::AlreadyExists => {
-            io::Error::new(error.error.kind(), "is there already; give another name")
+            io::Error::new(error.error.kind(), "exists already; give another name")
         }
         _ => error.error,
     })?;

@@ -22,7 +22,7 @@ pub(crate) struct OutputError {
 
 /// How an output is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Writing {
+pub(crate) enum WriteMode {
     /// Completely and at once; it replaces any file but a robot, unit, fault or script file.
     Whole,
     /// Piece by piece in FILE.part, which becomes FILE once it is complete.
@@ -63,14 +63,14 @@ pub(crate) struct Place {
 
 impl Place {
     /// The target at `path`, and the files that are written there.
-    pub(super) fn find(path: &Path, writing: Writing) -> Result<(Place, Vec<Id>), String> {
+    pub(super) fn find(path: &Path, writing: WriteMode) -> Result<(Place, Vec<Id>), String> {
         let Some(found) = look(path)? else {
             let mut ids = vec![Id::of_name(path).map_err(|error| error.to_string())?];
             ids.extend(part_id(path, writing)?);
             return Ok((Place { named: path.to_owned(), file: Some(path.to_owned()) }, ids));
         };
-        if writing == Writing::New {
-            return Err("is there already; give another name".to_owned());
+        if writing == WriteMode::New {
+            return Err("exists already; give another name".to_owned());
         }
         let id = Id::of(&found);
         if is_stream(&found, &id) {
@@ -79,8 +79,8 @@ impl Place {
         // A link still points to the same file afterwards.
         let real = fs::canonicalize(path).map_err(|error| error.to_string())?;
         let is_toml = |path: &Path| path.extension().is_some_and(|extension| extension == "toml");
-        if writing != Writing::UnitFile && (is_toml(path) || is_toml(&real)) {
-            return Err("is there already, and no command writes over .toml files".to_owned());
+        if writing != WriteMode::UnitFile && (is_toml(path) || is_toml(&real)) {
+            return Err("exists already, and no command overwrites .toml files".to_owned());
         }
         access(&real, Access::WRITE_OK).map_err(|error| {
             format!("{}; allow it to be written, or name another file", io::Error::from(error))
@@ -152,16 +152,16 @@ impl Place {
 }
 
 /// The part file of a recording, `None` for other outputs; an error if something already exists there.
-fn part_id(file: &Path, writing: Writing) -> Result<Option<Id>, String> {
-    if writing != Writing::Recording {
+fn part_id(file: &Path, writing: WriteMode) -> Result<Option<Id>, String> {
+    if writing != WriteMode::Recording {
         return Ok(None);
     }
     let part = part::named_part(file);
     if fs::symlink_metadata(&part).is_ok() {
         let part = part.display();
         return Err(format!(
-            "{part} is there, and a recording has that name until it is whole. If a run left it, 'hippocamp replay \
-             {part}' reads it; then move it away or delete it, or name another file"
+            "{part} exists, and a recording has that name until it is complete. If a run left it, 'hippocamp \
+             replay {part}' reads it; then move it away or delete it, or name another file"
         ));
     }
     Id::of_name(&part).map(Some).map_err(|error| error.to_string())
@@ -201,7 +201,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// True for a device, a pipe, and the file that standard output or error already goes to.
-#[allow(clippy::disallowed_methods, reason = "looks where the streams go, and writes nothing")]
+#[allow(clippy::disallowed_methods, reason = "checks where the streams go, and writes nothing")]
 fn is_stream(found: &Metadata, id: &Id) -> bool {
     let is_own = |stream: BorrowedFd<'_>| {
         let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());

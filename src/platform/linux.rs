@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_sees_input_and_hang_up() {
+    fn a_wait_ends_on_input_and_on_hang_up() {
         let (mut near, far) = TTYPort::pair().unwrap();
         let mut list = PollList::new(1);
         list.set(0, Some(&far));
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn real_time_is_asked_for_and_the_answer_said() {
+    fn the_outcome_of_the_request_for_real_time_is_reported() {
         // A separate thread, so that its priority ends with it.
         let asked = std::thread::spawn(|| {
             let said = request_real_time(Some(usize::MAX));

@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thread_that_computes_has_had_the_processor_and_pages() {
+    fn a_thread_that_computes_has_used_processor_time_and_pages() {
         let mut meter = Meter::default();
         let before = meter.usage();
         // More than the allocator ever keeps for reuse, so that each page is new.
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn times_of_the_scheduler_are_nanoseconds_and_anything_else_is_none() {
+    fn scheduler_times_are_nanoseconds_and_other_text_gives_none() {
         assert_eq!(times_of("1002 7 2\n"), Some((Duration::from_nanos(1002), Duration::from_nanos(7))));
         for text in ["", "1002", "x 7 2", "-1 7 2"] {
             assert_eq!(times_of(text), None, "{text}");

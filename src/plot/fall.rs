@@ -134,7 +134,7 @@ mod tests {
     use super::side;
 
     #[test]
-    fn a_side_is_told_from_ahead_on_by_the_shorter_way() {
+    fn the_direction_of_a_fall_is_named_by_the_shorter_angle() {
         let told = [0.0_f64, 27.0, 180.0, 315.0, 359.9].map(|deg| side(deg.to_radians()));
         let to = |way: &str| format!("{way} of ahead");
         let (left, right) = (to("27 degrees to the left"), to("45 degrees to the right"));

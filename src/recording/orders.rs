@@ -9,21 +9,21 @@ use crate::motion::{Command, GaitChoice, Order, Posture};
 /// An [`Order`] in the fields of a message.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderFields {
-    order: Word,
-    /// Set only with [`Word::Drive`].
+    order: OrderName,
+    /// Set only with [`OrderName::Drive`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     command: Option<CommandFields>,
-    /// Set only with [`Word::Perform`].
+    /// Set only with [`OrderName::Perform`].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     strokes: Option<StrokeFields>,
-    /// Set only with [`Word::Take`]: index into the poses of the robot file.
+    /// Set only with [`OrderName::Take`]: index into the poses of the robot file.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pose: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Word {
+enum OrderName {
     Go,
     Drive,
     Perform,
@@ -35,8 +35,8 @@ enum Word {
 /// A [`Command`] in the fields of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct CommandFields {
-    choice: ChoiceWord,
-    /// Set only with [`ChoiceWord::Gait`]: index into the gaits of the robot file.
+    choice: GaitChoiceName,
+    /// Set only with [`GaitChoiceName::Gait`]: index into the gaits of the robot file.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     gait: Option<usize>,
     speed_m_s: f64,
@@ -49,7 +49,7 @@ struct CommandFields {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum ChoiceWord {
+enum GaitChoiceName {
     Stand,
     Auto,
     Gait,
@@ -59,12 +59,14 @@ impl From<Order> for OrderFields {
     fn from(order: Order) -> OrderFields {
         let word = |order| OrderFields { order, command: None, strokes: None, pose: None };
         match order {
-            Order::Go => word(Word::Go),
-            Order::Drive(command) => OrderFields { command: Some(command.into()), ..word(Word::Drive) },
-            Order::Perform(command) => OrderFields { strokes: Some(command.into()), ..word(Word::Perform) },
-            Order::Take(pose) => OrderFields { pose: Some(pose), ..word(Word::Take) },
-            Order::Stop => word(Word::Stop),
-            Order::StopAtOnce => word(Word::StopAtOnce),
+            Order::Go => word(OrderName::Go),
+            Order::Drive(command) => OrderFields { command: Some(command.into()), ..word(OrderName::Drive) },
+            Order::Perform(command) => {
+                OrderFields { strokes: Some(command.into()), ..word(OrderName::Perform) }
+            }
+            Order::Take(pose) => OrderFields { pose: Some(pose), ..word(OrderName::Take) },
+            Order::Stop => word(OrderName::Stop),
+            Order::StopAtOnce => word(OrderName::StopAtOnce),
         }
     }
 }
@@ -74,17 +76,17 @@ impl TryFrom<OrderFields> for Order {
 
     fn try_from(fields: OrderFields) -> Result<Order, Self::Error> {
         Ok(match fields.order {
-            Word::Go => Order::Go,
-            Word::Drive => {
+            OrderName::Go => Order::Go,
+            OrderName::Drive => {
                 Order::Drive(fields.command.ok_or("an order to drive without a command")?.try_into()?)
             }
-            Word::Perform => {
+            OrderName::Perform => {
                 let strokes = fields.strokes.as_ref().ok_or("an order to perform without a stroke")?;
                 Order::Perform(strokes.try_into()?)
             }
-            Word::Take => Order::Take(fields.pose.ok_or("an order to take a pose without one")?),
-            Word::Stop => Order::Stop,
-            Word::StopAtOnce => Order::StopAtOnce,
+            OrderName::Take => Order::Take(fields.pose.ok_or("an order to take a pose without one")?),
+            OrderName::Stop => Order::Stop,
+            OrderName::StopAtOnce => Order::StopAtOnce,
         })
     }
 }
@@ -109,9 +111,9 @@ pub(crate) fn gait_is_of(choice: GaitChoice, robot: &Robot) -> bool {
 impl From<Command> for CommandFields {
     fn from(command: Command) -> CommandFields {
         let (choice, gait) = match command.gait {
-            GaitChoice::Stand => (ChoiceWord::Stand, None),
-            GaitChoice::Auto => (ChoiceWord::Auto, None),
-            GaitChoice::Gait(index) => (ChoiceWord::Gait, Some(index)),
+            GaitChoice::Stand => (GaitChoiceName::Stand, None),
+            GaitChoice::Auto => (GaitChoiceName::Auto, None),
+            GaitChoice::Gait(index) => (GaitChoiceName::Gait, Some(index)),
         };
         let Posture { rise_m, pitch_rad, roll_rad, sway_m } = command.posture;
         let Command { speed_m_s, yaw_rate_rad_s, .. } = command;
@@ -125,9 +127,11 @@ impl TryFrom<CommandFields> for Command {
     fn try_from(fields: CommandFields) -> Result<Command, Self::Error> {
         let CommandFields { speed_m_s, yaw_rate_rad_s, rise_m, pitch_rad, roll_rad, sway_m, .. } = fields;
         let gait = match fields.choice {
-            ChoiceWord::Stand => GaitChoice::Stand,
-            ChoiceWord::Auto => GaitChoice::Auto,
-            ChoiceWord::Gait => GaitChoice::Gait(fields.gait.ok_or("a command for a gait that names none")?),
+            GaitChoiceName::Stand => GaitChoice::Stand,
+            GaitChoiceName::Auto => GaitChoice::Auto,
+            GaitChoiceName::Gait => {
+                GaitChoice::Gait(fields.gait.ok_or("a command for a gait that names none")?)
+            }
         };
         Ok(Command {
             gait,
@@ -147,7 +151,7 @@ mod tests {
     use crate::motion::{Place, Stroke, StrokeCommand};
 
     #[test]
-    fn every_order_comes_back_to_the_last_bit() {
+    fn orders_round_trip_to_the_last_bit() {
         let command = |gait| Command {
             gait,
             speed_m_s: 0.1 + 0.2,

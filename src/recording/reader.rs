@@ -36,7 +36,7 @@ pub enum ReadError {
         reason: String,
     },
     /// The robot file inside is invalid.
-    #[error("{file}: the robot file inside the recording is not good")]
+    #[error("{file}: the robot file inside the recording is not valid")]
     Robot {
         /// The file.
         file: String,
@@ -150,7 +150,7 @@ impl<R: Read> Cycles<R> {
                     if [ROBOT_ATTACHMENT, RUN_ATTACHMENT].contains(&header.name.as_str()) =>
                 {
                     let text = String::from_utf8(data.into_owned());
-                    let text = text.map_err(|_| format!("its attachment {} is no text", header.name))?;
+                    let text = text.map_err(|_| format!("its attachment {} is not text", header.name))?;
                     texts.insert(header.name, text);
                 }
                 None | Some(Record::Message { .. }) => {

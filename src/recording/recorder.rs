@@ -44,9 +44,9 @@ pub struct Recorder {
 }
 
 /// Sets its flag when dropped, whatever drops it: then nothing is written any more.
-struct Loss(Arc<AtomicBool>);
+struct SetOnDrop(Arc<AtomicBool>);
 
-impl Drop for Loss {
+impl Drop for SetOnDrop {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -92,7 +92,7 @@ impl Recorder {
         }
         let robot = robot.clone();
         let is_lost = Arc::new(AtomicBool::new(false));
-        let loss = Loss(Arc::clone(&is_lost));
+        let loss = SetOnDrop(Arc::clone(&is_lost));
         std::thread::Builder::new().name("recording".to_owned()).spawn(move || {
             let written = if waits {
                 write_all(&robot, &header, &robot_text, sink, loss, handed.iter(), &give_back)
@@ -154,7 +154,7 @@ impl Observer for Recorder {
         self.is_lost().then_some(LOST)
     }
 
-    fn end(&mut self, end: &mut End) {
+    fn end(&mut self, end: &mut End, has_stopped_run: bool) {
         let entries = [
             ("outcome", end.outcome.name().to_owned()),
             ("reason", end.reason.clone()),
@@ -163,9 +163,7 @@ impl Observer for Recorder {
             ("late_cycles", end.late_cycles.to_string()),
         ];
         let report = self.finish(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect());
-        if let Some(error) = &report.error
-            && end.reason.ends_with(LOST)
-        {
+        if has_stopped_run && let Some(error) = &report.error {
             end.reason = format!("{}: {error}", end.reason);
         }
         end.recording = Some(report);
@@ -191,7 +189,7 @@ fn write_all(
     header: &RunHeader,
     robot_text: &str,
     sink: impl Write,
-    loss: Loss,
+    loss: SetOnDrop,
     handed: impl Iterator<Item = Handed>,
     give_back: &Sender<Box<Sample>>,
 ) -> Written {

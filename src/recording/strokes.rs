@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strokes_come_back_as_they_were_recorded() {
+    fn strokes_round_trip_through_a_recording() {
         let pole = Pole { point_in_body: DVec3::X, axis: DVec3::Y, radius_m: 0.03 };
         let path = TipPath::new(&[DVec3::X, DVec3::new(0.1, 0.2, 0.3), DVec3::Z], 0.08).unwrap();
         for kind in strokes::STROKES {

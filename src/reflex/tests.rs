@@ -115,7 +115,7 @@ impl<'r> Scene<'r> {
 }
 
 #[test]
-fn a_push_that_is_borne_passes() {
+fn a_push_that_the_robot_withstands_passes() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = Scene::new(&robot);
     assert_eq!(scene.see((0.0, 0.0), [0.5, 0.3, 0.1], 1.0), ["steady"], "walking sways");
@@ -184,7 +184,7 @@ fn fall_to<'r>(robot: &'r Robot, roll_pitch: (f64, f64)) -> Scene<'r> {
 }
 
 #[test]
-fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
+fn the_robot_gets_up_where_the_file_has_key_poses_and_only_as_often_as_allowed() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.1, 0.1));
     for time in 1..=2 {
@@ -212,7 +212,7 @@ fn from_where_it_knows_a_way_up_it_gets_up_and_no_more_often_than_it_may() {
 
 /// From its front, by two poses: each is reached at its time, on the way from where the robot lay, without a jump.
 #[test]
-fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
+fn getting_up_uses_the_key_poses_of_the_side_it_lies_on() {
     let mut robot = horse(ReflexMode::Reflex);
     let pose = |share: f64| -> Vec<f64> {
         let of =
@@ -257,7 +257,7 @@ fn it_gets_up_by_the_key_poses_of_the_side_it_lies_on() {
 }
 
 #[test]
-fn who_rolls_over_on_the_way_up_has_not_got_up() {
+fn a_robot_that_rolls_over_while_getting_up_has_not_got_up() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.1, 0.1));
     assert_eq!(scene.reflex.kind(), "getting up");
@@ -270,7 +270,7 @@ fn who_rolls_over_on_the_way_up_has_not_got_up() {
 }
 
 #[test]
-fn who_does_not_feel_how_it_lies_on_the_way_up_does_not_rise() {
+fn a_robot_without_attitude_does_not_get_up() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.1, 0.1));
     assert_eq!(scene.reflex.kind(), "getting up");
@@ -280,7 +280,7 @@ fn who_does_not_feel_how_it_lies_on_the_way_up_does_not_rise() {
 }
 
 #[test]
-fn told_to_stop_it_does_not_get_up() {
+fn a_robot_ordered_to_stop_does_not_get_up() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = fall_to(&robot, (0.0, 0.0));
     scene.go_on(0.5);
@@ -293,7 +293,7 @@ fn told_to_stop_it_does_not_get_up() {
 }
 
 #[test]
-fn passive_it_drops_limp_and_off_it_only_notes() {
+fn passive_mode_drops_limp_and_off_mode_only_records_the_fall() {
     let robot = horse(ReflexMode::Passive);
     let mut scene = Scene::new(&robot);
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
@@ -353,7 +353,7 @@ fn the_direction_is_that_of_the_push_on_eight_sides() {
 }
 
 #[test]
-fn every_side_it_may_lie_on_is_told() {
+fn every_side_it_may_lie_on_is_recognised() {
     use std::f64::consts::{FRAC_PI_2, PI};
     let at = |roll_rad, pitch_rad| {
         detect::lying(&BodyEstimate { is_known: true, roll_rad, pitch_rad, ..BodyEstimate::default() })
@@ -370,7 +370,7 @@ fn every_side_it_may_lie_on_is_told() {
 }
 
 #[test]
-fn numbers_that_are_none_and_a_silent_unit_tell_of_no_fall() {
+fn numbers_that_are_not_finite_and_a_silent_unit_show_no_fall() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = Scene::new(&robot);
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
@@ -400,7 +400,7 @@ fn a_unit_lost_in_the_middle_of_a_fall_ends_it_limp() {
 }
 
 #[test]
-fn a_robot_that_never_comes_to_rest_is_let_go_all_the_same() {
+fn a_robot_that_never_comes_to_rest_still_goes_limp() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = Scene::new(&robot);
     scene.see((0.0, 0.0), [0.0; 3], 0.1);
@@ -409,7 +409,7 @@ fn a_robot_that_never_comes_to_rest_is_let_go_all_the_same() {
 }
 
 #[test]
-fn a_trunk_that_is_to_lean_does_not_fall() {
+fn a_trunk_that_leans_as_planned_does_not_count_as_falling() {
     let robot = horse(ReflexMode::Reflex);
     let mut scene = Scene::leaning(&robot, 0.6);
     assert_eq!(scene.see((0.0, 0.6), [0.0; 3], 1.0), ["steady"]);
@@ -420,7 +420,7 @@ fn a_trunk_that_is_to_lean_does_not_fall() {
 }
 
 #[test]
-fn the_rate_alone_is_the_papers_rule() {
+fn the_rate_detector_is_the_rule_of_the_paper() {
     let mut robot = horse(ReflexMode::Reflex);
     robot.reflex.as_mut().unwrap().detector = Detector::Rate(3.0);
     let mut scene = Scene::new(&robot);
@@ -430,7 +430,7 @@ fn the_rate_alone_is_the_papers_rule() {
 }
 
 #[test]
-fn nobody_falls_before_standing_or_without_a_reflex() {
+fn no_fall_is_noticed_before_standing_or_without_a_reflex() {
     let robot = horse(ReflexMode::Reflex);
     for activity in [Activity::Limp, Activity::Rising, Activity::Stopping, Activity::Done] {
         let mut scene = Scene { activity, ..Scene::new(&robot) };

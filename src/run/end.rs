@@ -1,4 +1,4 @@
-//! The outcome of a loop that is over: as it was planned, unless safety, a fall or the servos say otherwise.
+//! The outcome of a loop that is over, if safety, a fall or silent servos make it worse than planned.
 
 use super::Cycle;
 use crate::bus::Ports;
@@ -7,13 +7,8 @@ use crate::observe::{CycleRecord, Outcome};
 use crate::reflex::FallOutcome;
 use crate::signals::{JointState, Permission, ServoGoal};
 
-/// Outcome and reason of a loop that was to end with these, and whether every servo has heard the end.
-pub(super) fn judge<P: Ports>(
-    robot: &Robot,
-    cycle: &mut Cycle<'_, P>,
-    outcome: Outcome,
-    reason: String,
-) -> (Outcome, String, bool) {
+/// Outcome and reason, if safety, a fall or silent servos determine them; and true if every servo has heard the end.
+pub(super) fn judge<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>) -> (Option<(Outcome, String)>, bool) {
     let record = cycle.record();
     let lost = may_have_torque(robot, &record);
     let is_heard = lost.is_empty();
@@ -23,22 +18,21 @@ pub(super) fn judge<P: Ports>(
     if !is_heard {
         cycle.buses_mut().limp_unheard();
     }
-    let (outcome, reason) = if let Some(why) = stopped {
+    let worse = if let Some(why) = stopped {
         let mut reasons = vec![why];
         reasons.extend(cycle.buses_mut().strangers());
         reasons.extend((!is_heard).then_some(lost));
-        (Outcome::StoppedBySafety, reasons.join("; "))
+        Some((Outcome::StoppedBySafety, reasons.join("; ")))
     } else if !is_heard {
-        (Outcome::Failed, lost)
-    } else if let Some(falls) = fallen {
-        (Outcome::Fallen, format!("{falls}: set it on its feet and start it again"))
+        Some((Outcome::Failed, lost))
     } else {
-        (outcome, reason)
+        fallen.map(|falls| (Outcome::Fallen, format!("{falls}: set it on its feet and start it again")))
     };
-    (outcome, reason, is_heard)
+    (worse, is_heard)
 }
 
-/// The same after a panic of the loop; without torque unless `stop_action` is to hold.
+/// Outcome and reason after a panic of the loop, and true if every servo has heard the end. Takes the torque off unless
+/// `stop_action` is [`StopAction::Hold`].
 pub(super) fn after_panic<P: Ports>(
     cycle: &mut Cycle<'_, P>,
     stop_action: StopAction,

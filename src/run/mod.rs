@@ -51,13 +51,13 @@ impl<F: FnMut(&Status) -> Order> Operator for F {
     }
 }
 
-/// The cause of a stop before the plan was done.
+/// The cause of the end of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stopper {
-    Nobody,
+enum EndCause {
+    PlanDone,
     Operator,
-    /// An observer, with its objection.
-    Observer(&'static str),
+    /// An observer, by its index, and its objection.
+    Observer(usize, &'static str),
 }
 
 /// Runs `robot` on `ports` until the plan is done, or until `operator`, safety or an observer stops it. An observer that
@@ -100,17 +100,22 @@ pub(crate) fn perform<P: Ports>(
 ) -> End {
     let start = cycle.now();
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, observers, operator)));
+    let mut objector = None;
     let (outcome, reason, is_heard) = match ended {
-        Ok(stopper) => {
-            let (outcome, reason) = match stopper {
-                Stopper::Nobody => (Outcome::Completed, done.to_owned()),
-                Stopper::Operator => {
+        Ok(cause) => {
+            let (worse, is_heard) = end::judge(robot, cycle);
+            let (outcome, reason) = worse.unwrap_or_else(|| match cause {
+                EndCause::PlanDone => (Outcome::Completed, done.to_owned()),
+                EndCause::Operator => {
                     let (outcome, reason) = operator.why_stopped();
                     (outcome, reason.to_owned())
                 }
-                Stopper::Observer(objection) => (Outcome::Failed, format!("stopped because {objection}")),
-            };
-            end::judge(robot, cycle, outcome, reason)
+                EndCause::Observer(index, objection) => {
+                    objector = Some(index);
+                    (Outcome::Failed, format!("stopped because {objection}"))
+                }
+            });
+            (outcome, reason, is_heard)
         }
         // The motion can no longer be trusted to end by itself.
         Err(_) => end::after_panic(cycle, stop_action),
@@ -131,7 +136,9 @@ pub(crate) fn perform<P: Ports>(
         buses: cycle.buses_mut().statistics().map(Into::into).collect(),
         recording: None,
     };
-    observers.iter_mut().for_each(|observer| observer.end(&mut end));
+    for (index, observer) in observers.iter_mut().enumerate() {
+        observer.end(&mut end, objector == Some(index));
+    }
     end
 }
 
@@ -142,27 +149,30 @@ fn repeat<P: Ports>(
     start: Time,
     observers: &mut [&mut dyn Observer],
     operator: &mut impl Operator,
-) -> Stopper {
+) -> EndCause {
     let period = Duration::from_secs_f64(robot.period_s());
     let mut deadline = start;
-    let mut stopper = Stopper::Nobody;
+    let mut cause = EndCause::PlanDone;
     let mut last_cycles = 0;
     loop {
         cycle.begin(deadline);
-        let objection = observers.iter().find_map(|observer| observer.objection());
+        let mut objections = observers.iter().map(|observer| observer.objection()).enumerate();
+        let objection = objections.find_map(|(index, objection)| Some((index, objection?)));
         let time_s = cycle.now().since(start).as_secs_f64();
         let late_cycles = cycle.stopwatch().late_cycles();
-        let status = Status { time_s, late_cycles, objection, ..status(robot, &cycle.record()) };
+        let status = status(robot, &cycle.record());
+        let objection_words = objection.map(|(_, words)| words);
+        let status = Status { time_s, late_cycles, objection: objection_words, ..status };
         let mut wanted = operator.order(&status);
         if wanted.is_stop() {
-            if stopper == Stopper::Nobody {
-                stopper = Stopper::Operator;
+            if cause == EndCause::PlanDone {
+                cause = EndCause::Operator;
             }
-        } else if let Some(objection) = objection {
+        } else if let Some((index, words)) = objection {
             wanted = Order::Stop;
             // The objection did not cause an end that was planned.
-            if stopper == Stopper::Nobody && status.activity != Activity::Done {
-                stopper = Stopper::Observer(objection);
+            if cause == EndCause::PlanDone && status.activity != Activity::Done {
+                cause = EndCause::Observer(index, words);
             }
         }
         cycle.step(wanted);
@@ -178,7 +188,7 @@ fn repeat<P: Ports>(
             // Every servo has answered an exchange that sent it the last goals.
             let is_heard = record.state.joints.iter().all(|joint| joint.age_s < since_s - robot.period_s());
             if last_cycles >= LAST_CYCLES && (is_heard || since_s >= LAST_PATIENCE_S) {
-                return stopper;
+                return cause;
             }
         }
         // Deadlines that have already passed are skipped; the loop does not catch up on them.

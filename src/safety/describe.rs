@@ -18,12 +18,13 @@ impl Outage {
                 "its servo has tripped: overload; it is restarted when the arms are parked".to_owned()
             }
             OutageCause::Alarm(0) => {
-                "its servo raises an alarm and does not say why; it is restarted once when \
-                                      the arms are parked"
+                "its servo raises an alarm and does not report the cause; it is restarted once when \
+                 the arms are parked"
                     .to_owned()
             }
             OutageCause::Alarm(causes) => format!(
-                "its servo raises an alarm: {}; it stays so until that is over; check its load, heat and voltage",
+                "its servo raises an alarm: {}; it stays without torque until the alarm ends; check its load, heat \
+                 and voltage",
                 words(causes)
             ),
             OutageCause::Jam => {
@@ -75,12 +76,12 @@ impl Finding {
                 )
             }
             Fault::NotBack { waited_s } => {
-                format!("could not be brought back to where it is wanted within {waited_s:.1} s")
+                format!("could not be brought back to its target within {waited_s:.1} s")
             }
             Fault::Alarm { bits } => {
                 format!("raises alarm bits 0x{bits:02X}{}", self.alarm_words(robot, bits))
             }
-            Fault::NotFinite => "was asked for an angle that is not a number".to_owned(),
+            Fault::NotFinite => "has a target angle that is not a number".to_owned(),
             Fault::LoopStalled { gap_s } => {
                 return format!(
                     "the loop stood still for {gap_s:.2} s: the machine is overloaded or was suspended; \
@@ -104,7 +105,7 @@ impl Finding {
             Fault::OutOfCounts { .. } | Fault::BeyondStops { .. } => {
                 "turn the limp joint by hand towards the middle of its range"
             }
-            Fault::NotBack { .. } => "check what is wanted of it: its range ends before",
+            Fault::NotBack { .. } => "check its target: it is outside the joint's range",
             Fault::Alarm { .. } => "switch its power off and on, and check its load, heat and voltage",
             Fault::NotFinite => "this is a defect of the program: please report it with the robot file",
             Fault::LoopStalled { .. } => "",
@@ -116,8 +117,8 @@ impl Finding {
         let bus = &robot.buses[servo.bus].name;
         match self.fault {
             Fault::Unheard { is_whole_bus: true, .. } => format!(
-                "bus {bus}: none of its servos is heard (servo {}, joint {}, {what}): check its adapter, its cable and \
-                 its power; until it is back, its servos keep the last goal they heard",
+                "bus {bus}: none of its servos answers (servo {}, joint {}, {what}): check its adapter, its cable \
+                 and its power; until it is back, its servos keep the last goal they received",
                 servo.id, joint.name
             ),
             _ => format!("servo {} on bus {bus} (joint {}) {what}: {cure}", servo.id, joint.name),

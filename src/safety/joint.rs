@@ -1,8 +1,8 @@
 //! What safety remembers about one joint, and where the joint's goals start.
 
 use super::limiter::Limiter;
-use super::recall::{GOAL_SLACK_RAD, Recall, Recalled};
-use super::shutdown::Shutdown;
+use super::servo_outage::ServoOutage;
+use super::state_query::{GOAL_SLACK_RAD, QueriedState, StateQuery};
 use crate::model::{Joint, SafetySettings};
 use crate::signals::JointState;
 
@@ -25,9 +25,9 @@ pub(super) struct JointSafety {
     /// Angle at which it was last heard before it was lost, rad.
     before_rad: f64,
     /// Answers of its servo to questions since it was heard again.
-    pub(super) recall: Recall,
-    /// Shutdown state of its servo, on a robot that may continue without a joint.
-    pub(super) shutdown: Shutdown,
+    pub(super) state_query: StateQuery,
+    /// Outage of its servo, on a robot that may continue without a joint.
+    pub(super) outage: ServoOutage,
 }
 
 impl JointSafety {
@@ -41,8 +41,8 @@ impl JointSafety {
             was_heard: false,
             is_lost: false,
             before_rad: 0.0,
-            recall: Recall::default(),
-            shutdown: Shutdown::NONE,
+            state_query: StateQuery::default(),
+            outage: ServoOutage::NONE,
         }
     }
 
@@ -66,14 +66,14 @@ impl JointSafety {
             if !self.is_lost {
                 self.before_rad = measured.position_rad;
             }
-            (self.is_lost, self.recall) = (true, Recall::default());
+            (self.is_lost, self.state_query) = (true, StateQuery::default());
         } else if self.torque_on_s.is_none() {
             self.start_limp(measured);
         } else if self.is_lost {
-            match self.recall.take(measured, self.held_rad, self.before_rad) {
+            match self.state_query.take(measured, self.held_rad, self.before_rad) {
                 None => {}
-                Some(Recalled::Limp) => self.start_limp(measured),
-                Some(Recalled::Holding(goal_rad)) => {
+                Some(QueriedState::Limp) => self.start_limp(measured),
+                Some(QueriedState::Holding(goal_rad)) => {
                     self.limiter.start_from(goal_rad);
                     self.hold_last_goal();
                     self.is_lost = false;
@@ -124,7 +124,7 @@ impl JointSafety {
 
     /// True if the joint is returning to what is wanted, or it is still unknown what its servo holds.
     pub(super) fn is_waited_for(&self, measured: &JointState) -> bool {
-        let is_asked = self.is_lost && (measured.age_s <= 0.0 || self.recall.has_begun());
+        let is_asked = self.is_lost && (measured.age_s <= 0.0 || self.state_query.has_begun());
         self.torque_on_s.is_some() && (self.limiter.is_catching_up() || is_asked)
     }
 

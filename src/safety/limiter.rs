@@ -186,7 +186,7 @@ mod tests {
 
     /// A border that shortens each step more and more slows a joint down, and does not throw it back.
     #[test]
-    fn a_step_that_is_shortened_leaves_the_speed_it_had() {
+    fn a_shortened_step_keeps_speed_and_goal_consistent() {
         let text = include_str!("../../config/figure.toml");
         let robot = crate::config::parse(text, "figure.toml").unwrap().robot;
         let mut limiter = Limiter::new(&robot.joints[0], &robot.safety);

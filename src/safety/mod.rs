@@ -13,10 +13,10 @@ mod describe;
 mod joint;
 mod limiter;
 mod listening;
-mod recall;
+mod servo_outage;
 mod shared;
-mod shutdown;
 mod stall;
+mod state_query;
 #[cfg(test)]
 mod tests;
 mod waiting;
@@ -24,7 +24,7 @@ mod watch;
 
 use std::ops::Range;
 
-use crate::model::{OnTrip, Robot, SafetySettings, SharedRange};
+use crate::model::{Robot, SafetySettings, SharedRange, TrippedServoPolicy};
 use crate::signals::{JointState, JointTargets, Outage, Permission, Question, State};
 use joint::JointSafety;
 use listening::Listening;
@@ -152,8 +152,7 @@ impl Safety {
             joint.take_over(gap_s - dt_s, &self.settings, &state.joints[index], is_bus_heard);
         }
         let goals = self.joints.iter().map(|joint| joint.limiter.goal_rad());
-        let excused =
-            self.joints.iter().map(|joint| (joint.shutdown.is_out(), joint.shutdown.is_restarting()));
+        let excused = self.joints.iter().map(|joint| (joint.outage.is_out(), joint.outage.is_restarting()));
         state.permission = self.watch.judge(
             dt_s,
             gap_s,
@@ -166,7 +165,7 @@ impl Safety {
         for (index, joint) in
             self.joints.iter_mut().enumerate().filter(|(index, _)| self.watch.is_jammed(*index))
         {
-            joint.shutdown.jam();
+            joint.outage.jam();
             state.is_out[index] = true;
         }
         self.tell_outage(state);
@@ -222,22 +221,22 @@ impl Safety {
 
     /// Takes tripped servos out of service, and restarts one of them if allowed.
     fn look_for_trips(&mut self, dt_s: f64, targets: &JointTargets, state: &mut State) {
-        if self.settings.on_trip == OnTrip::Stop {
+        if self.settings.tripped_servo == TrippedServoPolicy::Stop {
             return;
         }
         for (joint, measured) in self.joints.iter_mut().zip(&state.joints) {
-            joint.shutdown.look(dt_s, self.settings.fault_delay_s, targets.may_restart, measured);
+            joint.outage.look(dt_s, self.settings.fault_delay_s, targets.may_restart, measured);
         }
-        let is_ready = |(joint, measured): (&JointSafety, &JointState)| joint.shutdown.can_restart(measured);
+        let is_ready = |(joint, measured): (&JointSafety, &JointState)| joint.outage.can_restart(measured);
         if targets.may_restart
             && let Some(index) = self.joints.iter().zip(&state.joints).position(is_ready)
         {
-            self.joints[index].shutdown.restart(&state.joints[index]);
+            self.joints[index].outage.restart(&state.joints[index]);
             self.command.restart = Some(index);
             self.restarts += 1;
         }
         for (is_out, joint) in state.is_out.iter_mut().zip(&self.joints) {
-            *is_out = joint.shutdown.is_out();
+            *is_out = joint.outage.is_out();
         }
     }
 
@@ -245,7 +244,7 @@ impl Safety {
     fn tell_outage(&mut self, state: &mut State) {
         let mut news = self.joints.iter_mut().zip(&state.joints).enumerate();
         state.outage = news.find_map(|(joint, (of, measured))| {
-            let cause = of.shutdown.take_news(measured)?;
+            let cause = of.outage.take_cause(measured)?;
             Some(Outage { joint, cause })
         });
     }
@@ -257,15 +256,15 @@ impl Safety {
         let joints = || self.joints.iter().zip(&state.joints);
         let lost = joints()
             .position(|(joint, measured)| joint.is_lost && joint.torque_on_s.is_some() && is_heard(measured));
-        let tripped = || joints().position(|(joint, measured)| joint.shutdown.is_to_be_asked(measured));
+        let tripped = || joints().position(|(joint, measured)| joint.outage.needs_question(measured));
         if self.command.restart.is_some() {
             return;
         }
         if let Some(index) = lost {
-            self.command.question = Some((index, self.joints[index].recall.question()));
-            self.joints[index].recall.note_asked();
+            self.command.question = Some((index, self.joints[index].state_query.question()));
+            self.joints[index].state_query.note_asked();
         } else if let Some(index) = tripped() {
-            self.joints[index].shutdown.ask();
+            self.joints[index].outage.ask();
             self.command.question = Some((index, Question::Alarms));
         } else {
             self.command.question = self.listening.question();

@@ -44,7 +44,7 @@ fn goal(command: JointCommand) -> (f64, f64) {
 }
 
 #[test]
-fn an_unheard_robot_stays_limp() {
+fn a_robot_that_never_answered_stays_limp() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut state = heard(&robot, &middle(&robot));
@@ -75,7 +75,7 @@ fn torque_rises_from_nothing_at_the_measured_pose() {
 }
 
 #[test]
-fn silence_coasts_then_holds_then_stops() {
+fn silence_first_coasts_then_holds_then_stops() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut state = heard(&robot, &middle(&robot));
@@ -134,7 +134,7 @@ fn a_hold_brings_moving_joints_to_rest_within_their_acceleration() {
 }
 
 #[test]
-fn after_the_loop_stood_still_joints_start_from_rest() {
+fn joints_start_from_rest_after_a_stall_of_the_loop() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut pose = middle(&robot);
@@ -174,7 +174,7 @@ fn first_hold(swing_rad: f64, angle: impl Fn(f64, f64) -> f64) -> Option<(f64, F
 }
 
 #[test]
-fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
+fn a_jammed_joint_is_found_though_its_goal_returns_to_it() {
     let robot = robot();
     let stands = middle(&robot)[3];
     let swing_rad = 0.5 * robot.safety.tracking_error_rad;
@@ -189,7 +189,7 @@ fn a_jammed_joint_is_found_though_its_goal_comes_back_to_it() {
 }
 
 #[test]
-fn a_joint_that_was_pushed_ahead_of_its_goal_is_not_jammed_where_that_meets_it() {
+fn a_joint_pushed_ahead_of_its_goal_does_not_count_as_jammed_when_the_goal_reaches_it() {
     let robot = robot();
     let settings = &robot.safety;
     // A foot on the ground is pushed ahead like this before torque has risen in full.
@@ -238,7 +238,7 @@ fn heat_and_voltage_are_named_rather_than_their_alarm_bits() {
 }
 
 #[test]
-fn a_servo_that_comes_back_limp_is_taken_over_where_it_hangs() {
+fn a_servo_that_comes_back_limp_starts_from_its_measured_position() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let pose = middle(&robot);
@@ -318,7 +318,7 @@ fn goals_after_a_silence(way_rad: f64, asks_for: impl Fn(&Robot) -> f64) -> (Rob
 }
 
 #[test]
-fn a_servo_that_was_silent_goes_on_from_the_goal_it_holds_at_the_slow_rate() {
+fn a_servo_that_was_silent_continues_from_its_held_goal_at_the_slow_rate() {
     let (robot, goals, permission) = goals_after_a_silence(0.05, |robot| middle(robot)[6] + 0.4);
     let mut before = middle(&robot)[6];
     for goal in &goals {
@@ -372,7 +372,7 @@ fn while_a_servo_owes_an_answer_no_goal_of_its_bus_is_more_than_a_step_from_the_
 
 /// Dynamixels stop by themselves after 200 ms without an exchange, and hold the position they have then.
 #[test]
-fn a_servo_that_its_watchdog_may_have_stopped_is_asked_and_goes_on_from_where_it_stopped() {
+fn a_servo_that_its_watchdog_may_have_stopped_is_asked_and_continues_from_there() {
     let text = include_str!("../../config/horse-dynamixel.toml");
     let robot = crate::config::parse(text, "horse-dynamixel.toml").unwrap().robot;
     let mut safety = Safety::new(&robot);
@@ -405,7 +405,7 @@ fn a_servo_that_its_watchdog_may_have_stopped_is_asked_and_goes_on_from_where_it
 }
 
 #[test]
-fn a_robot_does_not_wait_for_ever_for_a_joint_that_is_wanted_out_of_its_range() {
+fn a_robot_does_not_wait_for_ever_for_a_joint_whose_target_is_out_of_range() {
     let (robot, goals, permission) = goals_after_a_silence(0.05, |robot| robot.joints[6].range_rad.1 + 0.5);
     assert_eq!(permission, Permission::Move, "as near as it gets is there");
     let (low, high) = robot.joints[6].goal_range_rad();
@@ -413,7 +413,7 @@ fn a_robot_does_not_wait_for_ever_for_a_joint_that_is_wanted_out_of_its_range() 
 }
 
 #[test]
-fn a_joint_that_has_lost_its_torque_starts_inside_its_range_and_not_beyond_its_stops() {
+fn a_joint_that_lost_its_torque_starts_inside_its_range() {
     for (beyond_rad, starts) in [(0.05, true), (0.6, false)] {
         let robot = robot();
         let mut safety = Safety::new(&robot);
@@ -445,7 +445,7 @@ fn a_joint_that_has_lost_its_torque_starts_inside_its_range_and_not_beyond_its_s
 }
 
 #[test]
-fn a_link_that_fails_again_and_again_is_a_stop_in_the_end() {
+fn a_link_that_keeps_failing_stops_the_robot() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut state = heard(&robot, &middle(&robot));
@@ -461,7 +461,7 @@ fn a_link_that_fails_again_and_again_is_a_stop_in_the_end() {
 }
 
 #[test]
-fn a_joint_where_its_servo_has_no_counts_gets_no_torque() {
+fn a_joint_outside_the_counts_of_its_servo_gets_no_torque() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut pose = middle(&robot);
@@ -487,13 +487,13 @@ fn a_bus_without_any_reply_is_named_as_such() {
     safety.check(DT_S, DT_S, &asking(&robot, middle(&robot)), &mut state);
     let words = safety.cause().unwrap().describe(&robot);
     assert!(
-        words.starts_with("bus main: none of its servos is heard") && words.contains("adapter"),
+        words.starts_with("bus main: none of its servos answers") && words.contains("adapter"),
         "{words}"
     );
 }
 
 #[test]
-fn a_target_that_is_no_number_holds_the_robot() {
+fn a_target_that_is_not_finite_holds_the_robot() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut state = heard(&robot, &middle(&robot));
@@ -517,7 +517,7 @@ fn anything() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn goals_stay_in_range_and_rate_whatever_is_asked(
+    fn goals_stay_within_range_and_rate_for_any_target(
         from_middle in proptest::collection::vec(-3.0..3.0_f64, 16),
         asked in proptest::collection::vec(proptest::collection::vec(anything(), 16), 1..120),
     ) {
@@ -548,7 +548,7 @@ proptest! {
 }
 
 #[test]
-fn one_joint_alone_has_torque_and_the_others_may_be_moved_by_hand() {
+fn only_the_chosen_joint_has_torque_and_the_others_may_be_moved_by_hand() {
     let robot = robot();
     let mut safety = Safety::new(&robot);
     let mut pose = middle(&robot);

@@ -10,7 +10,7 @@
 
 use super::stall::Stall;
 use super::waiting::Waiting;
-use crate::model::{OnTrip, Robot, SafetySettings, Servo};
+use crate::model::{Robot, SafetySettings, Servo, TrippedServoPolicy};
 use crate::signals::{JointState, Permission};
 
 /// A fault of a joint or of the loop.
@@ -228,7 +228,7 @@ impl Watch {
     /// blocked servo trips sooner or later.
     fn finding(&mut self, index: usize, fault: Fault) -> Option<Finding> {
         let is_jam = matches!(fault, Fault::OffGoal { .. } | Fault::Stalled { .. });
-        if is_jam && self.settings.on_trip == OnTrip::Freeze {
+        if is_jam && self.settings.tripped_servo == TrippedServoPolicy::Freeze {
             self.jammed[index] = true;
             self.wrong_s[index] = 0.0;
             return None;
@@ -255,7 +255,7 @@ impl Watch {
             Some(Fault::LowVoltage { voltage_v: joint.voltage_v })
         } else if self.servos[index].is_some_and(|servo| servo.model.is_too_much(joint.voltage_v)) {
             Some(Fault::HighVoltage { voltage_v: joint.voltage_v })
-        } else if joint.alarms != 0 && self.settings.on_trip == OnTrip::Stop {
+        } else if joint.alarms != 0 && self.settings.tripped_servo == TrippedServoPolicy::Stop {
             Some(Fault::Alarm { bits: joint.alarms })
         } else if error_rad.abs() > self.settings.tracking_error_rad {
             Some(Fault::OffGoal { error_rad })

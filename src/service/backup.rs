@@ -130,7 +130,7 @@ impl Backup {
         let Address { protocol, baud, id } = self.address;
         let mut text = format!(
             "# Every register of a servo: its bytes in hexadecimal as they stand in it, and what they mean. 'hippocamp\n\
-             # servo restore' gives the settings back; the rest is for reading.\n\
+             # servo restore' restores the settings; the rest is for people to read.\n\
              version = {VERSION}\nprotocol = \"{}\"\nbaud = {baud}\nid = {id}\nmodel_number = {} {}\n",
             protocol.name(),
             self.model_number,
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_holds_every_byte() {
+    fn a_backup_holds_every_byte() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("one.toml");
         sample().save(&path).unwrap();
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_backup_is_told_by_key() {
+    fn a_bad_backup_is_reported_by_key() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("one.toml");
         sample().save(&path).unwrap();

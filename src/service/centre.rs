@@ -31,8 +31,8 @@ pub enum CentreError {
     NoOffset(Address),
     /// The offset would be too large.
     #[error(
-        "{address} would need an offset of {needed} counts and honours {largest}: take its horn off, turn the shaft by \
-         {} degrees or so, and put the horn on again", (needed.unsigned_abs() * 360 / 4096)
+        "{address} would need an offset of {needed} counts and accepts {largest}: take its horn off, turn the \
+         shaft by about {} degrees, and put the horn on again", (needed.unsigned_abs() * 360 / 4096)
     )]
     TooFar {
         /// Address of the servo.

@@ -37,13 +37,13 @@ pub enum ServiceError {
         cause: OpenCause,
     },
     /// The adapter is gone.
-    #[error("{} is gone: plug its adapter in again and start anew", path.display())]
+    #[error("{} is gone: plug its adapter in again and start again", path.display())]
     Gone {
         /// The device.
         path: PathBuf,
     },
     /// The adapter does not support this rate.
-    #[error("{} cannot go at {baud} baud ({reason}): use another adapter for servos at that rate", path.display())]
+    #[error("{} cannot run at {baud} baud ({reason}): use another adapter for servos at that rate", path.display())]
     Baud {
         /// The device.
         path: PathBuf,
@@ -54,7 +54,8 @@ pub enum ServiceError {
     },
     /// No answer came.
     #[error(
-        "{address} did not answer {request}: check its power and cable; 'hippocamp scan' finds who answers"
+        "{address} did not answer {request}: check its power and cable; 'hippocamp scan' lists the servos that \
+         answer"
     )]
     NoAnswer {
         /// Address of the servo.
@@ -74,7 +75,7 @@ pub enum ServiceError {
         request: String,
     },
     /// The servo understood and refused.
-    #[error("{address} refused {request} with error {error}: {}", (address.protocol.language().refusal)(*error))]
+    #[error("{address} refused {request} with error {error}: {}", (address.protocol.spec().refusal)(*error))]
     Refused {
         /// Address of the servo.
         address: Address,
@@ -85,7 +86,8 @@ pub enum ServiceError {
     },
     /// The servo accepted the write and holds something else.
     #[error(
-        "{address} was given {wanted} for {register} and holds {found}: its model or firmware may not take that value"
+        "{address}: {register} was set to {wanted} and reads {found}: its model or firmware may not accept that \
+         value"
     )]
     NotTaken {
         /// Address of the servo.
@@ -127,7 +129,7 @@ pub enum ServiceError {
     },
     /// A register no longer holds the value written before.
     #[error(
-        "{address} no longer holds what was written to {register}: do the same again, and look at its supply"
+        "{address} no longer holds what was written to {register}: repeat the command, and check its supply"
     )]
     NotKept {
         /// Address of the servo.
@@ -136,7 +138,7 @@ pub enum ServiceError {
         register: String,
     },
     /// The id is not free.
-    #[error("{address} is there already: each servo on a line needs an id of its own")]
+    #[error("{address} exists already: each servo on a line needs an id of its own")]
     IdTaken {
         /// Address of the servo that has it.
         address: Address,
@@ -145,7 +147,7 @@ pub enum ServiceError {
     #[error("{0}")]
     BadValue(#[from] BadValue),
     /// The user broke off.
-    #[error("broken off by the user")]
+    #[error("interrupted by the user")]
     Interrupted,
 }
 

@@ -58,7 +58,7 @@ impl ServicePort {
         let copy = descriptor(&line).try_clone_to_owned().map_err(|error| unusable(error.to_string()))?;
         let mut libraries = Vec::new();
         for protocol in Protocol::all() {
-            if let Some(open) = protocol.language().library {
+            if let Some(open) = protocol.spec().library {
                 libraries.push((protocol, open(&line).map_err(unusable)?));
             }
         }
@@ -154,8 +154,8 @@ impl ServicePort {
     /// Sends the request once with our own packets, and notices an echo.
     pub(super) fn ask_raw(&mut self, address: Address, ask: &Ask<'_>) -> Result<Answer, ServiceError> {
         self.set_baud(address.baud)?;
-        let language = address.protocol.language();
-        let (instruction, parameters, data_bytes) = ask.packet(language);
+        let spec = address.protocol.spec();
+        let (instruction, parameters, data_bytes) = ask.packet(spec);
         let mut sent = Vec::new();
         request(address.protocol, &mut sent, address.id, instruction, &parameters);
         let bytes = exchange_bytes(address.protocol, parameters.len(), data_bytes);
@@ -175,12 +175,12 @@ impl ServicePort {
             is_noisy |= !heard.is_empty();
             listener.hear(&heard, |packet| {
                 is_understood |= matches!(packet, Heard::Status { .. });
-                answer.take(language, address.id, data_bytes, packet);
+                answer.take(spec, address.id, data_bytes, packet);
             });
         }
         if answer == Answer::Missing {
-            listener.hear(&echo.rest(), |packet| answer.take(language, address.id, data_bytes, packet));
-            listener.end(|packet| answer.take(language, address.id, data_bytes, packet));
+            listener.hear(&echo.rest(), |packet| answer.take(spec, address.id, data_bytes, packet));
+            listener.end(|packet| answer.take(spec, address.id, data_bytes, packet));
         }
         // Two servos that talk at once spoil each other's headers, too.
         if answer == Answer::Missing && is_noisy && !is_understood {

@@ -11,7 +11,7 @@ use super::error::{Address, ServiceError};
 use super::line::ServicePort;
 use crate::bus::ask::{Answer, Ask};
 use crate::bus::frame::{Heard, Listener, exchange_bytes, request, status_bytes};
-use crate::bus::language::Introduction;
+use crate::bus::protocols::IdentifyRequest;
 use crate::bus::table::Identity;
 use crate::bus::timing::wire_time;
 use crate::model::Protocol;
@@ -36,7 +36,7 @@ const TWIN_SHARE: f64 = 0.3;
 
 /// Rates to try, likely ones first.
 pub fn scan_bauds(protocol: Protocol) -> &'static [u32] {
-    protocol.language().likely_rates
+    protocol.spec().likely_rates
 }
 
 /// Approximate duration of one pass over `ids` ids at `baud`.
@@ -123,22 +123,22 @@ impl ServicePort {
         ids: &[ServoId],
         slack: Duration,
         stop: &AtomicBool,
-    ) -> Result<Heed, ServiceError> {
+    ) -> Result<PassLog, ServiceError> {
         let ask = question(protocol);
-        let (instruction, parameters, data_bytes) = ask.packet(protocol.language());
+        let (instruction, parameters, data_bytes) = ask.packet(protocol.spec());
         let pace = pace(protocol, baud, slack);
-        let mut ear = Ear {
+        let mut pass_listener = PassListener {
             protocol,
             baud,
             data_bytes,
             listener: Listener::new(protocol, data_bytes),
-            heed: Heed::default(),
+            log: PassLog::default(),
         };
         self.discard_input()?;
         let mut echoed = Vec::new();
         for id in ids {
             if stop.load(Ordering::Relaxed) {
-                ear.heed.pass.is_interrupted = true;
+                pass_listener.log.pass.is_interrupted = true;
                 break;
             }
             let mut sent = Vec::new();
@@ -146,21 +146,25 @@ impl ServicePort {
             self.send(&sent)?;
             let echo_bytes = if self.is_echoing() { sent.len() } else { 0 };
             echoed.push(sent);
-            let noise = ear.heed.noise();
-            self.hear_until(monotonic() + pace, Some(*id), &mut ear)?;
+            let noise = pass_listener.log.noise();
+            self.hear_until(monotonic() + pace, Some(*id), &mut pass_listener)?;
             // At this slow pace, noise comes from the servo that was asked.
-            if slack == LONG_SLACK && ear.heed.noise() > noise + echo_bytes && !ear.has(*id) {
-                ear.heed.pass.damaged.push(*id);
+            if slack == LONG_SLACK
+                && pass_listener.log.noise() > noise + echo_bytes
+                && !pass_listener.has(*id)
+            {
+                pass_listener.log.pass.damaged.push(*id);
             }
         }
-        self.hear_until(monotonic() + LINGER, None, &mut ear)?;
-        ear.end();
-        if ear.heed.is_echo_of(&echoed) {
+        self.hear_until(monotonic() + LINGER, None, &mut pass_listener)?;
+        pass_listener.end();
+        if pass_listener.log.is_echo_of(&echoed) {
             self.note_echo();
         }
         let echo_bytes = if self.is_echoing() { echoed.iter().map(Vec::len).sum() } else { 0 };
-        ear.heed.has_noise = !ear.heed.pass.damaged.is_empty() || ear.heed.noise() > echo_bytes;
-        Ok(ear.heed)
+        pass_listener.log.has_noise =
+            !pass_listener.log.pass.damaged.is_empty() || pass_listener.log.noise() > echo_bytes;
+        Ok(pass_listener.log)
     }
 
     /// Listens until `deadline`, or until servo `asked` has answered.
@@ -168,13 +172,13 @@ impl ServicePort {
         &mut self,
         deadline: Duration,
         asked: Option<ServoId>,
-        ear: &mut Ear,
+        pass_listener: &mut PassListener,
     ) -> Result<(), ServiceError> {
         let mut piece = [0; PIECE_BYTES];
         loop {
             let count = self.receive(&mut piece)?;
-            ear.hear(piece.get(..count).unwrap_or_default());
-            let has_answered = asked.is_some_and(|id| ear.has(id));
+            pass_listener.hear(piece.get(..count).unwrap_or_default());
+            let has_answered = asked.is_some_and(|id| pass_listener.has(id));
             if count == 0 && (has_answered || monotonic() >= deadline) {
                 return Ok(());
             }
@@ -186,20 +190,20 @@ impl ServicePort {
 }
 
 fn question(protocol: Protocol) -> Ask<'static> {
-    match protocol.language().introduction {
-        Introduction::Ping => Ask::Ping,
-        Introduction::Read { brief, .. } => Ask::Read { start: 0, bytes: brief },
+    match protocol.spec().identify {
+        IdentifyRequest::Ping => Ask::Ping,
+        IdentifyRequest::Read { brief, .. } => Ask::Read { start: 0, bytes: brief },
     }
 }
 
 fn pace(protocol: Protocol, baud: u32, slack: Duration) -> Duration {
-    let (_, parameters, data_bytes) = question(protocol).packet(protocol.language());
+    let (_, parameters, data_bytes) = question(protocol).packet(protocol.spec());
     wire_time(exchange_bytes(protocol, parameters.len(), data_bytes), baud) + slack
 }
 
 /// The bytes heard in one pass, and what they contained.
 #[derive(Debug, Default)]
-struct Heed {
+struct PassLog {
     pass: Pass,
     /// All received bytes.
     bytes: Vec<u8>,
@@ -208,7 +212,7 @@ struct Heed {
     has_noise: bool,
 }
 
-impl Heed {
+impl PassLog {
     /// Number of bytes outside good answers.
     fn noise(&self) -> usize {
         self.bytes.len().saturating_sub(self.good)
@@ -220,17 +224,17 @@ impl Heed {
     }
 }
 
-struct Ear {
+struct PassListener {
     protocol: Protocol,
     baud: u32,
     data_bytes: usize,
     listener: Listener,
-    heed: Heed,
+    log: PassLog,
 }
 
-impl Ear {
+impl PassListener {
     fn hear(&mut self, bytes: &[u8]) {
-        self.heed.bytes.extend(bytes);
+        self.log.bytes.extend(bytes);
         let mut packets = Vec::new();
         self.listener.hear(bytes, |packet| packets.push(packet));
         packets.into_iter().for_each(|packet| self.take(packet));
@@ -240,7 +244,7 @@ impl Ear {
         let mut packets = Vec::new();
         self.listener.end(|packet| packets.push(packet));
         packets.into_iter().for_each(|packet| self.take(packet));
-        let pass = &mut self.heed.pass;
+        let pass = &mut self.log.pass;
         pass.found.sort_by_key(|found| found.address.id);
         pass.damaged.sort();
         pass.damaged.dedup();
@@ -250,20 +254,20 @@ impl Ear {
     fn take(&mut self, packet: Heard) {
         match packet {
             Heard::Status { id, data, .. } if data.len() == self.data_bytes => {
-                let Some(identity) = (self.protocol.language().identity)(&data) else { return };
-                self.heed.good += status_bytes(self.protocol, data.len());
+                let Some(identity) = (self.protocol.spec().identity)(&data) else { return };
+                self.log.good += status_bytes(self.protocol, data.len());
                 let address = Address { protocol: self.protocol, baud: self.baud, id };
-                match self.heed.pass.found.iter_mut().find(|found| found.address.id == id) {
+                match self.log.pass.found.iter_mut().find(|found| found.address.id == id) {
                     Some(found) => found.is_twin = true,
-                    None => self.heed.pass.found.push(Found { address, identity, is_twin: false }),
+                    None => self.log.pass.found.push(Found { address, identity, is_twin: false }),
                 }
             }
             Heard::Status { .. } => {}
-            Heard::Damaged(id) => self.heed.pass.damaged.push(id),
+            Heard::Damaged(id) => self.log.pass.damaged.push(id),
         }
     }
 
     fn has(&self, id: ServoId) -> bool {
-        self.heed.pass.found.iter().any(|found| found.address.id == id)
+        self.log.pass.found.iter().any(|found| found.address.id == id)
     }
 }

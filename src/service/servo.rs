@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::error::{Address, ServiceError};
 use super::line::ServicePort;
 use crate::bus::ask::{Answer, Ask};
-use crate::bus::language::Introduction;
+use crate::bus::protocols::IdentifyRequest;
 use crate::bus::table::{Access, Identity, RegisterInfo, Value, decode_bytes, encode_bytes};
 use crate::config::nearest;
 use crate::model::servo_model::Register;
@@ -23,7 +23,7 @@ const RESTART: Duration = Duration::from_secs(5);
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 /// A register, its value, and its bytes in the servo's order.
-type Held = (RegisterInfo, Value, Vec<u8>);
+type RegisterContent = (RegisterInfo, Value, Vec<u8>);
 
 /// A servo that answers, on a line reserved for it.
 #[derive(Debug)]
@@ -59,15 +59,15 @@ impl ServicePort {
 
     /// The identity of the servo at `address`; asks up to `tries` times.
     pub(super) fn identify(&mut self, address: Address, tries: u32) -> Result<Identity, ServiceError> {
-        let language = address.protocol.language();
-        let ask = match language.introduction {
-            Introduction::Ping => Ask::Ping,
-            Introduction::Read { whole, .. } => Ask::Read { start: 0, bytes: whole },
+        let spec = address.protocol.spec();
+        let ask = match spec.identify {
+            IdentifyRequest::Ping => Ask::Ping,
+            IdentifyRequest::Read { whole, .. } => Ask::Read { start: 0, bytes: whole },
         };
         let mut is_damaged = false;
         for number in 0..tries {
             match self.ask_raw(address, &ask)? {
-                Answer::Data(data) => match (language.identity)(&data) {
+                Answer::Data(data) => match (spec.identity)(&data) {
                     Some(identity) => {
                         self.let_late_answers_pass(number)?;
                         return Ok(identity);
@@ -100,7 +100,7 @@ impl ServicePort {
 
 /// The identity of a backup's servo.
 pub(super) fn identity_of_backup(protocol: Protocol, model_number: u16, is_big_endian: bool) -> Identity {
-    let all = protocol.language().series;
+    let all = protocol.spec().series;
     let series = all.iter().find(|of| of.registers.is_big_endian == is_big_endian).unwrap_or(&all[0]);
     Identity { series, model_number, firmware: Firmware { major: 0, minor: None }, is_speed_fine: true }
 }
@@ -166,9 +166,9 @@ impl Servo<'_> {
         self.port.ask(self.address, &Ask::Read { start, bytes })
     }
 
-    /// The same, perhaps with more bytes behind them: see [`crate::bus::language::Language::asked_bytes`].
+    /// The same, perhaps with more bytes behind them: see [`crate::bus::protocols::ProtocolSpec::asked_bytes`].
     fn read_at_least(&mut self, start: u16, bytes: u16) -> Result<Vec<u8>, ServiceError> {
-        let asked = (self.address.protocol.language().asked_bytes)(bytes);
+        let asked = (self.address.protocol.spec().asked_bytes)(bytes);
         self.read_bytes(start, u8::try_from(asked).unwrap_or(BLOCK_BYTES))
     }
 
@@ -181,7 +181,7 @@ impl Servo<'_> {
     }
 
     /// The same with the bytes in the servo's order.
-    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<Held>, ServiceError> {
+    pub(super) fn read_all_bytes(&mut self) -> Result<Vec<RegisterContent>, ServiceError> {
         let registers = self.identity.registers();
         let mut all = Vec::new();
         for block in blocks(&registers) {
@@ -202,7 +202,7 @@ impl Servo<'_> {
         Ok(all)
     }
 
-    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<Held>, ServiceError> {
+    fn read_block(&mut self, block: &[RegisterInfo]) -> Result<Vec<RegisterContent>, ServiceError> {
         let (Some(first), Some(last)) = (block.first(), block.last()) else { return Ok(Vec::new()) };
         let start = first.register.address;
         let bytes = end(last) - start;

@@ -19,7 +19,7 @@ pub fn targets(series: &Series, return_delay_us: u32) -> Vec<Target> {
 
 /// The address of a servo out of the box.
 pub fn factory_address(protocol: Protocol) -> Address {
-    Address { protocol, baud: protocol.language().factory_rate, id: ServoId(1) }
+    Address { protocol, baud: protocol.spec().factory_rate, id: ServoId(1) }
 }
 
 /// A register to change.
@@ -110,13 +110,13 @@ pub(crate) fn carry_out(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::language::LANGUAGES;
+    use crate::bus::protocols::PROTOCOLS;
     use crate::bus::table::{Access, Identity};
     use crate::model::Firmware;
 
     #[test]
-    fn every_target_is_a_setting_that_takes_its_value() {
-        for series in LANGUAGES.iter().flat_map(|language| language.series.iter().copied()) {
+    fn every_target_is_a_setting_that_accepts_its_value() {
+        for series in PROTOCOLS.iter().flat_map(|spec| spec.series.iter().copied()) {
             let firmware = Firmware { major: 46, minor: None };
             let identity = Identity { series, model_number: 0, firmware, is_speed_fine: true };
             let name = series.name;

@@ -46,7 +46,7 @@ fn four_feet_carry_the_weight_and_nothing_else() {
 }
 
 #[test]
-fn the_trunk_is_pushed_the_way_it_is_to_go() {
+fn feet_push_the_trunk_towards_its_planned_acceleration() {
     let (robot, soles, pose) = horse();
     let mut standing = Standing::new(&robot, &soles, 0.8);
     let trunk = TrunkMotion { acceleration_m_s2: DVec3::new(1.0, -0.5, 0.3), ..TrunkMotion::default() };
@@ -90,7 +90,7 @@ fn a_foot_in_the_air_carries_nothing_and_one_that_lands_takes_over_smoothly() {
 }
 
 #[test]
-fn a_number_that_is_none_leaves_no_trace() {
+fn a_number_that_is_not_finite_leaves_no_trace() {
     let (robot, soles, pose) = horse();
     let mut standing = Standing::new(&robot, &soles, 0.8);
     standing.solve(&pose, &TrunkMotion::default(), &[1.0; 4]);
@@ -103,7 +103,7 @@ fn a_number_that_is_none_leaves_no_trace() {
 }
 
 #[test]
-fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
+fn sag_correction_puts_a_loaded_leg_on_its_target_and_keeps_goals_in_range() {
     let (robot, _, pose) = horse();
     let mut sag = Sag::new(&robot).unwrap();
     let (mut targets, mut joints, state) =
@@ -150,7 +150,7 @@ fn a_loaded_leg_stands_where_it_was_told_and_no_goal_leaves_its_range() {
 
 /// The correction for the robot's weight does not depend on whether a simulator has a body for it.
 #[test]
-fn sag_is_made_up_for_on_a_robot_whose_file_has_no_simulated_body() {
+fn sag_is_corrected_on_a_robot_whose_file_has_no_simulated_body() {
     let text = include_str!("../../config/horse.toml");
     let start = text.find("[physics]").unwrap();
     let end = start + text[start..].find("\n[balance]").unwrap();

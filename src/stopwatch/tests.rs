@@ -20,7 +20,7 @@ fn usage(processor_ms: u64, waited_ms: u64, page_faults: u64) -> Usage {
 }
 
 #[test]
-fn the_slowest_cycle_is_kept_stage_by_stage_and_the_first_aside() {
+fn the_slowest_cycle_is_kept_stage_by_stage_and_the_first_cycle_apart() {
     let mut watch = Stopwatch::new();
     cycle(&mut watch, 500, &[(Stage::Orders, 900)], usage(5, 2, 70));
     let rest = (Stage::Exchange, 5);
@@ -50,7 +50,7 @@ fn the_slowest_cycle_is_kept_stage_by_stage_and_the_first_aside() {
 }
 
 #[test]
-fn an_exchange_is_the_longest_only_where_it_is_more_than_all_the_rest() {
+fn the_exchange_is_the_longest_stage_only_if_it_exceeds_all_others_together() {
     let mut watch = Stopwatch::new();
     for (sag_ms, expected) in [(4, Stage::Exchange), (6, Stage::Sag)] {
         cycle(&mut watch, 0, &[(Stage::Exchange, 5), (Stage::Sag, sag_ms)], Usage::default());

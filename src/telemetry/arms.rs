@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bends_and_distances_are_those_of_the_lines() {
+    fn bends_and_distances_match_those_of_the_centre_lines() {
         let line =
             |points: &[[f64; 3]]| points.iter().map(|point| DVec3::from_array(*point)).collect::<Vec<_>>();
         // Zero-length links between the hinges of a joint do not count.

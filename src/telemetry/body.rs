@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec3, EulerRot};
 
 use super::report::BodyReport;
-use super::way::{Walked, Ways};
+use super::way::{WalkTotals, Ways};
 use crate::model::Robot;
 use crate::motion::Activity;
 use crate::observe::CycleRecord;
@@ -60,7 +60,7 @@ impl BodyObserver {
     }
 
     /// Its walking; `None` if it did not walk, or if nothing told what the trunk did.
-    pub(super) fn walked(&self) -> Option<Walked> {
+    pub(super) fn walked(&self) -> Option<WalkTotals> {
         self.ways.report().filter(|_| self.is_known)
     }
 

@@ -28,7 +28,7 @@ impl fmt::Display for ImuReport {
         if !self.is_heard {
             return f.write_str("imu: not heard; the robot went slower, without feedback");
         }
-        write!(f, "imu: what was acted on was {:.1} ms old at most", self.age_max_s * 1e3)?;
+        write!(f, "imu: measurements were at most {:.1} ms old when used", self.age_max_s * 1e3)?;
         match self.losses {
             0 => Ok(()),
             1 => write!(f, "; lost once, for {:.1} s: the robot went slower, without feedback", self.lost_s),

@@ -28,7 +28,7 @@ pub use imu::ImuReport;
 use joints::JointObserver;
 pub use report::{ArmsReport, BodyReport, BusReport, FeetReport, JointsReport, OutageReport, Report};
 pub use verdict::{INCOMPLETE, Verdict, VerdictFinding, findings};
-pub use way::{Followed, Walked, Way};
+pub use way::{Followed, GroundPath, WalkTotals};
 
 /// Observes a whole run.
 #[derive(Debug)]
@@ -192,7 +192,7 @@ impl Observer for Telemetry<'_> {
     }
 
     /// A robot that lies fallen has not completed its run, nor has one with goals that safety must never let through.
-    fn end(&mut self, end: &mut End) {
+    fn end(&mut self, end: &mut End, _has_stopped_run: bool) {
         if end.outcome == Outcome::Completed && self.body.as_ref().is_some_and(BodyObserver::lies_fallen) {
             end.outcome = Outcome::Fallen;
             end.reason = "it fell and did not get up: set it on its feet and start it again".to_owned();

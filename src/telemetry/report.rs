@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::imu::ImuReport;
 use super::verdict::{Verdict, VerdictFinding, findings};
-use super::way::{Walked, Way};
+use super::way::{GroundPath, WalkTotals};
 use crate::model::Robot;
 use crate::observe::{Outcome, RecordingReport};
 use crate::reflex::ReflexReport;
@@ -44,10 +44,10 @@ pub struct Report {
     pub walked_s: Option<f64>,
     /// The way it was asked to go while it walked.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub asked: Option<Way>,
+    pub asked: Option<GroundPath>,
     /// The way it went meanwhile: by the truth of a simulated body, on hardware by what the robot knows of itself.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reached: Option<Way>,
+    pub reached: Option<GroundPath>,
     /// True if every servo has heard the end of the run: then no servo has torque that it should not have.
     pub is_end_heard: bool,
     /// Joint goals that safety changed, summed over all cycles.
@@ -234,7 +234,7 @@ pub struct BusReport {
 impl Report {
     /// The same report with its verdict and findings; `walked` is the walking of `robot` in this run.
     #[must_use]
-    pub fn judged(self, robot: &Robot, walked: Option<Walked>) -> Report {
+    pub fn judged(self, robot: &Robot, walked: Option<WalkTotals>) -> Report {
         let findings = findings(&self, robot, walked);
         let verdict = findings.iter().map(|finding| finding.verdict).max().unwrap_or(Verdict::Good);
         Report { verdict, findings, ..self }

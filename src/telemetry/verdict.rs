@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::report::Report;
-use super::way::{Followed, Walked};
+use super::way::{Followed, WalkTotals};
 use crate::model::{Joint, Robot};
 use crate::observe::Outcome;
 
@@ -72,7 +72,7 @@ pub struct VerdictFinding {
 }
 
 /// Everything that was not as it should be in the run of `report` on `robot`, in which it `walked` so.
-pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<VerdictFinding> {
+pub fn findings(report: &Report, robot: &Robot, walked: Option<WalkTotals>) -> Vec<VerdictFinding> {
     let mut found = Vec::new();
     let mut add = |verdict, what, how_much: String, place: &str, likely_cause: String, cure| {
         found.push(VerdictFinding { verdict, what, how_much, place: place.to_owned(), likely_cause, cure });
@@ -123,7 +123,7 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
             format!("for {held_s:.2} s"),
             "",
             "a fault that passed".to_owned(),
-            "look at losses and outages below",
+            "see losses and outages below",
         );
     }
     for outage in &report.outages {
@@ -133,7 +133,7 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
             format!("at {:.1} s", outage.time_s),
             &outage.joint,
             outage.reason.clone(),
-            "see to its servo",
+            "check its servo",
         );
     }
     for (index, bus) in report.buses.iter().enumerate() {
@@ -164,14 +164,14 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
             "cycles began late",
             format!("{:.1} % of them, {} us late at most", late * 100.0, report.loop_times.late_us.max),
             "",
-            "other programs, or no right to real-time priority".to_owned(),
+            "other programs, or no permission for real-time priority".to_owned(),
             "see docs/hardware.md: real-time priority, a processor of its own",
         );
     }
     if let Some(recording) = report.recording.as_ref().filter(|of| of.dropped > 0 || of.error.is_some()) {
         add(
             Verdict::Poor,
-            "the recording is not whole",
+            "the recording is not complete",
             format!("{} cycles missing", recording.dropped),
             &recording.file,
             recording.error.clone().unwrap_or_else(|| "the disk is slow".to_owned()),
@@ -184,18 +184,19 @@ pub fn findings(report: &Report, robot: &Robot, walked: Option<Walked>) -> Vec<V
 /// The way, turn and lean of a robot that walked.
 fn judge_way(
     report: &Report,
-    walked: &Walked,
+    walked: &WalkTotals,
     add: &mut impl FnMut(Verdict, &'static str, String, &str, String, &'static str),
 ) {
-    let Walked { asked, reached, forward_m, turn_rad, flight_share, .. } = *walked;
+    let WalkTotals { asked, reached, forward_m, turn_rad, flight_share, .. } = *walked;
     let is_off = |of: Followed| !(SHARES.0..=SHARES.1).contains(&(of.reached / of.asked));
     let (lag, cure) = if flight_share > FLIGHT_SHARE {
         let share = flight_share * 100.0;
         (
             format!(
-                "its gait leaves the ground for {share:.0} % of the time, and position goals throw no trunk up: feet drag"
+                "its gait leaves the ground for {share:.0} % of the time, and position goals cannot throw the \
+                 trunk up: feet drag"
             ),
-            "take a gait that keeps feet on the ground: walk, walk-steady or trot",
+            "use a gait that keeps feet on the ground: walk, walk-steady or trot",
         )
     } else {
         (
@@ -203,7 +204,7 @@ fn judge_way(
                 "feet slip, or joints lag behind their goals ({:.1} degrees at most)",
                 report.joints.tracking_error_max_deg
             ),
-            "ask for less speed or another gait; look at friction, supply and [balance]",
+            "ask for less speed or another gait; check friction, supply and [balance]",
         )
     };
     if forward_m.asked >= LEAST_M && is_off(forward_m) {
@@ -241,7 +242,7 @@ fn judge_way(
                 false => lag.clone(),
             },
             match is_asked {
-                true => "turn in larger bows while it walks, or ask for less",
+                true => "turn in wider curves while it walks, or ask for less",
                 false => cure,
             },
         );
@@ -250,11 +251,11 @@ fn judge_way(
     if off_deg <= STRAY_DEG && aside_m > LEAST_M + STRAY_SHARE * forward_m.asked {
         add(
             Verdict::Poor,
-            "it went aside",
+            "it drifted sideways",
             format!("{aside_m:.2} m"),
             "",
             lag,
-            "look at the feet, the slope and the zeros of the joints",
+            "check the feet, the slope and the zeros of the joints",
         );
     }
     if let Some(body) = report.body.filter(|body| !body.fell) {

@@ -7,7 +7,7 @@ use crate::observe::CycleRecord;
 
 /// A way over the ground, as the trunk is turned at each moment.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Way {
+pub struct GroundPath {
     /// Mean speed forward over the time of walking, m/s.
     pub speed_m_s: f64,
     /// Turn to the left, degrees; whole turns count.
@@ -41,8 +41,8 @@ impl Sum {
         self.last = Some((place_m, yaw_rad));
     }
 
-    fn way(&self, walked_s: f64) -> Way {
-        Way {
+    fn way(&self, walked_s: f64) -> GroundPath {
+        GroundPath {
             speed_m_s: self.forward_m / walked_s,
             turn_deg: self.turn_rad.to_degrees(),
             side_m: self.side_m,
@@ -71,13 +71,13 @@ impl Followed {
 
 /// A robot's walking in one run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Walked {
+pub struct WalkTotals {
     /// How long, s.
     pub time_s: f64,
     /// The way it was asked to go, and the way it went.
-    pub asked: Way,
+    pub asked: GroundPath,
     /// See `asked`.
-    pub reached: Way,
+    pub reached: GroundPath,
     /// Way forward and backward, m.
     pub forward_m: Followed,
     /// Turns to either side, rad.
@@ -131,8 +131,8 @@ impl Ways {
     }
 
     /// `None` if it did not walk.
-    pub(super) fn report(&self) -> Option<Walked> {
-        (self.walked_s > 0.0).then(|| Walked {
+    pub(super) fn report(&self) -> Option<WalkTotals> {
+        (self.walked_s > 0.0).then(|| WalkTotals {
             time_s: self.walked_s,
             asked: self.asked.way(self.walked_s),
             reached: self.reached.way(self.walked_s),
@@ -153,7 +153,7 @@ mod tests {
 
     /// A quarter of a circle to the left, 1 m round, then 1 m to the right of where the trunk then points.
     #[test]
-    fn a_curve_is_all_way_forward_and_whole_turns_count() {
+    fn a_curve_counts_as_forward_distance_and_whole_turns_count() {
         let mut sum = Sum::default();
         for step in 0..=1000 {
             let angle = f64::from(step) / 1000.0 * 2.5 * std::f64::consts::TAU;

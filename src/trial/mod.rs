@@ -37,7 +37,7 @@ pub enum TrialError {
     #[error(transparent)]
     Build(#[from] hw_sim::BuildError),
     /// The robot started, but never stood.
-    #[error("the simulated robot never stood, in trial {0}: 'hippocamp run' on it says why")]
+    #[error("the simulated robot never stood, in trial {0}: 'hippocamp run' shows why")]
     NeverStood(u64),
 }
 
@@ -74,10 +74,10 @@ impl Trials {
             return Err(unfit("nothing falls without a body: its file needs a section [physics]"));
         }
         if robot.reflex.is_none() {
-            return Err(unfit("its file says nothing of falls: it needs a section [reflex]"));
+            return Err(unfit("its file does not mention falls: it needs a section [reflex]"));
         }
         let kind = kinds::of(robot).map_err(|error| unfit(&error.to_string()))?;
-        let falls = kind.falls().ok_or_else(|| unfit("only what stands on legs can fall"))?;
+        let falls = kind.falls().ok_or_else(|| unfit("only robots on legs can fall"))?;
         Ok(Trials { robot: robot.clone(), plan: kind.plan_to_rest(robot), falls })
     }
 

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use crate::chance::Chance;
 use crate::kinds::Falls;
 use crate::model::FallDirection;
 use crate::motion::GaitChoice;
+use crate::random::RandomStream;
 
 /// Friction of the ground: polished wood to rubber.
 pub const FRICTION: (f64, f64) = (0.5, 1.0);
@@ -56,7 +56,7 @@ impl Scene {
         reason = "sides, strengths and gaits are few"
     )]
     pub fn draw(falls: &Falls, mass_kg: f64, seed: u64, number: u64) -> Scene {
-        let mut chance = Chance::new(seed, number);
+        let mut chance = RandomStream::new(seed, number);
         let world_seed = chance.clone().whole();
         let mut between = |(low, high): (f64, f64)| chance.between(low, high);
         match falls {

@@ -97,7 +97,7 @@ mod tests {
 
     /// Brown, Cai and DasGupta 2001, and the score interval for 0 of n: 0 to z^2 / (n + z^2).
     #[test]
-    fn wilsons_interval_is_the_published_one() {
+    fn wilson_intervals_match_published_values() {
         let none = Share::of(std::iter::repeat_n(false, 10));
         assert!(none.low.abs() < 1e-12 && (none.high - 0.277_53).abs() < 1e-4, "{none:?}");
         let half = Share::of((0..20).map(|number| number % 2 == 0));

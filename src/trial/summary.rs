@@ -10,7 +10,7 @@ use crate::reflex::FallOutcome;
 
 /// Harm to the robot in one mode, over all falls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Way {
+pub struct Harm {
     /// Mean of the trunk's largest impact, N.
     pub impact_n: Option<Figure>,
     /// Mean of the joints' largest load, N m.
@@ -19,7 +19,7 @@ pub struct Way {
 
 /// Reduction of harm by the reflex compared with another mode: means of the differences fall by fall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Less {
+pub struct HarmReduction {
     /// Reduction of the trunk's impact, N.
     pub impact_n: Option<Figure>,
     /// Reduction of the joints' load, N m.
@@ -42,15 +42,15 @@ pub struct Summary {
     /// Falls whose predicted direction matches the push.
     pub direction: Share,
     /// With the reflex.
-    pub with_reflex: Way,
+    pub with_reflex: Harm,
     /// Limp from the prediction on.
-    pub passive: Way,
+    pub passive: Harm,
     /// With the reflex off.
-    pub off: Way,
+    pub off: Harm,
     /// Compared with the passive drop.
-    pub less_than_passive: Less,
+    pub less_than_passive: HarmReduction,
     /// Compared with no reflex.
-    pub less_than_off: Less,
+    pub less_than_off: HarmReduction,
     /// Falls predicted before the trunk leant 30 degrees: from then on the reference motion is under way.
     pub told_early: Share,
     /// Falls in which the reflex has a smaller impact on the trunk than the passive drop.
@@ -83,23 +83,23 @@ impl Summary {
             lead_s: median(&leads),
             least_lead_s: leads.iter().copied().reduce(f64::min),
             direction: Share::of(falls.iter().filter_map(|tried| Some(tried.direction()?.1))),
-            with_reflex: Way {
+            with_reflex: Harm {
                 impact_n: mean(&of(|(_, reflex, _)| reflex.impact_n)),
                 joint_load_nm: mean(&of(|(_, reflex, _)| reflex.joint_load_nm)),
             },
-            passive: Way {
+            passive: Harm {
                 impact_n: mean(&of(|(.., passive)| passive.impact_n)),
                 joint_load_nm: mean(&of(|(.., passive)| passive.joint_load_nm)),
             },
-            off: Way {
+            off: Harm {
                 impact_n: mean(&of(|(off, ..)| off.impact_n)),
                 joint_load_nm: mean(&of(|(off, ..)| off.joint_load_nm)),
             },
-            less_than_passive: Less {
+            less_than_passive: HarmReduction {
                 impact_n: mean(&of(|(_, reflex, passive)| passive.impact_n - reflex.impact_n)),
                 joint_load_nm: mean(&of(|(_, reflex, passive)| passive.joint_load_nm - reflex.joint_load_nm)),
             },
-            less_than_off: Less {
+            less_than_off: HarmReduction {
                 impact_n: mean(&of(|(off, reflex, _)| off.impact_n - reflex.impact_n)),
                 joint_load_nm: mean(&of(|(off, reflex, _)| off.joint_load_nm - reflex.joint_load_nm)),
             },
@@ -180,21 +180,21 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "| with the reflex off | count | share | 95 % interval |\n|---|---|---|---|")?;
         writeln!(f, "| fell | {} |", share(&self.fell))?;
-        writeln!(f, "| falls told before the trunk met the ground | {} |", share(&self.predicted))?;
-        writeln!(f, "| told, and never came: false alarms | {} |", share(&self.false_alarms))?;
+        writeln!(f, "| falls predicted before the trunk hit the ground | {} |", share(&self.predicted))?;
+        writeln!(f, "| predicted, but did not happen: false alarms | {} |", share(&self.false_alarms))?;
         writeln!(f, "| falls whose direction was the push's | {} |", share(&self.direction))?;
         if !self.by_strength.is_empty() {
-            writeln!(f, "| told before the trunk leant {EARLY_DEG} degrees | {} |", share(&self.told_early))?;
             writeln!(
                 f,
-                "| trunk met the ground softer than in the passive drop | {} |",
+                "| predicted before the trunk leant {EARLY_DEG} degrees | {} |",
+                share(&self.told_early)
+            )?;
+            writeln!(
+                f,
+                "| trunk hit the ground softer than in the passive drop | {} |",
                 share(&self.softer_trunk)
             )?;
-            writeln!(
-                f,
-                "| head met the ground softer, where it did at all | {} |",
-                share(&self.softer_head)
-            )?;
+            writeln!(f, "| head hit the ground softer, if it hit it | {} |", share(&self.softer_head))?;
             writeln!(
                 f,
                 "\n| fallen of all pushes | ahead | ahead left | left | back left | back | back right | right | ahead right \
@@ -211,7 +211,7 @@ impl fmt::Display for Summary {
         let least = self.least_lead_s.map_or_else(String::new, |least_s| format!("; least {least_s:.2} s"));
         writeln!(
             f,
-            "\nFrom then until the trunk met the ground: median {} s{least}.\n",
+            "\nFrom then until the trunk hit the ground: median {} s{least}.\n",
             figure(self.lead_s, 2)
         )?;
         writeln!(

@@ -71,7 +71,7 @@ impl Built {
         command
     }
 
-    /// Where the last run that was begun by [`Built::run`] says what it has to say.
+    /// The output file of the last run begun by [`Built::run`].
     fn said(&self) -> PathBuf {
         self.folder.path().join("said.txt")
     }

@@ -18,7 +18,7 @@ pub(crate) struct Frame {
     pub(crate) at_ns: u64,
     /// Id and goal position of each servo that got a goal, counts.
     pub(crate) goals: Vec<(u8, u64)>,
-    /// Ids of the servos that were ordered to let go.
+    /// Ids of the servos that were ordered to take their torque off.
     pub(crate) let_go: Vec<u8>,
 }
 
@@ -57,7 +57,7 @@ fn written(protocol: Protocol, parameters: &[u8], register: Register) -> Vec<(u8
     rows.chunks_exact(usize::from(register.bytes) + 1).map(|row| (row[0], value(&row[1..]))).collect()
 }
 
-/// Time after `from_ns` when the last servo of `robot` was ordered to let go; `None` until all were.
+/// Time after `from_ns` when the last servo of `robot` was ordered to take its torque off; `None` until all were.
 pub(crate) fn all_let_go_ns(robot: &Robot, world: &World, from_ns: u64) -> Option<u64> {
     let mut last_ns = 0;
     for bus in 0..robot.buses.len() {

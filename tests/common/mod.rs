@@ -37,8 +37,8 @@ pub(crate) const ROBOTS: [&str; 2] = ["horse.toml", "horse-dynamixel.toml"];
 /// No run in these tests should take longer than this, s.
 const LONGEST_RUN_S: f64 = 120.0;
 
-/// Whether `HIPPOCAMP_FULL` is set: everything is wanted, however long it takes. Else a test does the least that shows
-/// each kind of fault.
+/// True if `HIPPOCAMP_FULL` is set: tests then run their long form. Otherwise a test does the least that shows each
+/// kind of fault.
 pub(crate) fn is_full() -> bool {
     std::env::var_os("HIPPOCAMP_FULL").is_some()
 }

@@ -1,4 +1,4 @@
-//! Files, names and numbers that no person who means well hands in: all are refused, soon, and none steers the terminal.
+//! Hostile files, names and numbers: all are refused quickly, and none controls the terminal.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -22,7 +22,7 @@ fn hippocamp(arguments: &[&str]) -> Command {
     command
 }
 
-/// The program with so much processor time and memory that only what has no end needs more.
+/// The program with limits on processor time and memory that only an endless computation exceeds.
 fn bounded(arguments: &[&str]) -> Command {
     let mut command = Command::new("sh");
     command

@@ -1,4 +1,4 @@
-//! Numbers far from any robot's: each key has limits, and within them what is worked out stays bounded.
+//! Numbers far from those of any robot: each key has limits, and within them every result stays bounded.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,7 +19,7 @@ const ROBOTS: [&str; 6] = [
 ];
 /// No key of any robot takes these.
 const NEVER: [f64; 6] = [1e9, -1e9, 1e308, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-/// Some take these.
+/// Some keys take these.
 const TINY: [f64; 3] = [0.0, 1e-9, -1e-9];
 
 /// A step on the way to a value.
@@ -47,7 +47,7 @@ fn numbers(table: &Table) -> Vec<Vec<Step>> {
     }
     let mut found = Vec::new();
     walk(&Value::Table(table.clone()), &[], &mut found);
-    // Of a list of numbers each place is a key of its own, of a list of tables none is.
+    // Each place in a list of numbers is a key of its own; places in a list of tables are not.
     let key = |way: &[Step]| -> String {
         let steps = way.iter().enumerate();
         steps
@@ -85,7 +85,7 @@ fn path(way: &[Step]) -> String {
 }
 
 #[test]
-fn no_key_takes_a_number_that_is_no_robots() {
+fn no_key_accepts_a_number_impossible_for_a_robot() {
     for name in ROBOTS {
         let table: Table = shipped_with(name, &[]).parse().unwrap();
         let ways = numbers(&table);
@@ -95,7 +95,7 @@ fn no_key_takes_a_number_that_is_no_robots() {
                 let Err(error) = config::parse(&with(&table, way, number), name) else {
                     panic!("{name}: {} takes {number}", path(way));
                 };
-                // A whole number written as 1e9 is none.
+                // TOML does not take 1e9 as a whole number.
                 let key = path(way);
                 let is_named =
                     |fault: &config::Fault| key.starts_with(&fault.key) || fault.key.starts_with(&key);
@@ -105,9 +105,9 @@ fn no_key_takes_a_number_that_is_no_robots() {
     }
 }
 
-/// What is worked out of a horse takes half a second: with `HIPPOCAMP_FULL` that of all robots is.
+/// Computing the capability of a horse takes half a second: with `HIPPOCAMP_FULL` all robots are computed.
 #[test]
-fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
+fn tiny_numbers_are_refused_or_computed_without_a_panic() {
     let is_full = std::env::var_os("HIPPOCAMP_FULL").is_some();
     for name in ROBOTS {
         let is_quick = name.contains("figure") || name.contains("tentacle");
@@ -117,7 +117,7 @@ fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
                 if let Ok(file) = config::parse(&with(&table, &way, number), name)
                     && (is_full || is_quick)
                 {
-                    // Whatever comes of it, something does.
+                    // Any result will do, as long as the computation ends.
                     let _ = kinds::of(&file.robot);
                 }
             }
@@ -126,7 +126,7 @@ fn tiny_numbers_are_refused_or_something_is_worked_out_of_them() {
 }
 
 #[test]
-fn the_slowest_motions_there_can_be_take_no_more_steps_than_others() {
+fn the_slowest_possible_motions_take_no_more_steps_than_others() {
     let folder = tempfile::tempdir().unwrap();
     let check = |name: &str, content: String| {
         let path = written(folder.path(), name, content);
@@ -135,7 +135,7 @@ fn the_slowest_motions_there_can_be_take_no_more_steps_than_others() {
     };
     let gait = "[[motion.gait]]\nname = \"crawl\"\nduty_factor = 0.95\nlags = [0, 0.25, 0.5, 0.75]\n";
     let horse = shipped_with(HORSE, &[("swing_time_s = 0.45", "swing_time_s = 10")]);
-    // It goes slowly, and that is worked out.
+    // The motion is slow, and its capability is computed.
     assert_eq!(check("slow-horse.toml", format!("{horse}\n{gait}")), (String::new(), Some(0)));
     let arm = shipped_with(TENTACLE, &[("stroke_time_s = 4.0", "stroke_time_s = 100")]);
     assert_eq!(check("slow-arm.toml", arm), (String::new(), Some(0)));
@@ -151,7 +151,7 @@ fn the_slowest_motions_there_can_be_take_no_more_steps_than_others() {
 }
 
 #[test]
-fn arms_that_lie_in_each_other_are_refused_before_they_push_each_other_for_ever() {
+fn arms_that_overlap_when_parked_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (from, to, says) in [
         ("radius_mm = 15", "radius_mm = 1000", "arm[0].radius_mm = 1000"),
@@ -163,7 +163,7 @@ fn arms_that_lie_in_each_other_are_refused_before_they_push_each_other_for_ever(
         assert_eq!(code, Some(2), "{to}: {stderr}");
         assert!(stderr.contains(says) && stderr.contains("mm less, or roots further apart"), "{stderr}");
     }
-    // Parked they are apart, and in every stroke in each other's way.
+    // They are apart when parked, and in each other's way in every stroke.
     let crowded = shipped_with("config/octopus.toml", &[("clearance_mm = 8", "clearance_mm = 100")]);
     let path = written(folder.path(), "crowded.toml", crowded);
     let (_, stderr, code) = texts(&bounded(&["check", text(&path)]).output().unwrap());

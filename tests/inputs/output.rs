@@ -1,4 +1,4 @@
-//! What cannot be printed is no success, and a reader who has seen enough is no failure.
+//! Output that cannot be printed is a failure, and a reader that closes the pipe is not.
 
 use std::fs::File;
 use std::process::Stdio;
@@ -22,7 +22,7 @@ fn commands(recording: &str, pictures: &str) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn standard_output_that_takes_nothing_is_a_failure_and_one_that_nobody_reads_is_none() {
+fn a_full_standard_output_is_a_failure_and_a_closed_one_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("of.mcap");
     let record = ["run", FIGURE, "--virtual", "--no-physics", "--for", "0.1", "--record", text(&recording)];
@@ -50,7 +50,7 @@ fn standard_output_that_takes_nothing_is_a_failure_and_one_that_nobody_reads_is_
 }
 
 #[test]
-fn a_refusal_stays_one_where_nothing_can_be_printed() {
+fn a_refusal_keeps_its_exit_code_if_nothing_can_be_printed() {
     let full = || File::options().write(true).open("/dev/full").unwrap();
     let status = hippocamp(&["check", "nowhere.toml"]).stdout(full()).stderr(full()).status().unwrap();
     assert_eq!(status.code(), Some(2));

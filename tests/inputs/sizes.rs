@@ -1,4 +1,4 @@
-//! However large a file is, or whatever it is: what it takes to refuse it stays small.
+//! Refusing a file takes little time and memory, whatever its size and kind.
 
 use std::fs::File;
 use std::path::Path;
@@ -7,12 +7,12 @@ use rustix::fs::{CWD, Mode, mkfifoat};
 
 use crate::{FIGURE, HORSE, bounded, shipped_with, text, texts, written};
 
-/// Faults told one by one, the line that counts them, and the two lines that follow a fault of the file as a whole.
+/// Lines of the faults, the line that counts them, and the two lines after a fault of the whole file.
 const LINES_MAX: usize = 52;
 /// Largest answer, bytes.
 const BYTES_MAX: usize = 40_000;
 
-/// Refused with exit code 2 within little time, memory and text; what was said.
+/// Asserts a refusal with exit code 2 in little time, memory and text; returns the text.
 fn refused(arguments: &[&str], file: &Path) -> String {
     let (_, stderr, code) = texts(&bounded(arguments).output().unwrap());
     assert_eq!(code, Some(2), "{}: {stderr:.1000}", file.display());
@@ -54,8 +54,8 @@ fn large_files_are_refused_soon_with_their_first_fifty_faults() {
             horse.replacen("\"horse\"", &format!("\"{}\"", "a".repeat(3_000_000)), 1),
             &["name = \"aaaaaaa", "at most 4096 characters"],
         ),
-        ("many joints", chain("leg", 10_000), &["chain[0].joint = ", "at most 32 tables; these are 10000"]),
-        ("many chains", "[[chain]]\n".repeat(100_000), &["at most 32 tables; these are 100000"]),
+        ("many joints", chain("leg", 10_000), &["chain[0].joint = ", "at most 32 tables; there are 10000"]),
+        ("many chains", "[[chain]]\n".repeat(100_000), &["at most 32 tables; there are 100000"]),
         ("deep lists", format!("{horse}\nx = {}", "[".repeat(1_000_000)), &["expected TOML"]),
         ("deep tables", "a.".repeat(1_000_000) + "b = 1\n", &["expected TOML"]),
         // Each of these keys has a path of 140 letters.
@@ -84,8 +84,8 @@ fn large_scripts_and_fault_scripts_are_refused_soon() {
         ("--faults", "bad.toml", bad_fault.repeat(10_000), "and 9950 more\n10000 mistakes"),
         ("--faults", "keys.toml", (0..200_000).map(|n| format!("k{n}=1\n")).collect(), "and 199950 more"),
         ("--faults", "long.toml", "a".repeat(4_000_000) + "=1\n", "a... = 1: expected a known key"),
-        ("--script", "entries.toml", "[[at]]\n".repeat(100_000), "at most 10000 tables; these are 100000"),
-        ("--unit", "joints.toml", "[[joint]]\n".repeat(100_000), "at most 2000 tables; these are 100000"),
+        ("--script", "entries.toml", "[[at]]\n".repeat(100_000), "at most 10000 tables; there are 100000"),
+        ("--unit", "joints.toml", "[[joint]]\n".repeat(100_000), "at most 2000 tables; there are 100000"),
     ] {
         let path = written(folder.path(), name, content);
         let said = refused(&["run", FIGURE, "--virtual", option, text(&path)], &path);
@@ -94,7 +94,7 @@ fn large_scripts_and_fault_scripts_are_refused_soon() {
 }
 
 #[test]
-fn what_is_no_plain_file_of_a_sane_size_is_refused_wherever_a_file_is_read() {
+fn anything_but_a_plain_file_of_sane_size_is_refused_everywhere() {
     let folder = tempfile::tempdir().unwrap();
     let huge = folder.path().join("huge.toml");
     // A hole, which takes no room.

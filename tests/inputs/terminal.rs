@@ -1,10 +1,10 @@
-//! Nothing that comes from outside is obeyed by the terminal.
+//! No text from outside controls the terminal.
 
 use std::path::Path;
 
 use crate::{FIGURE, HORSE, TENTACLE, hippocamp, shipped_with, text, texts, written};
 
-/// What a terminal would do as it is told: an escape, a line of its own, the order of letters.
+/// Characters that control a terminal: an escape, a new line, the order of letters.
 fn assert_harmless(said: &str, of: &str) {
     let steers = |c: char| {
         (c.is_control() && c != '\n')
@@ -62,7 +62,7 @@ const NAMES: &[Bad] = &[
 ];
 
 #[test]
-fn names_that_steer_a_terminal_are_refused_with_their_line_and_shown_by_their_codes() {
+fn names_with_control_characters_are_refused_by_line_and_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
     for (number, Bad { file, replaced, key, shown }) in NAMES.iter().enumerate() {
         let content = shipped_with(file, &[*replaced]);
@@ -80,13 +80,13 @@ fn names_that_steer_a_terminal_are_refused_with_their_line_and_shown_by_their_co
                 stderr.contains(&format!("{key} = ")) && stderr.contains(shown),
                 "{key}, {shown}: {stderr}"
             );
-            assert!(stderr.contains("only steers a terminal"), "{stderr}");
+            assert!(stderr.contains("controls a terminal"), "{stderr}");
         }
     }
 }
 
 #[test]
-fn keys_values_and_file_names_are_shown_by_their_codes() {
+fn control_characters_in_keys_values_and_file_names_are_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
     let key = "\"\\u001b]0;owned\\u0007\\nforged\\u202e\" = 1\n";
     let robot = written(folder.path(), "robot.toml", format!("{key}{}", shipped_with(HORSE, &[])));
@@ -137,9 +137,9 @@ fn keys_values_and_file_names_are_shown_by_their_codes() {
 }
 
 #[test]
-fn what_a_recording_says_is_shown_by_its_codes() {
+fn control_characters_in_a_recording_are_shown_as_codes() {
     let folder = tempfile::tempdir().unwrap();
-    // The recording tells by which script it was driven.
+    // The recording names the script of the run.
     let script = written(
         folder.path(),
         "s\u{1b}[2J\nforged\u{202e}.toml",
@@ -194,7 +194,7 @@ fn every_refusal_names_its_file() {
         (vec!["run", FIGURE, "--virtual", "--no-physics", "--faults", push], push),
         (vec!["replay", HORSE], HORSE),
         (vec!["replay", absent], absent),
-        // What is wrong is what the robot is, not a key of its file.
+        // The fault concerns the whole robot, not a key of its file.
         (vec!["run", paper], paper),
         (vec!["monitor", paper], paper),
         (vec!["jog", paper, "left_hind.hip", "3"], paper),

@@ -1,5 +1,5 @@
-//! A horse on its feet without buses: its controller at the loop's rate, and servos that reach their goals at once. What
-//! must always hold is judged in every cycle.
+//! A standing or walking horse without buses: its controller at the loop's rate, and servos that reach their goals at
+//! once. Every cycle is checked for everything that must always hold.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -14,16 +14,16 @@ use hippocamp::telemetry::Telemetry;
 
 /// A foot's planned places, from one another, m: rounding of places some hundred metres away.
 const ROUNDING_M: f64 = 1e-9;
-/// What inverse kinematics may leave, m.
+/// Largest permitted residual of inverse kinematics, m.
 const RESIDUAL_MAX_M: f64 = 1e-4;
 
-/// The horse, and what was seen of it.
+/// The horse, and measurements of it.
 pub(crate) struct OnFeet<'r> {
     pub(crate) robot: &'r Robot,
     controller: Controller<'r>,
     slots: Vec<Slot>,
     pub(crate) telemetry: Telemetry<'r>,
-    /// Goals that safety changed, summed over the cycles.
+    /// Number of goals that safety changed, summed over the cycles.
     pub(crate) interventions: u64,
     landed_s: [f64; 4],
     was_swing: [bool; 4],
@@ -59,7 +59,7 @@ impl<'r> OnFeet<'r> {
     /// One cycle.
     ///
     /// # Panics
-    /// When something does not hold that must.
+    /// If something that must hold does not.
     pub(crate) fn step(&mut self, command: Command) {
         self.controller.decide(self.robot.period_s(), Order::Drive(command));
         self.judge(command);
@@ -104,7 +104,7 @@ impl<'r> OnFeet<'r> {
         }
     }
 
-    /// What must hold over all that was seen.
+    /// Checks of the whole run.
     pub(crate) fn assert_kept(&self) {
         let (joints, feet) = (self.telemetry.joints_report(), self.telemetry.feet_report().unwrap());
         assert_eq!((joints.range_violations, joints.rate_violations), (0, 0));

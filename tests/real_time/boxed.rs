@@ -1,4 +1,4 @@
-//! A robot's servos out of the box, behind pseudo-terminals, and a person who plugs them in as told.
+//! A robot's new servos behind pseudo-terminals, and a person who plugs them in as asked.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -75,7 +75,7 @@ impl Boxed {
         self.robot_file.with_extension("unit.toml")
     }
 
-    /// What was kept of the servo of `joint`.
+    /// The backup of the servo of `joint`.
     pub(crate) fn backup(&self, joint: &str) -> PathBuf {
         self.robot_file.with_extension("servos").join(format!("{joint}.toml"))
     }

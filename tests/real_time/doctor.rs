@@ -1,4 +1,5 @@
-//! What the doctor says of simulated robots behind pseudo-terminals, well and unwell; and that it changes nothing.
+//! The doctor's findings about simulated robots behind pseudo-terminals, healthy and faulty; and that it changes
+//! nothing.
 
 use std::fs;
 
@@ -7,7 +8,7 @@ use serde_json::Value;
 
 use crate::rig::Rig;
 
-/// What the doctor says of a robot, and its exit code.
+/// The doctor's output for a robot, and its exit code.
 fn examine(rig: &Rig) -> (Value, Option<i32>) {
     let output = rig.start("doctor", &["--json"]).wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
@@ -16,11 +17,11 @@ fn examine(rig: &Rig) -> (Value, Option<i32>) {
     (said, output.status.code())
 }
 
-/// What hangs on how busy the machine of the test is.
+/// Lines that depend on how busy the test machine is.
 const OF_THE_MACHINE: [&str; 5] =
     ["imu: ", "this machine: ", " replies", " an exchange takes ", " fast sync read"];
 
-/// Tries all of these side by side: they wait for most of the time.
+/// Runs all of these side by side: they wait most of the time.
 fn at_once<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync) {
     std::thread::scope(|scope| {
         for case in cases {
@@ -30,7 +31,7 @@ fn at_once<T: Send>(cases: impl IntoIterator<Item = T>, test: impl Fn(T) + Sync)
     });
 }
 
-/// `verdict about: found -> cure`, a line each, without what hangs on the machine.
+/// `verdict about: found -> cure`, one line each, without those that depend on the machine.
 fn lines(said: &Value) -> Vec<String> {
     let text = |line: &Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
     let all = said["lines"].as_array().unwrap().iter();
@@ -53,20 +54,20 @@ fn settings(rig: &Rig, robot: &Robot, last: u16) -> Vec<Option<u8>> {
 }
 
 #[test]
-fn a_robot_that_is_well_has_no_fault_and_is_left_as_it_is() {
+fn a_healthy_robot_has_no_finding_and_is_not_changed() {
     at_once([("horse.toml", 55), ("horse-dynamixel.toml", 119)], |(file, last)| {
         let rig = Rig::new(file, "");
         let before = settings(&rig, &rig.robot, last);
         let (said, code) = examine(&rig);
         assert_eq!(code, Some(i32::from(said["faults"].as_u64().unwrap() > 0)), "{said:#}");
         assert!(said.to_string().contains("an exchange takes "), "{said:#}");
-        // How often, hangs on the machine.
+        // The number depends on the machine.
         assert!(said.to_string().contains("measures "), "{said:#}");
         let lines = lines(&said);
         assert!(lines.iter().all(|line| !line.starts_with("fault")), "{file}: {lines:#?}");
         assert_eq!(settings(&rig, &rig.robot, last), before, "{file}");
         let is_said = |part: &str| lines.iter().any(|line| line.starts_with("ok ") && line.contains(part));
-        for part in ["calibrated, and unchanged since", "opens, for this program alone", "no echo"] {
+        for part in ["calibrated, and unchanged since", "opens, and no other program uses it", "no echo"] {
             assert!(is_said(part), "{file}: no {part:?} in {lines:#?}");
         }
         assert_eq!(
@@ -89,7 +90,7 @@ fn only(rig: &Rig, verdict: &str) -> String {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_servo_and_cure() {
+fn faults_are_named_with_servo_and_remedy() {
     let cases = [
         (
             "kind = 'silent'\nid = 3",
@@ -104,14 +105,14 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
         (
             "kind = 'hot'\nid = 7\ncelsius = 66",
             "fault",
-            "servo 7 of joint left_fore.elbow on bus main: 66 C: the most is 65",
+            "servo 7 of joint left_fore.elbow on bus main: 66 C: the limit is 65",
         ),
         (
             "kind = 'hot'\nid = 7\ncelsius = 60",
             "warning",
             "servo 7 of joint left_fore.elbow on bus main: 60 C: near",
         ),
-        ("kind = 'echo'", "warning", "bus main: the adapter hands back what it is sent"),
+        ("kind = 'echo'", "warning", "bus main: the adapter returns what it is sent"),
     ];
     // Two at a time: a line that is served late loses replies.
     cases.chunks(2).for_each(|pair| {
@@ -125,7 +126,7 @@ fn what_is_wrong_is_named_with_its_servo_and_cure() {
 }
 
 #[test]
-fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
+fn the_wrong_robot_file_is_recognised_by_its_servos() {
     let rig = Rig::new("horse.toml", "");
     let text = fs::read_to_string(&rig.robot_file).unwrap();
     // Of the servos on the bus, one is another model, one is not in the file, and the bus is at another rate.
@@ -144,11 +145,11 @@ fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
         "fault unit file: ",
         "fault servo 2 of joint left_hind.hip on bus main: it is STS3215-7V4 or STS3215-12V, and the robot file says STS3250",
         "fault servo 40 of joint left_hind.hock on bus main: no answer",
-        "warning bus main: on it are servos that no joint of the robot file has: id 4 (STS3215-7V4 or STS3215-12V)",
+        "warning bus main: it has servos that are not in the robot file: id 4 (STS3215-7V4 or STS3215-12V)",
     ] {
         assert!(all.iter().any(|line| line.starts_with(expected)), "no {expected:?} in {all:#?}");
     }
-    // The wrong rate: it is found where it is.
+    // The wrong rate: the servo is found at its rate.
     fs::write(&rig.robot_file, text.replace("baud = 1000000", "baud = 500000")).unwrap();
     let all = lines(&examine(&rig).0);
     let expected = "fault servo 1 of joint left_hind.pelvis on bus main: it is set to 1000000 baud, and its bus to 500000";
@@ -156,14 +157,14 @@ fn a_robot_file_that_is_not_that_of_the_robot_is_told_by_its_servos() {
 }
 
 #[test]
-fn an_adapter_that_is_not_there_is_told_and_the_other_buses_are_looked_at() {
+fn a_missing_adapter_is_reported_and_the_other_buses_are_checked() {
     let mut rig =
         Rig::new("horse-dynamixel.toml", "[[fault]]\nat_s = 0\nkind = 'unplugged'\nbus = 'left_fore'\n");
     let (said, code) = examine(&rig);
     let all = lines(&said);
     assert_eq!(code, Some(1));
     assert!(
-        all.iter().any(|line| line.starts_with("fault bus left_fore: ") && line.contains("is not there")),
+        all.iter().any(|line| line.starts_with("fault bus left_fore: ") && line.contains("does not exist")),
         "{all:#?}"
     );
     assert_eq!(all.iter().filter(|line| line.starts_with("ok servo ")).count(), 12, "{all:#?}");

@@ -1,4 +1,4 @@
-//! Controller and guard watch each other: either of them dead or hung, on pseudo-terminals, in real time.
+//! Controller and guard watch each other: each in turn is dead or hung, on pseudo-terminals, in real time.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -87,7 +87,7 @@ fn a_controller_that_hangs_is_killed_and_its_servos_are_let_go() {
 }
 
 #[test]
-fn a_safe_end_leaves_no_guard_behind() {
+fn a_safe_end_leaves_no_guard_process() {
     let rig = Rig::new("horse.toml", "");
     let child = rig.start("jog", &["left_hind.hip", "-85"]);
     let output = child.wait_with_output().unwrap();
@@ -106,14 +106,14 @@ fn nearly_full_pipe(left: usize) -> (OwnedFd, OwnedFd) {
 }
 
 #[test]
-fn a_loop_does_not_wait_for_those_who_do_not_read_what_it_says() {
+fn a_loop_does_not_wait_for_a_reader_of_its_output() {
     let rig = Rig::new("horse.toml", "");
     let jog = |stdout: Stdio| {
         let mut command = rig.command("jog", &["left_hind.hip", "-85"]);
         command.stdout(stdout).spawn().unwrap()
     };
     let output = jog(Stdio::piped()).wait_with_output().unwrap();
-    // What is said before the loop begins has room, and nothing else.
+    // The pipe has room for the output before the loop begins, and for nothing more.
     let said = String::from_utf8(output.stdout).unwrap();
     let before = said.lines().take_while(|line| !line.contains("real-time priority"));
     let before = before.map(|line| line.len() + 1).sum();
@@ -138,7 +138,7 @@ fn real_time_priority(process: u32) -> u32 {
 }
 
 #[test]
-fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
+fn an_endless_computation_of_the_loop_leaves_the_guard_a_processor() {
     let rig = Rig::new("horse.toml", "");
     let child = rig.start("run", &["--for", "60"]);
     rig.wait_for_torque(true);
@@ -156,7 +156,7 @@ fn a_loop_that_computes_without_end_keeps_no_processor_from_the_guard() {
 }
 
 #[test]
-fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
+fn the_guard_waits_for_a_port_that_is_briefly_in_use() {
     let rig = Rig::new("horse.toml", "");
     let device = rig.server.as_ref().unwrap().paths()[0].clone();
     let earlier = serialport::new(device.to_str().unwrap(), 1_000_000).exclusive(true);
@@ -170,16 +170,16 @@ fn a_port_that_is_in_use_for_a_moment_is_waited_for() {
 }
 
 #[test]
-fn a_port_that_cannot_be_opened_leaves_no_guard_behind() {
+fn a_port_that_cannot_be_opened_leaves_no_guard_process() {
     let rig = Rig::new("horse.toml", "");
-    // The port is another's. A guard that took itself to be needed would try to get at it for a minute.
+    // Another program uses the port. A guard that acted would try to open it for a minute.
     let device = rig.server.as_ref().unwrap().paths()[0].clone();
     let missing = format!("main={}.gone", device.display());
     for command in [&["run", "--for", "1"][..], &["jog", "left_hind.hip", "-85"]] {
         let child = rig.start(command[0], &[&command[1..], &["--port", &missing]].concat());
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-        assert!(said(&output).contains("is not there"), "{}", said(&output));
+        assert!(said(&output).contains("does not exist"), "{}", said(&output));
         assert!(!said(&output).contains("guard"), "{}", said(&output));
         assert!(processes_with(&rig.robot_file).is_empty());
     }

@@ -1,5 +1,5 @@
 //! From a box of new servos to a walking robot, with the program's own commands alone, in real time: `sim`, and
-//! `setup`, `calibrate`, `doctor` and `run` on its devices; each of them broken off in the middle and run again.
+//! `setup`, `calibrate`, `doctor` and `run` on its devices; each interrupted in the middle and run again.
 //!
 //! With `HIPPOCAMP_FULL` set, more often, and a figure after the horse.
 
@@ -16,7 +16,7 @@ use tempfile::TempDir;
 const REVERSED: [&str; 3] = ["left_hind.stifle", "left_fore.carpus", "right_fore.scapula"];
 const REVERSED_OF_FIGURE: [&str; 2] = ["left_leg.knee", "right_arm.shoulder_yaw"];
 
-/// Where a command is broken off.
+/// Where a command is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Break {
     /// Nowhere.
@@ -43,7 +43,7 @@ impl Workshop {
         let robot_file = folder.path().join(file);
         let text =
             fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(file)).unwrap();
-        // As quick as the file may be: the test waits for all of it.
+        // As fast as the file permits: the test waits for all of it.
         let text = text
             .replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 ")
             .replace("torque_ramp_s = 1.0 ", "torque_ramp_s = 0.2 ")
@@ -70,7 +70,7 @@ impl Workshop {
         shop
     }
 
-    /// Has a hand do something, and waits until it is done: the line that begins so.
+    /// Performs an action by hand, and waits for the line that begins so.
     fn handle(&mut self, what: &str, done: &str) {
         writeln!(self.hands, "{what}").unwrap();
         let mut line = String::new();
@@ -92,7 +92,7 @@ impl Workshop {
         self.robot_file.with_extension("unit.toml")
     }
 
-    /// Does what a line of a command tells a person to do.
+    /// Follows the instruction in a line of a command's output.
     fn obey(&mut self, line: &str) {
         if line.starts_with("Measured as soon as") {
             let joints: Vec<(String, f64)> =
@@ -115,8 +115,8 @@ impl Workshop {
         }
     }
 
-    /// Runs a command on the robot, obeys it, and breaks it off; its exit code, none if it was killed, and its words.
-    /// Begins again while the guard of one that was killed still has the device.
+    /// Runs a command on the robot, follows it, and interrupts it; its exit code, `None` if it was killed, and its
+    /// output. Begins again while the guard of one that was killed still has the device.
     fn run(&mut self, command: &str, arguments: &[&str], broken: Break) -> (Option<i32>, String) {
         loop {
             let (code, words) = self.run_once(command, arguments, broken);
@@ -167,7 +167,7 @@ impl Workshop {
         (code, words)
     }
 
-    /// Nothing that was written is half written: every file there is can be read.
+    /// No file is half written: every file can be read.
     fn assert_files_whole(&self) {
         if self.unit_file().exists() {
             load_unit(&self.unit_file()).unwrap_or_else(|error| panic!("{error}"));
@@ -185,7 +185,7 @@ fn is_full() -> bool {
     std::env::var_os("HIPPOCAMP_FULL").is_some()
 }
 
-/// What the doctor finds at fault that does not hang on the machine's speed.
+/// The doctor's faults that do not depend on the machine's speed.
 fn faults(words: &str) -> Vec<&str> {
     let is_of_the_machine = |line: &&str| line.contains("replies lost") || line.contains("an exchange takes");
     words.lines().filter(|line| line.starts_with("FAULT") && !is_of_the_machine(line)).collect()
@@ -199,12 +199,12 @@ impl Drop for Workshop {
 }
 
 #[test]
-fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
+fn new_servos_become_a_walking_robot_despite_interruptions() {
     let mut shop = Workshop::new("horse.toml", &REVERSED, &[]);
     let port = format!("main={}", shop.folder.path().join("ports/main").display());
     let port = ["--yes", "--port", &port];
 
-    // Killed while it waits for the sixth servo; run again, it goes on behind the fifth.
+    // Killed while it waits for the sixth servo; run again, it continues after the fifth.
     let (code, words) = shop.run("setup", &port, Break::Kill("left_fore.shoulder: plug in"));
     assert_eq!(code, None, "{words}");
     shop.assert_files_whole();
@@ -235,7 +235,7 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
         assert_eq!(entry.reversed, Some(of_file != is_other), "{}", entry.name);
     }
 
-    // It writes nothing, so there is nothing to go on with. How many replies are lost hangs on the machine.
+    // It writes nothing, so it has nothing to resume. The number of lost replies depends on the machine.
     let (code, words) = shop.run("doctor", &[], Break::Kill("servo 3 of joint"));
     assert_eq!(code, None, "{words}");
     let (_, words) = shop.run("doctor", &[], Break::Never);
@@ -253,10 +253,10 @@ fn a_box_of_new_servos_becomes_a_walking_robot_whatever_breaks_off() {
     assert_eq!(report["reason"], "walked for the time asked", "{report:#}");
 }
 
-/// Ball joints are three servos each like any others to a person with a screwdriver. With `HIPPOCAMP_FULL` set: it takes one
-/// and a half minutes.
+/// For the person who builds the robot, a ball joint is three ordinary servos. With `HIPPOCAMP_FULL` set: it takes
+/// one and a half minutes.
 #[test]
-fn a_box_of_new_servos_becomes_a_figure_that_takes_a_pose() {
+fn new_servos_become_a_figure_that_takes_a_pose() {
     if !is_full() {
         eprintln!("skipped: it takes one and a half minutes and has HIPPOCAMP_FULL set");
         return;

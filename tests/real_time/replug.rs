@@ -15,7 +15,7 @@ use hippocamp::run::run;
 use hippocamp::telemetry::Outcome;
 
 #[test]
-fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
+fn adapters_swapped_while_unplugged_are_detected_and_not_written_to() {
     // Out while the robot rises.
     let faults = "[[fault]]\nkind = 'unplugged'\nbus = 'left_hind'\nat_s = 1.5\nfor_s = 1.0\n\
                   [[fault]]\nkind = 'unplugged'\nbus = 'left_fore'\nat_s = 1.5\nfor_s = 1.0\n";
@@ -25,7 +25,7 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
         ids.iter().fold(text, |text, (id, twin)| text.replacen(id, twin, 1))
     });
     let (robot, server) = (&rig.robot, rig.server.as_ref().unwrap());
-    // Names that stay, for whatever is plugged in there.
+    // Stable names of the two sockets.
     let plugs: Vec<PathBuf> =
         robot.buses.iter().map(|bus| rig.folder.path().join(format!("plug-{}", bus.name))).collect();
     for (plug, terminal) in plugs.iter().zip(server.paths()) {
@@ -60,7 +60,7 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
             }
             (is_swapped, swapped_at_s) = (true, status.time_s);
         }
-        // By then the servos' watchdogs have stopped them where they are, and nobody is plugged in yet.
+        // By then the servos' watchdogs have stopped them in place, and no adapter is plugged in yet.
         if is_swapped && last_goals.is_none() && status.time_s > swapped_at_s + 0.5 {
             last_goals = Some(goals());
         }
@@ -71,7 +71,7 @@ fn adapters_swapped_while_unplugged_are_found_out_and_not_written_to() {
     for (bus, other, id) in [("left_hind", "left_fore", 8), ("left_fore", "left_hind", 4)] {
         let plug = rig.folder.path().join(format!("plug-{bus}"));
         let expected = format!(
-            "bus {bus}: {} came back with other servos on it, and was left alone: servo {id} of bus {other} answers \
+            "bus {bus}: {} came back with other servos on it, and is not used: servo {id} of bus {other} answers \
              there",
             plug.display()
         );

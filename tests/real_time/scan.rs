@@ -3,7 +3,7 @@
 use super::bench::{Bench, line};
 
 #[test]
-fn everybody_is_found_at_whatever_rate() {
+fn every_servo_is_found_at_any_rate() {
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[3, 7, 252]));
     // One of them out of the box: id 1, 57600 baud.
     bench.server.with_world(|world| world.make_new(0, 1));
@@ -19,7 +19,7 @@ fn everybody_is_found_at_whatever_rate() {
 }
 
 #[test]
-fn the_odd_rate_is_looked_at_and_languages_are_told_apart() {
+fn an_unusual_rate_is_scanned_and_protocols_are_distinguished() {
     let bench = Bench::new(line("STS3215-12V", 76_800, &[1, 9]));
     let text = bench.good(&["scan"], &["--baud", "76800", "--baud", "57600", "--ids", "0-20"]);
     assert!(text.contains("STS3215-7V4 or STS3215-12V (777)"), "{text}");
@@ -28,11 +28,11 @@ fn the_odd_rate_is_looked_at_and_languages_are_told_apart() {
 }
 
 #[test]
-fn nobody_is_an_exit_code() {
+fn a_scan_without_servos_has_its_own_exit_code() {
     let bench = Bench::new(line("STS3215-12V", 1_000_000, &[9]));
     let (code, text) = bench.run(&["scan"], &["--baud", "1000000", "--ids", "1-8"]);
     assert_eq!(code, 1, "{text}");
-    assert!(text.contains("nobody answered"), "{text}");
+    assert!(text.contains("no servo answered"), "{text}");
 }
 
 #[test]
@@ -49,13 +49,13 @@ fn two_servos_with_one_id_are_noticed() {
 }
 
 #[test]
-fn an_echo_is_noticed_and_invents_nobody() {
+fn an_echo_is_noticed_and_is_not_taken_for_a_servo() {
     for (model, faults) in [("STS3215-12V", ECHO), ("XM430-W210", ECHO)] {
         let bench = Bench::with_faults(line(model, 1_000_000, &[4]), faults);
         let text = bench.good(&["scan"], &["--baud", "1000000", "--ids", "0-20"]);
-        assert!(text.contains("hands back what it is sent"), "{text}");
+        assert!(text.contains("returns what it is sent"), "{text}");
         assert_eq!(text.lines().filter(|line| line.contains("1000000")).count(), 1, "{text}");
-        // The other commands cope with it too.
+        // The other commands handle it too.
         assert!(bench.good(&["servo", "read"], &["4", "id"]).starts_with('4'));
     }
 }

@@ -33,7 +33,7 @@ fn without_a_name_all_registers_are_shown() {
 }
 
 #[test]
-fn a_wrong_name_is_told_what_was_meant() {
+fn a_wrong_register_name_gets_a_suggestion() {
     let bench = Bench::new(line("STS3215-12V", 1_000_000, &[1]));
     let (code, text) = bench.run(&["servo", "read"], &["1", "present_positon"]);
     assert_eq!(code, 1);
@@ -64,7 +64,7 @@ fn settings_are_written_without_torque_and_last() {
 }
 
 #[test]
-fn nothing_is_written_unasked_or_out_of_range() {
+fn nothing_is_written_without_consent_or_out_of_range() {
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[1]));
     for arguments in [
         &["1", "temperature_limit", "60"][..],
@@ -81,12 +81,12 @@ fn nothing_is_written_unasked_or_out_of_range() {
 }
 
 #[test]
-fn an_id_and_a_rate_are_followed_and_no_id_is_taken_twice() {
+fn the_program_follows_a_new_id_and_rate_and_refuses_a_used_id() {
     for model in ["STS3215-12V", "XL330-M288"] {
         let bench = Bench::new(line(model, 1_000_000, &[1, 2]));
         let (code, text) = bench.run(&["servo", "id"], &["1", "2", "--yes"]);
         assert_eq!(code, 1, "{text}");
-        assert!(text.contains("is there already"), "{text}");
+        assert!(text.contains("exists already"), "{text}");
         assert!(bench.good(&["servo", "id"], &["1", "17", "--yes"]).contains("it is servo 17"));
         let text = bench.good(&["servo", "baud"], &["17", "57600", "--yes"]);
         assert!(text.contains("it is servo 17") && text.contains("57600 baud)"), "{text}");
@@ -103,7 +103,7 @@ fn an_id_and_a_rate_are_followed_and_no_id_is_taken_twice() {
 }
 
 #[test]
-fn the_shaft_is_made_the_middle() {
+fn the_present_shaft_position_becomes_the_middle() {
     for (model, id, is_possible) in
         [("STS3215-12V", 1, true), ("XM430-W210", 15, true), ("XM430-W210", 1, true)]
     {
@@ -112,15 +112,15 @@ fn the_shaft_is_made_the_middle() {
         assert_eq!(code == 0, is_possible, "{model} {id}: {text}");
         assert!(text.contains("(2048)"), "{model} {id}: {text}");
     }
-    // 3300 counts: 1252 off the middle, and Dynamixel honours 1024.
+    // 3300 counts: 1252 off the middle, and Dynamixel accepts 1024.
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[23]));
     let (code, text) = bench.run(&["servo", "center"], &["23", "--yes"]);
     assert_eq!(code, 1, "{text}");
-    assert!(text.contains("honours 1024: take its horn off"), "{text}");
+    assert!(text.contains("accepts 1024: take its horn off"), "{text}");
 }
 
 #[test]
-fn a_restart_forgets_what_is_volatile_and_a_reset_the_settings_too() {
+fn a_restart_forgets_volatile_registers_and_a_reset_also_settings() {
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[7]));
     let write = |name: &str, value: &str| bench.good(&["servo", "write"], &["7", name, value, "--yes"]);
     let read = |name: &str| bench.good(&["servo", "read"], &["7", name]).trim().to_owned();
@@ -142,7 +142,7 @@ fn a_restart_forgets_what_is_volatile_and_a_reset_the_settings_too() {
 }
 
 #[test]
-fn a_noisy_line_is_lived_with() {
+fn commands_work_on_a_noisy_line() {
     let faults = "[[fault]]\nkind = \"noise\"\nbus = \"line\"\nid = 3\nat_s = 0.0\n";
     for model in ["STS3215-12V", "XM430-W210"] {
         let bench = Bench::with_faults(line(model, 1_000_000, &[3]), faults);
@@ -154,7 +154,7 @@ fn a_noisy_line_is_lived_with() {
 }
 
 #[test]
-fn a_servo_that_damages_every_answer_is_told() {
+fn a_servo_whose_answers_are_all_damaged_is_reported() {
     let faults = "[[fault]]\nkind = \"bit-flip\"\nbus = \"line\"\nid = 3\nat_s = 0.0\n";
     for model in ["STS3215-12V", "XM430-W210"] {
         let bench = Bench::with_faults(line(model, 1_000_000, &[3]), faults);
@@ -168,9 +168,9 @@ fn a_servo_that_damages_every_answer_is_told() {
 }
 
 #[test]
-fn a_port_that_cannot_be_used_is_told_with_its_cure() {
+fn an_unusable_port_is_reported_with_its_remedy() {
     for (port, told) in
-        [("/nowhere/at/all", "is not there"), ("/dev/null", "cannot be used as a serial line")]
+        [("/nowhere/at/all", "does not exist"), ("/dev/null", "cannot be used as a serial line")]
     {
         for command in [&["scan", port][..], &["servo", "read", port, "1"]] {
             let output =

@@ -29,7 +29,7 @@ fn settings(path: &std::path::Path) -> String {
     rest.split_once("[volatile]").unwrap().0.to_owned()
 }
 
-/// Gives the servo of `joint` back what was kept of it, and looks at it by other means.
+/// Restores the servo of `joint` from its backup, and checks it by other means.
 fn assert_restored(boxed: &Boxed, joint: &str, as_new: &[Option<u8>], addresses: std::ops::Range<u16>) {
     let device = boxed.device(joint).display().to_string();
     let (id, kept) = (boxed.id_of(joint).to_string(), boxed.backup(joint));
@@ -45,7 +45,7 @@ fn assert_restored(boxed: &Boxed, joint: &str, as_new: &[Option<u8>], addresses:
 }
 
 #[test]
-fn a_box_of_feetech_servos_becomes_a_robots_and_goes_back() {
+fn new_feetech_servos_become_those_of_a_robot_and_can_be_restored() {
     let boxed = Boxed::new("horse.toml");
     let first = boxed.robot.joints[0].name.clone();
     assert_eq!(boxed.robot.joints[0].servo.unwrap().id.0, 1, "this one ends where new ones begin");
@@ -64,7 +64,7 @@ fn a_box_of_feetech_servos_becomes_a_robots_and_goes_back() {
     let unit = fs::read_to_string(boxed.unit_file()).unwrap();
     assert!(unit.contains(&format!("device = \"{}\"", boxed.server.paths()[0].display())), "{unit}");
 
-    // Again: all is seen to be done, and nothing is written.
+    // Again: everything is already done, and nothing is written.
     boxed.server.with_world(hw_sim::World::keep_requests);
     let (code, text) = boxed.set_up(|_, _| {});
     assert_eq!(code, Some(0), "{text}");
@@ -81,7 +81,7 @@ fn a_box_of_feetech_servos_becomes_a_robots_and_goes_back() {
     assert_restored(&boxed, &second, &as_new, STS);
 }
 
-/// Waits for something to come true that the program does.
+/// Waits for an effect of the program.
 fn wait_until(mut is_true: impl FnMut() -> bool) {
     let start = monotonic();
     while !is_true() {
@@ -91,7 +91,7 @@ fn wait_until(mut is_true: impl FnMut() -> bool) {
 }
 
 #[test]
-fn a_box_of_dynamixels_becomes_a_robots_whatever_breaks_it_off() {
+fn new_dynamixels_become_those_of_a_robot_despite_interruptions() {
     let boxed = Boxed::new("horse-dynamixel.toml");
     let names: Vec<String> = boxed.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     let as_new = boxed.bytes(&names[0], X);
@@ -144,7 +144,7 @@ fn a_box_of_dynamixels_becomes_a_robots_whatever_breaks_it_off() {
         assert_eq!((at(8), at(9), at(10), at(11), at(64)), (6, 0, 0, 3, 0), "{name}");
         assert_eq!(([at(48), at(49), at(52), at(53)], at(12)), ([0xFF, 0x0F, 0, 0], 255), "{name}");
     }
-    // What was kept of one whose setup was broken off is what it was before.
+    // The backup of a servo whose setup was interrupted has its original settings.
     for name in [&names[0], &names[1], &names[2], &names[4]] {
         assert!(!boxed.backup(&format!("{name}.2")).exists(), "{name}");
         assert_restored(&boxed, name, &as_new, X);
@@ -153,7 +153,7 @@ fn a_box_of_dynamixels_becomes_a_robots_whatever_breaks_it_off() {
 }
 
 #[test]
-fn what_is_in_the_way_is_said_and_waited_for() {
+fn setup_names_obstacles_and_waits_for_their_removal() {
     let boxed = Boxed::new("horse-dynamixel.toml");
     let names: Vec<String> = boxed.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     // Two new ones at once.
@@ -170,7 +170,7 @@ fn what_is_in_the_way_is_said_and_waited_for() {
     assert!(text.contains("servo 1 (dynamixel, 4000000 baud), set up"), "{text}");
 }
 
-/// A person at a terminal: answers each question with what `answer` says.
+/// A person at a terminal who answers each question by `answer`.
 fn converse(mut command: Command, mut answer: impl FnMut(&str) -> Option<String>) -> (Option<i32>, String) {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
     let ours = openpt(flags).unwrap();
@@ -209,14 +209,14 @@ fn a_person_is_asked_before_each_step_and_can_say_no() {
             return Some("\n".into());
         }
         // The second is refused.
-        text.contains("Do so? [y/N]").then(|| if asked == 1 { "y\n".into() } else { "n\n".into() })
+        text.contains("Continue? [y/N]").then(|| if asked == 1 { "y\n".into() } else { "n\n".into() })
     });
     assert_eq!(code, Some(1), "{text}");
     assert!(text.contains("not confirmed; nothing was written"), "{text}");
     assert_eq!(boxed.bytes(&names[0], 8..10), [Some(6), Some(0)], "4 Mbaud, no delay");
     let (bus, place) = boxed.place(&names[1]);
     assert_eq!(boxed.server.with_world(|world| world.id_at(bus, place)), Some(1));
-    // Nobody is asked without a terminal, and nothing is done.
+    // Without a terminal there is no question, and nothing is done.
     let (code, text) = {
         let output = boxed.setup_command().stdin(std::process::Stdio::null()).output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())

@@ -66,7 +66,7 @@ pub(crate) fn record_with(faults: &str) -> (Report, Vec<u8>) {
     record_robot(&horse(), faults)
 }
 
-/// The horse on the ground, pushed about, into memory, made once.
+/// The horse on the ground under random pushes, into memory, made once.
 pub(crate) fn record_in_physics() -> &'static (Report, Vec<u8>) {
     static RECORDED: OnceLock<(Report, Vec<u8>)> = OnceLock::new();
     RECORDED.get_or_init(record_in_physics_anew)
@@ -85,7 +85,7 @@ fn record_robot(robot: &Robot, faults: &str) -> (Report, Vec<u8>) {
     (report, bytes)
 }
 
-/// A sink that can be looked into.
+/// A sink whose content can be read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Memory(pub(crate) Arc<Mutex<Vec<u8>>>);
 

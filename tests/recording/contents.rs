@@ -1,4 +1,4 @@
-//! What a recording holds, read by the mcap crate.
+//! The content of a recording, read by the mcap crate.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ fn assert_schemas_kept(bytes: &[u8]) -> Vec<String> {
 }
 
 #[test]
-fn every_message_is_as_its_schema_says() {
+fn every_message_follows_its_schema() {
     let schemas = assert_schemas_kept(&record_in_physics().1);
     for name in ["foxglove.SceneUpdate", "foxglove.FrameTransforms", "sensor_msgs/JointState"] {
         assert!(schemas.iter().any(|schema| schema == name), "{name}");
@@ -76,7 +76,7 @@ fn every_message_is_as_its_schema_says() {
 }
 
 #[test]
-fn orders_to_drive_are_kept_as_they_were_given() {
+fn orders_are_recorded_as_given() {
     let robot = horse();
     let ports = SimPorts::on_virtual_clock(simulation::world(&robot, 7, &FaultScript::default()).unwrap());
     let memory = Memory::default();

@@ -1,4 +1,4 @@
-//! Disks that are slow, full, or gone: the recording suffers, and the loop never waits.
+//! Slow, full and failing disks: cycles are lost from the recording, and the loop never waits.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -9,7 +9,8 @@ use hippocamp::bus::{Buses, SimPorts};
 use hippocamp::motion::Order;
 use hippocamp::observe::{CycleRecord, CycleTimes, Facts, Observer};
 use hippocamp::recording::{CHUNK_MAX, Ending, ReadError, Recorder, Recording};
-use hippocamp::run::Cycle;
+use hippocamp::run::{Cycle, Operator, run_observed};
+use hippocamp::signals::Status;
 use hippocamp::simulation;
 use hippocamp::telemetry::Outcome;
 use hippocamp::telemetry::RecordingReport;
@@ -30,7 +31,7 @@ fn step(recorder: &mut Recorder, cycles: u32) {
 }
 
 #[test]
-fn a_chunk_ends_where_it_is_large_whatever_time_it_spans() {
+fn a_large_chunk_ends_whatever_time_it_spans() {
     let robot = horse();
     let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
     let plan = plan(&robot);
@@ -53,7 +54,7 @@ fn a_chunk_ends_where_it_is_large_whatever_time_it_spans() {
     assert!(sizes.iter().all(|size| *size < CHUNK_MAX / 3), "{sizes:?}");
 }
 
-/// A disk that takes nothing until it is told to.
+/// A disk that accepts nothing until it is released.
 struct Stuck {
     release: Receiver<()>,
     memory: Memory,
@@ -61,7 +62,7 @@ struct Stuck {
 
 impl Write for Stuck {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // Closed: released for good.
+        // A closed channel releases it permanently.
         let _ = self.release.recv();
         self.memory.write(bytes)
     }
@@ -85,7 +86,7 @@ pub(crate) fn recorded_on_a_stuck_disk() -> (RecordingReport, Vec<u8>) {
 }
 
 #[test]
-fn a_stuck_disk_drops_cycles_and_counts_them_and_the_loop_goes_on() {
+fn a_stuck_disk_drops_and_counts_cycles_and_the_loop_continues() {
     let (report, bytes) = recorded_on_a_stuck_disk();
     // Two seconds are kept, at 100 cycles a second.
     assert_eq!((report.records, report.dropped, report.error), (200, 300, None));
@@ -105,6 +106,30 @@ fn a_disk_that_is_full_from_the_beginning_keeps_the_robot_down() {
     assert_eq!(recording.records + recording.dropped, report.cycles);
     let error = recording.error.unwrap();
     assert!(error.contains("No space left"), "{error}");
+}
+
+/// An operator that stops the run at once, for a reason that sounds like the recorder's.
+struct StopsAtOnce;
+
+impl Operator for StopsAtOnce {
+    fn order(&mut self, _status: &Status) -> Order {
+        Order::Stop
+    }
+
+    fn why_stopped(&self) -> (Outcome, &'static str) {
+        (Outcome::Completed, "a person saw that the recording broke off")
+    }
+}
+
+#[test]
+fn the_error_of_a_recording_is_not_added_to_the_reason_of_an_operator() {
+    let robot = horse();
+    let world = simulation::world(&robot, 1, &hw_sim::FaultScript::default()).unwrap();
+    let ports = SimPorts::on_virtual_clock(world);
+    let mut recorder = recorder(&robot, File::options().write(true).open("/dev/full").unwrap(), true);
+    let report = run_observed(&robot, &plan(&robot), ports, &mut [&mut recorder], StopsAtOnce).unwrap();
+    assert_eq!(report.reason, "a person saw that the recording broke off");
+    assert!(report.recording.unwrap().error.is_some());
 }
 
 /// A disk that is full after this many bytes.
@@ -139,13 +164,13 @@ fn a_disk_that_fills_stops_the_robot_and_leaves_what_was_written_readable() {
     assert!(report.error.is_some() && report.dropped > 0);
     let recording = Recording::parse(&memory.0.lock().unwrap(), "test").unwrap();
     assert!(matches!(recording.ending, Ending::CutShort { .. }));
-    // What the reader finds is a beginning of what the writer counted; the last chunk is lost.
+    // The reader finds the first of the cycles that the writer counted; the last chunk is lost.
     let found = u64::try_from(recording.samples.len()).unwrap();
     assert!(found > 0 && found <= report.records && report.records - found <= 101, "{found} of {report:?}");
 }
 
 #[test]
-fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
+fn a_recording_cut_anywhere_is_readable_except_for_its_last_second() {
     let (report, bytes) = record();
     let whole = Recording::parse(bytes, "test").unwrap();
     assert_eq!(whole.samples.len() as u64, report.cycles);
@@ -179,7 +204,7 @@ fn a_recording_cut_anywhere_is_readable_up_to_its_last_second() {
 }
 
 #[test]
-fn any_file_that_is_no_recording_is_refused_in_words() {
+fn any_file_that_is_no_recording_is_refused_with_a_message() {
     for bytes in [&b""[..], b"hello", &[0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'], &[0xFF; 4096]] {
         let error = Recording::parse(bytes, "some.mcap").unwrap_err();
         assert!(matches!(error, ReadError::NotARecording { .. }));

@@ -1,4 +1,4 @@
-//! However a run ends, its recording is whole, or readable as far as it goes.
+//! However a run ends, its recording is complete, or readable up to its end.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -35,11 +35,11 @@ fn running(name: &str) -> (Child, PathBuf) {
 }
 
 #[test]
-fn killed_it_is_readable_but_for_the_last_seconds() {
+fn the_recording_of_a_killed_run_lacks_only_the_last_seconds() {
     let (mut child, file) = running("killed.mcap");
     child.kill().unwrap();
     child.wait().unwrap();
-    // What is there is in FILE.part, and whoever asks for FILE is told.
+    // The data are in FILE.part, and `replay FILE` says so.
     let part = file.with_extension("mcap.part");
     let asked_for =
         |file: &Path| Command::new(env!("CARGO_BIN_EXE_hippocamp")).arg("replay").arg(file).output().unwrap();
@@ -58,9 +58,9 @@ fn killed_it_is_readable_but_for_the_last_seconds() {
 }
 
 #[test]
-fn told_to_stop_it_is_whole() {
+fn the_recording_of_a_run_ended_by_a_signal_is_complete() {
     let (mut child, file) = running("terminated.mcap");
-    // Nobody reads on: a full pipe must not hold the run up either.
+    // Nothing reads the pipe any more: a full pipe must not delay the run.
     drop(child.stderr.take());
     assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -109,7 +109,7 @@ impl Ports for Panicking {
 }
 
 #[test]
-fn after_a_panic_in_the_loop_it_is_whole() {
+fn the_recording_is_complete_after_a_panic_of_the_loop() {
     let robot = horse();
     let world = simulation::world(&robot, 7, &hw_sim::FaultScript::default()).unwrap();
     let ports = Panicking(SimPorts::on_virtual_clock(world), Some(Time(6_000_000_000)));

@@ -1,4 +1,4 @@
-//! Recordings: what is in them, what happens to them when the disk does not behave, and replays of them.
+//! Recordings: their content, faults of the disk, and replays.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

@@ -12,7 +12,7 @@ fn data(page: &str) -> serde_json::Value {
 }
 
 #[test]
-fn a_name_cannot_end_the_script_it_stands_in() {
+fn a_name_cannot_end_the_script_element_of_the_page() {
     let mut recording = Recording::parse(&record().1, "test").unwrap();
     let plain = html::page(&recording);
     recording.robot.name = "</script><script>alert(1)</script><!--".to_owned();
@@ -22,7 +22,7 @@ fn a_name_cannot_end_the_script_it_stands_in() {
 }
 
 #[test]
-fn the_page_needs_nothing_from_elsewhere() {
+fn the_page_needs_no_other_file() {
     let page = html::page(&Recording::parse(&record().1, "test").unwrap());
     for reference in ["http:", "https:", "src=", "@import", "url(", "fetch(", "import("] {
         assert!(!page.contains(reference), "{reference}");

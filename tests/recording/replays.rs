@@ -1,4 +1,4 @@
-//! A recorded run judged again.
+//! Replays of a recorded run.
 
 use std::path::Path;
 use std::process::Command;
@@ -89,7 +89,7 @@ fn a_replay_finds_a_recorded_goal_outside_its_range() {
 }
 
 #[test]
-fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() {
+fn after_a_dropped_cycle_only_invariants_are_judged() {
     let mut recording = recording();
     let cycles = recording.samples.len() as u64;
     recording.samples.drain(500..510);
@@ -108,7 +108,7 @@ fn behind_a_dropped_cycle_invariants_are_judged_and_the_controller_is_not_run() 
 }
 
 #[test]
-fn of_many_gaps_the_first_are_kept_and_all_are_counted() {
+fn the_first_of_many_gaps_are_listed_and_all_are_counted() {
     let mut recording = recording();
     let mut number = 0;
     recording.samples.retain(|_| {
@@ -150,7 +150,7 @@ fn replayed_by_command(name: &str, bytes: &[u8]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn the_command_says_what_it_could_not_judge_and_exits_so() {
+fn the_command_reports_what_it_could_not_judge_in_words_and_exit_code() {
     let (_, whole) = record();
     let (code, said) = replayed_by_command("whole.mcap", whole);
     assert_eq!(code, Some(0), "{said}");
@@ -158,9 +158,9 @@ fn the_command_says_what_it_could_not_judge_and_exits_so() {
 
     let (code, said) = replayed_by_command("cut.mcap", &whole[..whole.len() / 2]);
     assert_eq!(code, Some(4), "{said}");
-    assert!(said.contains("CUT SHORT") && said.contains("NOT JUDGED: how the run went on"), "{said}");
+    assert!(said.contains("CUT SHORT") && said.contains("NOT JUDGED: the rest of the run"), "{said}");
 
-    // The disk held the loop up: cycles 200 to 499 of 500 are dropped.
+    // The disk was stuck: cycles 200 to 499 of 500 are dropped.
     let (_, with_gap) = recorded_on_a_stuck_disk();
     let (code, said) = replayed_by_command("gap.mcap", &with_gap);
     assert_eq!(code, Some(4), "{said}");

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// What in `value` is not as `schema` has it; `place` is where `value` stands.
+/// The violations of `schema` in `value`; `place` is the path of `value`.
 ///
 /// Stricter than JSON Schema in one thing: a field the schema does not have is a fault.
 pub(crate) fn faults(schema: &Value, value: &Value, place: &str) -> Vec<String> {

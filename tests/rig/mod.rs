@@ -15,7 +15,7 @@ use hw_sim::pty::PtyServer;
 use tempfile::TempDir;
 use toml::value::Date;
 
-/// Nothing here should take longer, even on a busy machine.
+/// Nothing here takes longer, even on a busy machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A robot behind pseudo-terminals, with a calibrated unit file that says so.
@@ -102,7 +102,7 @@ impl Rig {
     }
 }
 
-/// A unit of the robot of this file, put together as the file says.
+/// A unit file of the robot of this file, assembled as the file says.
 pub(crate) fn calibrated(robot: &Robot, file: &str, buses: Vec<UnitBus>) -> Unit {
     let joint = |joint: &Joint| UnitJoint {
         name: joint.name.clone(),

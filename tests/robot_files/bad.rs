@@ -1,4 +1,4 @@
-//! Bad robot files: each a small change to the good one, each with what must be said of it.
+//! Bad robot files: each is a small change to the good one, with the expected message.
 
 use std::path::Path;
 
@@ -229,7 +229,7 @@ const SAFETY: &[Bad] = &[
         "@tripped_servo = \"freeze\"",
         "safety.tripped_servo",
         "\"freeze\"",
-        &["what stands on legs falls", "\"stop\""],
+        &["a robot on legs falls", "\"stop\""],
     ),
     bad("rate_share = 0.5", "@rate_share = 1.5", "safety.rate_share", "1.5", &["above 0 and at most 1"]),
     bad(
@@ -486,7 +486,14 @@ const REFLEX: &[Bad] = &[
         "reflex.fall[1].key",
         &["at least one key pose"],
     ),
-    bad("lying = \"upright\"", "@lying = \"up\"", "reflex.get_up[0].lying", "\"up\"", &["what is down"]),
+    bad(
+        "lying = \"upright\"",
+        "@lying = \"up\"",
+        "reflex.get_up[0].lying",
+        "\"up\"",
+        &["the side that the robot \
+         lies on"],
+    ),
     bad(
         "torque_share = 0.7",
         "torque_share = @7",
@@ -509,7 +516,7 @@ fn falls() {
 }
 
 #[test]
-fn arms_do_not_fall_but_give_way() {
+fn arms_have_no_reflex_but_may_yield() {
     let text = include_str!("../../config/tentacle.toml");
     let said = |text: String| config::parse(&text, "arms.toml").unwrap_err().to_string();
     assert!(said(format!("{text}\n[reflex]\n")).contains("arms on a base do not fall"));
@@ -523,13 +530,13 @@ fn motion_and_gaits() {
     MOTION.iter().for_each(check);
 }
 
-/// Keys and lines of all faults, in the order told.
+/// Keys and lines of all faults, in the order of the messages.
 fn places(error: &ConfigError) -> Vec<(usize, &str)> {
     error.faults.iter().map(|fault| (fault.line, fault.key.as_str())).collect()
 }
 
 #[test]
-fn all_faults_are_told_at_once_in_the_order_of_the_file() {
+fn all_faults_are_reported_at_once_in_file_order() {
     let mut text = GOOD.to_owned();
     for (old, new) in [
         ("swing_time_s = 0.4", "swing_time = 0.4"),
@@ -561,14 +568,14 @@ fn all_faults_are_told_at_once_in_the_order_of_the_file() {
 }
 
 #[test]
-fn a_chain_that_is_two_legs_and_the_leg_left_over() {
+fn a_chain_used_as_two_legs_and_a_leg_without_a_role_are_faults() {
     let error = refused(&spoil(GOOD, "right_hind = \"rh\"", "right_hind = \"lf\""));
     assert_eq!(places(&error), [(53, "chain[2].name"), (72, "motion.legs.right_hind")]);
     assert!(error.faults[1].expected.contains("left_fore is this chain already"), "{error}");
 }
 
 #[test]
-fn servos_without_a_bus_are_each_told() {
+fn each_servo_without_a_bus_is_reported() {
     let start = GOOD.find("[[bus]]").expect("a bus");
     let end = GOOD.find("[[chain]]").expect("a chain");
     let error = refused(&format!("{}{}", &GOOD[..start], &GOOD[end..]));
@@ -582,13 +589,13 @@ fn servos_without_a_bus_are_each_told() {
 }
 
 #[test]
-fn a_bus_without_a_good_name_is_told_once_not_once_a_servo() {
+fn a_bad_bus_name_is_reported_once_and_not_once_per_servo() {
     let error = refused(&spoil(GOOD, "name = \"left\"\n", ""));
     assert_eq!(places(&error), [(9, "bus[0].name")]);
 }
 
 #[test]
-fn a_file_of_nothing_names_all_it_lacks() {
+fn an_empty_file_gets_a_fault_for_every_required_key() {
     let error = refused("");
     let keys: Vec<_> = error.faults.iter().map(|fault| fault.key.as_str()).collect();
     assert_eq!(keys, ["name", "loop_rate_hz", "stop_action", "trunk", "chain", "motion"]);
@@ -609,12 +616,12 @@ fn empty_lists_and_wrong_shapes() {
 }
 
 #[test]
-fn text_that_is_no_toml_is_told_by_line_and_column() {
+fn text_that_is_not_toml_is_reported_by_line_and_column() {
     let error = refused(&spoil(GOOD, "mass_kg = 1.1", "mass_kg = 1.1.1"));
     let said = error.to_string();
     assert!(said.starts_with("bad.toml:6:14: expected TOML; invalid float\n"), "{said}");
 
-    // Two slips are both told; what they hide is not guessed at.
+    // Both mistakes are reported; faults that they hide are not guessed.
     let two = spoil(&spoil(GOOD, "mass_kg = 1.1", "mass_kg = "), "baud = 57600", "baud 57600");
     let lines: Vec<_> = refused(&two).faults.iter().map(|fault| fault.line).collect();
     assert_eq!(lines, [6, 17]);
@@ -641,13 +648,14 @@ fn files_that_cannot_be_read() {
 }
 
 #[test]
-fn servos_of_another_family_than_their_bus_are_told_once_a_bus_and_model() {
+fn servos_of_the_wrong_protocol_are_reported_once_per_bus_and_model() {
     let text = include_str!("../../config/horse.toml").replace("STS3215-12V", "XM430-W210");
     let said = config::parse(&text, "horse.toml").unwrap_err().to_string();
     assert_eq!(
         said,
         "horse.toml:50: chain[0].joint[0].servo.model = \"XM430-W210\": expected a model that speaks feetech, as its \
-         bus does; XM430-W210 speaks dynamixel (told once for all of them on this bus)\n1 fault; nothing was started"
+         bus does; XM430-W210 speaks dynamixel (reported once for all of them on this bus)\n1 fault; nothing was \
+         started"
     );
 }
 

@@ -43,7 +43,7 @@ fn every_joint_of_an_arm_has_the_range_of_its_corners() {
 }
 
 #[test]
-fn corners_that_make_no_range_are_refused() {
+fn corners_without_a_valid_range_are_refused() {
     for (corners, said) in [
         (vec![SQUARE[0], SQUARE[1]], "at least 3 corners"),
         (vec![SQUARE[0], SQUARE[2], SQUARE[1], "lift_deg = 10\nsweep_deg = -50"], "cross"),

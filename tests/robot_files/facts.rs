@@ -1,4 +1,4 @@
-//! What good files say, and that no text at all makes the loader panic.
+//! The robots of good files, and that no text makes the loader panic.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -122,7 +122,7 @@ fn horse_dynamixel_is_the_same_body_on_a_bus_a_leg() {
 }
 
 #[test]
-fn the_horses_imu_lies_with_its_y_axis_forward() {
+fn the_y_axis_of_the_horses_imu_points_forward() {
     for name in ["horse.toml", "horse-dynamixel.toml"] {
         let imu = shipped(name).imu.unwrap();
         // Its x axis is then to the right.
@@ -147,9 +147,9 @@ fn thoroughbred_exists_on_paper_only() {
 }
 
 #[test]
-fn built_in_gaits_are_the_thesis_table_and_ours() {
+fn built_in_gaits_match_the_thesis_table_and_our_additions() {
     let horse = shipped("horse.toml").motion.horse().unwrap().clone();
-    // Lags in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
+    // Phase offsets in the order LH LF RH RF: 0, D1, D2, D1 + D2 modulo 1.
     let expected = [
         ("walk", 0.70, [0.0, 0.20, 0.50, 0.70]),
         ("walk-steady", 0.75, [0.0, 0.25, 0.50, 0.75]),
@@ -242,7 +242,7 @@ fn a_gait_may_use_the_old_names_of_its_keys_but_not_both() {
 }
 
 #[test]
-fn own_gaits_come_beside_the_built_in_ones_or_in_the_place_of_one() {
+fn gaits_of_a_file_are_added_to_the_built_in_ones_or_replace_one() {
     let gaits_of = |robot: Robot| {
         let horse = robot.motion.horse().unwrap().clone();
         horse.gaits
@@ -271,7 +271,7 @@ fn roll_pitch_and_yaw_turn_about_the_body_axes_in_that_order() {
 }
 
 #[test]
-fn an_axis_a_little_off_is_made_a_unit_vector() {
+fn an_axis_of_almost_unit_length_is_normalised() {
     let text = GOOD.replace("axis = [0, 0.6, 0.8]", "axis = [0, 0.7071, 0.7071]");
     let robot = config::parse(&text, "good.toml").unwrap_or_else(|error| panic!("{error}")).robot;
     assert_near(robot.joints[3].axis.length(), 1.0, 1e-15);

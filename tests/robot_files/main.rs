@@ -1,4 +1,4 @@
-//! Robot files: the three that come with the program, the facts of a good one, and what is said of bad ones.
+//! Robot files: those that come with the program, the facts of a good one, and the messages for bad ones.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

@@ -1,4 +1,4 @@
-//! The page of the keys of robot files says what the reader asks for.
+//! The page of robot-file keys matches the reader.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fmt::Write as _;
@@ -81,7 +81,7 @@ fn table() -> String {
 }
 
 #[test]
-fn the_page_of_the_keys_says_what_the_reader_asks_for() {
+fn the_page_of_keys_matches_the_reader() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/robot-file.md");
     let page = fs::read_to_string(&path).unwrap();
     let (head, tables) = page.split_once(BEGIN).expect("the page says where its tables begin");

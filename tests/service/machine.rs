@@ -104,7 +104,7 @@ impl Machine {
         self.run(&[&["systemctl"], arguments].concat())
     }
 
-    /// What `systemctl` says of a `property` of `unit`.
+    /// The value of a `property` of `unit` from `systemctl`.
     pub(crate) fn property(&self, unit: &str, property: &str) -> String {
         let output = self.systemctl(&["show", "--value", "--property", property, unit]).unwrap();
         String::from_utf8_lossy(&output.stdout).trim().to_owned()

@@ -1,4 +1,4 @@
-//! What is typed into it, how it ends, and that the servos do what is said.
+//! Typed commands, its end, and that the servos obey.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn opened(sim: &Sim) -> SerialPorts {
     SerialPorts::open(&[Device::of(&robot.buses[0], sim.port(&robot.buses[0].name))]).unwrap()
 }
 
-/// What comes back on a request that is answered with `count` bytes.
+/// The reply of `count` bytes to a request.
 fn exchange(ports: &mut SerialPorts, request: &[u8], count: usize) -> Vec<u8> {
     ports.send(0, request).unwrap();
     let mut answer = vec![0; count];
@@ -43,7 +43,7 @@ fn packet(id: u8, fifth: u8, parameters: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn the_end_of_standard_input_is_not_the_end_of_the_servos_and_a_signal_takes_the_links_away() {
+fn servos_outlive_standard_input_and_a_signal_removes_the_links() {
     let mut sim = Sim::start("horse.toml", &[]);
     let port = sim.port("main");
     assert!(port.read_link().unwrap().starts_with("/dev/pts"));
@@ -74,7 +74,7 @@ fn joints_are_turned_by_hand_and_servos_pulled_out() {
     let expected = hip.servo.unwrap().count_of(-80_f64.to_radians());
     assert!((read(&mut ports) - expected).abs() <= 1.0);
 
-    // With torque it holds: a hand is no match for it.
+    // With torque it holds against a hand.
     let goal = read(&mut ports);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 4095")]
     let [low, high] = (goal as u16).to_le_bytes();
@@ -85,14 +85,14 @@ fn joints_are_turned_by_hand_and_servos_pulled_out() {
 
     assert_eq!(sim.asked("unplug left_hind.hip"), "left_hind.hip: unplugged");
     ports.send(0, &packet(2, 1, &[])).unwrap();
-    // The others are there: what servo 1 answers is the first that comes.
+    // The others are present: the answer of servo 1 comes first.
     assert_eq!(exchange(&mut ports, &packet(1, 1, &[]), 6), packet(1, 0, &[]));
     assert_eq!(sim.asked("plug left_hind.hip"), "left_hind.hip: plugged in");
     assert_eq!(exchange(&mut ports, &packet(2, 2, &[40, 1]), 7)[5], 0, "it comes back limp");
 }
 
 #[test]
-fn what_is_not_understood_is_said_and_changes_nothing() {
+fn unknown_console_commands_are_reported_and_change_nothing() {
     let mut sim = Sim::start("horse.toml", &[]);
     let nearest = sim.asked("unplug left_hind.hips");
     assert!(nearest.ends_with("did you mean left_hind.hip?"), "{nearest}");
@@ -101,7 +101,7 @@ fn what_is_not_understood_is_said_and_changes_nothing() {
     assert!(sim.asked("plugin left_hind.hip").contains("expected one of these"));
     while !sim.said().starts_with("SERVO is") {}
     assert_eq!(exchange(&mut opened(&sim), &packet(2, 1, &[]), 6), packet(2, 0, &[]));
-    // A file of somebody else's in the way of a link stays as it is.
+    // A foreign file in the place of a link is not changed.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("main"), "mine").unwrap();
     let output = command("horse.toml", &["--link", folder.path().to_str().unwrap()]).output().unwrap();

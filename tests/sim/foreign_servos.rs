@@ -1,4 +1,4 @@
-//! This program's own commands on servos that nobody here wrote: those of the Python package feetech-cli.
+//! This program's commands on simulated servos by others: those of the Python package feetech-cli.
 //!
 //! Left out, and said so, where `HIPPOCAMP_PYTHON` does not name a Python that has it.
 
@@ -41,7 +41,7 @@ impl Foreign {
         self.folder.path().join("port")
     }
 
-    /// Ends it; the goals its servos were given last.
+    /// Ends it; returns the last goals of its servos.
     fn goals(mut self) -> Vec<i32> {
         drop(self.child.stdin.take());
         let mut said = String::new();
@@ -51,7 +51,7 @@ impl Foreign {
     }
 }
 
-/// What `hippocamp` says to these arguments; it must succeed.
+/// Output of `hippocamp` with these arguments; it must succeed.
 fn hippocamp(arguments: &[&str]) -> String {
     let Output { status, stdout, stderr } =
         Command::new(env!("CARGO_BIN_EXE_hippocamp")).args(arguments).output().unwrap();

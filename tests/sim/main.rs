@@ -1,4 +1,4 @@
-//! `hippocamp sim`, the real program: what is typed into it, and programs of others on its terminals.
+//! `hippocamp sim`, the real program: typed commands, and programs by others on its terminals.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 #![allow(

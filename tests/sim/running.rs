@@ -37,12 +37,12 @@ impl Sim {
         self.folder.path().join("ports").join(bus)
     }
 
-    /// The next line it says.
+    /// Its next line.
     pub(crate) fn said(&mut self) -> String {
         self.said.next().expect("it has not ended").unwrap()
     }
 
-    /// Types a line; what it says to that, a line.
+    /// Types a line; returns the answer, one line.
     pub(crate) fn asked(&mut self, line: &str) -> String {
         writeln!(self.input.as_ref().unwrap(), "{line}").unwrap();
         self.said()

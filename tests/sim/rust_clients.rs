@@ -11,7 +11,7 @@ use rustypot::servo::feetech::sts3215::Sts3215Controller;
 use crate::running::Sim;
 
 const IDS: [u8; 4] = [1, 2, 3, 4];
-/// More often than this nothing is tried again.
+/// Largest number of tries.
 const TRIES: usize = 200;
 /// Registers of the X series (e-manual): LED, Position P Gain.
 const LED: u16 = 65;
@@ -22,8 +22,8 @@ fn port(path: &Path, baud: u32) -> Box<dyn serialport::SerialPort> {
     serialport::new(path.to_str().unwrap(), baud).timeout(Duration::from_secs(60)).open().unwrap()
 }
 
-/// Does again what may have failed because this machine was busy with other things: dynamixel2 gives a servo 34 ms,
-/// whatever its user thinks of that.
+/// Repeats an action that may have failed because this machine was busy: dynamixel2 waits 34 ms for a servo, and
+/// its user cannot change that.
 fn patient<T, E: std::fmt::Debug>(mut of: impl FnMut() -> Result<T, E>) -> T {
     let mut last = None;
     for _ in 0..TRIES {
@@ -102,7 +102,7 @@ fn rustypot_on_dynamixel_servos() {
     servos.write_goal_position(1, 2048).unwrap();
     while servos.read_present_position(1).unwrap()[0].abs_diff(2048) > 20 {}
     assert!(servos.reboot(1).unwrap());
-    // It is away for a while.
+    // It is silent for a while.
     servos.set_timeout(Duration::from_millis(100)).unwrap();
     assert_eq!(patient(|| servos.read_torque_enable(1)), [0]);
 }

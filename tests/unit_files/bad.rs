@@ -1,4 +1,4 @@
-//! Bad unit files: each a small change to the good one, each with what must be said of it.
+//! Bad unit files: each is a small change to the good one, with the expected message.
 
 use std::path::Path;
 
@@ -92,7 +92,7 @@ fn each_fault_names_line_key_value_and_what_was_expected() {
         let fault = error.faults.iter().find(|fault| fault.key == key);
         let fault = fault.unwrap_or_else(|| panic!("{key} is not told of: {error}"));
         assert_eq!((fault.file.as_str(), fault.value.as_deref()), ("bad.unit.toml", value), "{fault}");
-        // What is not set is told at its section.
+        // A missing key is reported at its section.
         if value.is_some() {
             let line = marked[..marked.find('@').unwrap()].matches('\n').count() + 1;
             assert_eq!(fault.line, line, "{fault}");
@@ -115,14 +115,14 @@ fn all_faults_are_told_at_once() {
 }
 
 #[test]
-fn a_file_of_another_version_is_judged_by_that_alone() {
+fn a_file_of_another_version_is_refused_for_that_only() {
     let text = spoil("version = 1", "version = 7\nhorn = \"new\"").replace("zero_count", "zero");
     let faults = refused(&text).faults;
     assert_eq!(faults.iter().map(|fault| fault.key.as_str()).collect::<Vec<_>>(), ["version"]);
 }
 
 #[test]
-fn files_that_cannot_be_read_and_text_that_is_no_toml() {
+fn unreadable_files_and_text_that_is_not_toml_are_refused() {
     let absent = config::load_unit(Path::new("config/hrose.unit.toml")).unwrap_err().to_string();
     assert!(absent.starts_with("config/hrose.unit.toml: expected a unit file that can be read"), "{absent}");
     let said = refused(&spoil("version = 1", "version = 1.1.1")).to_string();

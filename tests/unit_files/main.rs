@@ -1,4 +1,4 @@
-//! Unit files: what a good one does to its robot, what is said of bad ones, and how they are written.
+//! Unit files: the effect of a good one on its robot, the messages for bad ones, and how they are written.
 #![allow(clippy::unwrap_used, reason = "helpers of tests; a failed one should panic")]
 
 mod bad;

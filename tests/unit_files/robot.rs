@@ -1,4 +1,4 @@
-//! What a unit file does to its robot, and when a robot counts as calibrated.
+//! The effect of a unit file on its robot, and when a robot counts as calibrated.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -11,7 +11,7 @@ use toml::value::Date;
 use crate::{DAY, GOOD, ROBOT_FILE, calibrated, parsed, robot, text_of};
 
 #[test]
-fn a_good_file_says_what_it_says() {
+fn a_good_unit_file_is_read_completely() {
     let unit = parsed(GOOD).unit;
     assert_eq!(unit.robot_file, "horse-dynamixel.toml");
     assert_eq!(unit.calibrated_on, Some(Date { year: 2026, month: 2, day: 28 }));
@@ -24,7 +24,7 @@ fn a_good_file_says_what_it_says() {
 }
 
 #[test]
-fn it_is_looked_for_beside_its_robot_file() {
+fn a_unit_file_is_searched_beside_its_robot_file() {
     for (robot_file, unit_file) in [
         ("config/horse.toml", "config/horse.unit.toml"),
         ("horse.toml", "horse.unit.toml"),
@@ -88,7 +88,7 @@ fn a_reversed_servo_has_its_travel_on_the_other_side() {
 }
 
 #[test]
-fn what_the_robot_does_not_have_is_told_and_nothing_is_applied() {
+fn parts_that_the_robot_lacks_are_reported_and_nothing_is_applied() {
     let text = GOOD
         .replace("name = \"right_fore\"\n", "name = \"right_for\"\n")
         .replace("left_hind.hip", "left_hind.hop")
@@ -115,7 +115,7 @@ fn said(unit: &Unit, test: &str) -> String {
 }
 
 #[test]
-fn a_whole_calibration_is_one_and_applies() {
+fn a_complete_calibration_is_applied() {
     let robot = robot();
     let unit = calibrated(&robot);
     check(&unit, "whole").unwrap();
@@ -132,7 +132,7 @@ fn a_whole_calibration_is_one_and_applies() {
 }
 
 #[test]
-fn a_servo_mounted_the_other_way_round_is_as_it_was_measured() {
+fn a_reversed_servo_is_taken_as_it_was_measured() {
     let robot = robot();
     let mut unit = calibrated(&robot);
     let servo = robot.joints[1].servo.unwrap();
@@ -159,7 +159,7 @@ fn a_servo_mounted_the_other_way_round_is_as_it_was_measured() {
 }
 
 #[test]
-fn what_is_not_calibrated_is_told_in_full() {
+fn everything_that_is_not_calibrated_is_reported() {
     let error = parsed(GOOD).check_calibrated(&robot(), Path::new("elsewhere/pony.toml")).unwrap_err();
     let said = error.to_string();
     assert!(
@@ -228,7 +228,7 @@ fn an_edit_of_the_robot_file_that_makes_the_calibration_doubtful_is_noticed() {
 }
 
 #[test]
-fn unwise_is_a_device_whose_name_changes_and_buses_nobody_can_tell_apart() {
+fn devices_with_unstable_names_and_indistinguishable_buses_get_a_warning() {
     let said = |text: &str, robot: &hippocamp::model::Robot| -> Vec<String> {
         parsed(text).warnings(robot).iter().map(ToString::to_string).collect()
     };
@@ -251,7 +251,7 @@ fn unwise_is_a_device_whose_name_changes_and_buses_nobody_can_tell_apart() {
     let warnings = said(&stable, &twins);
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].contains("ids that differ from those of bus left_hind"), "{warnings:?}");
-    // One servo of another model, and a swap would be found out.
+    // With one servo of another model, a swap would be noticed.
     twins.joints[0].servo.as_mut().unwrap().model = ServoModel::named("XM430-W350").unwrap();
     assert_eq!(said(&stable, &twins).len(), 0);
 }

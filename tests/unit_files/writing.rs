@@ -1,4 +1,4 @@
-//! What is written is what is read.
+//! Unit files are read as they were written.
 
 use hippocamp::config::{self, Unit, UnitBus, UnitImu, UnitJoint};
 use hippocamp::model::Firmware;
@@ -8,7 +8,7 @@ use toml::value::Date;
 use crate::{calibrated, parsed, robot, text_of};
 
 #[test]
-fn the_file_is_as_a_person_would_write_it() {
+fn a_unit_file_is_written_as_a_person_would_write_it() {
     let unit = Unit {
         robot_file: "horse.toml".into(),
         calibrated_on: Some(Date { year: 2026, month: 3, day: 9 }),
@@ -71,7 +71,7 @@ fn any_text() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_unit_is_read_as_it_was_written(
+    fn any_unit_round_trips_through_its_file(
         robot_file in any_text(),
         date in proptest::option::of((1u16..9999, 1u8..13, 1u8..29)),
         device in any_text(),

@@ -1,13 +1,14 @@
 //! How Dynamixel servos carry out a packet and answer it. Source: ROBOTIS e-manual, Protocol 2.0.
 
 use super::group::Line;
-use super::packet::{BROADCAST, Heard, Request, STATUS, status};
+use super::packet::{BROADCAST, STATUS, status};
 use super::power;
 use super::state::own_mut;
 use super::table::{self, Addressee, Refusal};
 use super::x_series::{
     FIRMWARE, HARDWARE_ERROR, MODEL_NUMBER, REGISTERED_INSTRUCTION, SECONDARY_ID, STATUS_RETURN_LEVEL,
 };
+use crate::decoder::{Received, Request};
 use crate::reply::Slot;
 use crate::servo::Servo;
 
@@ -35,10 +36,10 @@ const LEVEL_ALL: i64 = 2;
 const SECONDARY_ID_MAX: u8 = 252;
 
 /// Carries out a packet on the servos that hear it; returns their replies.
-pub(crate) fn answer(heard: &Heard, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
-    match heard {
-        Heard::Request(request) => carry_out(request, servos, hears, now_ns),
-        Heard::BadCrc { id } => {
+pub(crate) fn answer(packet: &Received, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
+    match packet {
+        Received::Request(request) => carry_out(request, servos, hears, now_ns),
+        Received::BadChecksum { id } => {
             let named = servos.iter().enumerate().filter(|(index, servo)| hears[*index] && servo.id() == *id);
             let willing = named.filter(|(_, servo)| answers(servo, LEVEL_ALL));
             willing.map(|(index, servo)| talk(index, servo, outcome(*id, servo, Err(Refusal::Crc)))).collect()

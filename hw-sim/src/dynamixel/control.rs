@@ -15,7 +15,7 @@ use super::x_series::*;
 use crate::convert::round_to_i64;
 use crate::model::{COUNTS_PER_RAD, COUNTS_PER_TURN};
 use crate::motor::Drive;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 
 pub(super) const MODE_CURRENT: i64 = 0;
 pub(super) const MODE_VELOCITY: i64 = 1;
@@ -232,7 +232,7 @@ fn sloped(servo: &Servo, duty: f64, supply_v: f64) -> f64 {
     duty.clamp(own(&servo.state).motion.duty - most, own(&servo.state).motion.duty + most)
 }
 
-pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
+pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Conditions) {
     let forward = if direction(servo) == 1 { 1.0 } else { -1.0 };
     let velocity = round_to_i64(forward * speed_rad_s / VELOCITY_UNIT_RAD_S);
     let load = match current_unit(servo) {

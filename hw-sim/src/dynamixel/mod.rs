@@ -4,21 +4,21 @@
 //! `table` (reading and writing, and reasons to refuse), `rules` (allowed values, and the effects of a write)
 //! and `power` (reboot, factory reset, backup). Every motor step `control` drives the motor along the
 //! trajectory from `profile`, and `protection` checks for conditions that must stop it. `x_series` is the control table,
-//! `models` has the models, and `kind` hands all of it to the rest of the simulator.
+//! `models` has the models, and `spec` hands all of it to the rest of the simulator.
 
 mod answer;
 mod control;
 mod group;
-mod kind;
 mod models;
 mod packet;
 mod power;
 mod profile;
 mod protection;
 mod rules;
+mod spec;
 mod state;
 mod table;
 mod x_series;
 
-pub(crate) use kind::KIND;
+pub(crate) use spec::SPEC;
 use state::State;

@@ -4,6 +4,7 @@
 //! status packets as bytes. After a bad CRC the search restarts one byte later.
 
 use crate::convert::length_u16;
+use crate::decoder::{Received, Request};
 
 /// Id that every servo listens to.
 pub(crate) const BROADCAST: u8 = 0xFE;
@@ -13,24 +14,6 @@ pub(crate) const STATUS: u8 = 0x55;
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// Longest accepted length field; a servo's buffer is not larger.
 const LENGTH_MAX: usize = 1024;
-
-/// One request.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Request {
-    pub(crate) id: u8,
-    pub(crate) instruction: u8,
-    pub(crate) parameters: Vec<u8>,
-}
-
-/// A packet from the line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Heard {
-    Request(Request),
-    /// A packet for this id whose CRC is wrong.
-    BadCrc {
-        id: u8,
-    },
-}
 
 /// CRC of every single byte, so that the CRC takes one step for each byte instead of eight.
 const CRC_OF_BYTE: [u16; 256] = {
@@ -118,7 +101,7 @@ impl Decoder {
     }
 
     /// Takes one byte; returns the packet that it completes.
-    pub(crate) fn push(&mut self, byte: u8) -> Option<Heard> {
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Received> {
         self.buffer.push(byte);
         let mut bad = None;
         while !self.buffer.is_empty() {
@@ -142,9 +125,9 @@ impl Decoder {
                 let body = unstuff(&self.buffer[7..crc_at]);
                 self.buffer.drain(..crc_at + 2);
                 let (&instruction, parameters) = body.split_first()?;
-                return Some(Heard::Request(Request { id, instruction, parameters: parameters.to_vec() }));
+                return Some(Received::Request(Request { id, instruction, parameters: parameters.to_vec() }));
             }
-            bad = Some(Heard::BadCrc { id });
+            bad = Some(Received::BadChecksum { id });
             self.buffer.remove(0);
         }
         bad
@@ -155,13 +138,13 @@ impl Decoder {
 mod tests {
     use super::*;
 
-    fn decode(bytes: &[u8]) -> Vec<Heard> {
+    fn decode(bytes: &[u8]) -> Vec<Received> {
         let mut decoder = Decoder::default();
         bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
     }
 
-    fn request(id: u8, instruction: u8, parameters: &[u8]) -> Heard {
-        Heard::Request(Request { id, instruction, parameters: parameters.to_vec() })
+    fn request(id: u8, instruction: u8, parameters: &[u8]) -> Received {
+        Received::Request(Request { id, instruction, parameters: parameters.to_vec() })
     }
 
     /// Test vectors of the e-manual, Protocol 2.0.
@@ -179,11 +162,11 @@ mod tests {
     fn after_a_bad_crc_the_next_packet_is_found() {
         let mut bytes = vec![0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4F];
         bytes.extend([0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]);
-        assert_eq!(decode(&bytes), [Heard::BadCrc { id: 1 }, request(1, 1, &[])]);
+        assert_eq!(decode(&bytes), [Received::BadChecksum { id: 1 }, request(1, 1, &[])]);
     }
 
     #[test]
-    fn stuffing_is_undone_also_when_data_hold_the_stuffed_form() {
+    fn stuffing_is_removed_even_if_data_contain_the_stuffed_form() {
         for data in [
             &[0xFF, 0xFF, 0xFD][..],
             &[0xFF, 0xFF, 0xFD, 0xFD],

@@ -190,7 +190,7 @@ mod tests {
         /// From any position and speed to any goal: no jump in position, none in velocity where there are
         /// ramps, within the velocity and acceleration limits, and up to the goal.
         #[test]
-        fn every_profile_is_unbroken_and_ends_at_its_goal(
+        fn every_profile_is_continuous_and_ends_at_its_goal(
             position in -5_000.0..5_000.0f64,
             velocity in -3_000.0..3_000.0f64,
             goal in -5_000i64..5_000,

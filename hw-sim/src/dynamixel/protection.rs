@@ -4,7 +4,7 @@
 use super::control::{self, is_torque_on};
 use super::state::own_mut;
 use super::x_series::*;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 
 const ERROR_VOLTAGE: i64 = 1;
 const ERROR_TEMPERATURE: i64 = 4;
@@ -26,7 +26,7 @@ pub(super) fn watch_hardware(
     deci_volts: i64,
     celsius: i64,
     speed_rad_s: f64,
-    around: &Surroundings,
+    around: &Conditions,
 ) {
     let mut errors = servo.get(HARDWARE_ERROR);
     if !(servo.get(MIN_VOLTAGE)..=servo.get(MAX_VOLTAGE)).contains(&deci_volts) {

@@ -98,7 +98,7 @@ fn errors_name_line_key_value_and_what_was_expected() {
 }
 
 #[test]
-fn all_mistakes_are_told_at_once_in_the_order_of_the_script() {
+fn all_mistakes_are_reported_at_once_in_script_order() {
     let text = "[[fault]]\nkind = 'thunder'\nbus = 'wings'\nat_s = -1\n[[fault]]\nid = 1000\ncolour = 1\n";
     let legs = [crate::BusConfig {
         name: "legs".into(),

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_on_is_what_has_begun_and_is_not_over() {
+    fn a_fault_is_active_from_its_start_to_its_end() {
         // Unordered, some inside others, some alike, one for good.
         let spans = [(50, 60), (10, 90), (10, 12), (95, u64::MAX), (0, 5), (55, 55), (50, 60), (20, 30)];
         let fault = |(id, (from_ns, until_ns)): (u8, (u64, u64))| Fault {

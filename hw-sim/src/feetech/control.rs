@@ -10,7 +10,7 @@ use super::sts::*;
 use crate::convert::round_to_i64;
 use crate::model::COUNTS_PER_TURN;
 use crate::motor::Drive;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 
 use super::profile::Profile;
 use super::{Run, State, memory, own, own_mut, protection};
@@ -302,7 +302,7 @@ fn speed_drive(servo: &mut Servo, speed_rad_s: f64) -> f64 {
 }
 
 /// Writes what the servo measures into its registers.
-pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Surroundings) {
+pub(crate) fn observe(servo: &mut Servo, speed_rad_s: f64, around: &Conditions) {
     let sign = if has_phase(servo, PHASE_FEEDBACK_REVERSED) { -1.0 } else { 1.0 };
     let speed_counts = sign * speed_rad_s * servo.model.counts_per_rad();
     let amperes = servo.motor.current_a(&servo.model);

@@ -3,25 +3,25 @@
 //! `packet` has the bytes, `answer` decides which servos answer a request, `instruction` carries it out on one
 //! servo, `memory` holds what may be written and what is kept, `control` has the motor and the feedback, `profile`
 //! the trajectory to a goal, `protection` the alarms. `sts` and `scs` are the control tables, `models` has the models, and
-//! `kind` hands all of it to the rest of the simulator.
+//! `spec` hands all of it to the rest of the simulator.
 
 mod answer;
 mod control;
 mod instruction;
-mod kind;
 mod memory;
 mod models;
 mod packet;
 mod profile;
 mod protection;
 mod scs;
+mod spec;
 mod sts;
 
 use crate::registers::RegisterFile;
 use crate::servo::{self, Servo};
-pub(crate) use kind::KIND;
 use profile::Profile;
 use protection::Protection;
+pub(crate) use spec::SPEC;
 
 /// The state of a servo besides its registers.
 #[derive(Debug)]

@@ -4,19 +4,12 @@
 //! stuffing, so after a bad checksum the search for a header restarts one byte later.
 
 use crate::convert::{length_u8, low_byte};
+pub(crate) use crate::decoder::Request;
 
 /// Id that every servo listens to.
 pub(crate) const BROADCAST: u8 = 0xFE;
 /// Longest accepted length field: vendor SDKs refuse packets over 250 bytes.
 const LENGTH_MAX: u8 = 250;
-
-/// One request.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Request {
-    pub(crate) id: u8,
-    pub(crate) instruction: u8,
-    pub(crate) parameters: Vec<u8>,
-}
 
 /// Low byte of the complement of the sum of everything between header and checksum.
 pub(crate) fn checksum(body: &[u8]) -> u8 {

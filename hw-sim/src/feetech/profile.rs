@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trapezoid_takes_way_over_speed_plus_speed_over_acceleration() {
+    fn a_trapezoid_takes_distance_over_speed_plus_speed_over_acceleration() {
         for sign in [1.0, -1.0] {
             let (time_s, top, change) = run(sign * 2000.0, 1000.0, 2000.0);
             assert!((time_s - (2000.0 / 1000.0 + 1000.0 / 2000.0)).abs() < 0.01, "{time_s}");
@@ -68,14 +68,14 @@ mod tests {
     }
 
     #[test]
-    fn a_short_way_is_a_triangle() {
+    fn a_short_move_has_a_triangular_profile() {
         let (time_s, top, _) = run(100.0, 1000.0, 2000.0);
         assert!((time_s - 2.0 * (100.0f64 / 2000.0).sqrt()).abs() < 0.01, "{time_s}");
         assert!((top - (100.0f64 * 2000.0).sqrt()).abs() < 10.0, "{top}");
     }
 
     #[test]
-    fn without_limits_it_is_there_at_once() {
+    fn a_move_without_limits_arrives_at_once() {
         assert!((run(4000.0, f64::INFINITY, f64::INFINITY).0 - 1e-3).abs() < 1e-9);
         assert!((run(1000.0, 500.0, f64::INFINITY).0 - 2.0).abs() < 2e-3);
     }

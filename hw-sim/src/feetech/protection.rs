@@ -5,7 +5,7 @@
 use super::sts::*;
 use super::{own, own_mut, series};
 use crate::convert::round_to_i64;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 
 const VOLTAGE: i64 = 1;
 const TEMPERATURE: i64 = 4;
@@ -49,7 +49,7 @@ fn max_torque(servo: &Servo) -> f64 {
 }
 
 /// Raises the present alarms, and unloads if the mask says so.
-pub(super) fn watch(servo: &mut Servo, deci_volts: i64, current: i64, turns: bool, around: &Surroundings) {
+pub(super) fn watch(servo: &mut Servo, deci_volts: i64, current: i64, turns: bool, around: &Conditions) {
     let mask = servo.get(UNLOAD_MASK);
     let mut alarms = 0;
     // Both limits 0: the servo measures no voltage (memory-scscl).
@@ -90,7 +90,7 @@ fn is_overcurrent(servo: &mut Servo, current: i64, dt_s: f64) -> bool {
 /// True while there is an overload. A shaft that turns is not overloaded, however hard it is driven: speed mode may
 /// run for hours. Overload ends when the loop asks for less than the holding torque or for the other direction, or
 /// when the host switches the torque off. Both rules are our reading; the wiki is silent.
-fn is_overloaded(servo: &mut Servo, is_enabled: bool, turns: bool, around: &Surroundings) -> bool {
+fn is_overloaded(servo: &mut Servo, is_enabled: bool, turns: bool, around: &Conditions) -> bool {
     let series = series(servo);
     let (threshold, holding) = (servo.value(series.overload_torque), servo.value(series.holding_torque));
     let longest_s = servo.value(series.protection_time) * TIME_UNIT_S;

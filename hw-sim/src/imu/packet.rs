@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_turn_either_way_is_one_number() {
+    fn half_a_turn_either_way_has_one_code() {
         let half = std::f64::consts::PI;
         assert_eq!((angle(half), angle(-half), angle(0.5 * half)), (-32768, -32768, 16384));
         assert_eq!(angle(1.5 * half), -16384);

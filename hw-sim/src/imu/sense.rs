@@ -38,13 +38,13 @@ pub(super) struct Measurement {
 
 /// A trunk in a person's hands: roll, pitch and yaw, rad.
 #[derive(Debug, Default)]
-struct Hands {
+struct HandTilt {
     now_rad: Vector,
     to_rad: Vector,
     at_ns: u64,
 }
 
-impl Hands {
+impl HandTilt {
     fn is_turning(&self) -> bool {
         self.now_rad.iter().zip(self.to_rad).any(|(now, to)| (to - now).abs() > 1e-9)
     }
@@ -75,7 +75,7 @@ impl Hands {
 
 #[derive(Debug)]
 pub(super) struct Sense {
-    hands: Hands,
+    hands: HandTilt,
     config: ImuConfig,
     delay_ns: u64,
     /// Past truths, oldest first; as many as the delay needs.
@@ -95,7 +95,7 @@ impl Sense {
         let mut drift = noise(&mut rng, config.angle_drift_rad);
         drift[2] = 0.0;
         Sense {
-            hands: Hands::default(),
+            hands: HandTilt::default(),
             delay_ns: nanoseconds(config.delay_s),
             config: config.clone(),
             past: VecDeque::new(),

@@ -17,7 +17,7 @@ use crate::convert::nanoseconds;
 use crate::error::{BuildError, Unplugged};
 use crate::faults::{Assigned, FaultKind, FaultScript, HostStalls, ImuFaults, Pushes};
 use crate::imu::Imu;
-use crate::servo::{Servo, Surroundings};
+use crate::servo::{Conditions, Servo};
 use crate::wire::WireStatistics;
 pub use truth::ServoTruth;
 
@@ -87,7 +87,7 @@ impl World {
             let mut servos = Vec::new();
             for servo_config in &config.servos {
                 check_servo(config, servo_config, baud_code)?;
-                let servo = Servo::new(config.protocol.kind(), servo_config, baud_code);
+                let servo = Servo::new(config.protocol.spec(), servo_config, baud_code);
                 shafts.push(servo.shaft(servo_config));
                 servos.push(servo);
             }
@@ -359,7 +359,7 @@ impl World {
                 let id = bus.home_id(place);
                 let celsius = bus.faults.celsius(now_ns, id);
                 let is_overloaded = bus.faults.has(now_ns, id, FaultKind::Overload);
-                let around = Surroundings { now_ns, dt_s, supply_v, celsius, is_overloaded };
+                let around = Conditions { now_ns, dt_s, supply_v, celsius, is_overloaded };
                 bus.servos[place].observe(shaft, &around);
             }
         }
@@ -426,8 +426,8 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
     }
     let mut ids = BTreeSet::new();
     for servo in &config.servos {
-        if servo.id > config.protocol.kind().id_max {
-            let (protocol, max) = (config.protocol, config.protocol.kind().id_max);
+        if servo.id > config.protocol.spec().id_max {
+            let (protocol, max) = (config.protocol, config.protocol.spec().id_max);
             return Err(BuildError::BadId { bus: bus(), id: servo.id, protocol, max });
         }
         if !ids.insert(servo.id) {
@@ -439,7 +439,7 @@ fn check_bus(config: &BusConfig) -> Result<i64, BuildError> {
 
 /// The error for a rate that is not among those up to `highest_code`.
 fn bad_baud(config: &BusConfig, highest_code: i64) -> BuildError {
-    let bauds = config.protocol.kind().bauds.iter().filter(|(code, _)| *code <= highest_code);
+    let bauds = config.protocol.spec().bauds.iter().filter(|(code, _)| *code <= highest_code);
     let known = bauds.map(|(_, baud)| baud.to_string()).collect::<Vec<_>>().join(", ");
     BuildError::BadBaud { bus: config.name.clone(), baud: config.baud, known }
 }
@@ -450,7 +450,7 @@ fn check_servo(config: &BusConfig, servo: &ServoConfig, baud_code: i64) -> Resul
         let (speaks, expected) = (model.protocol, config.protocol);
         return Err(BuildError::WrongProtocol { bus, id, model: model.name.clone(), speaks, expected });
     }
-    let highest_code = model.largest(config.protocol.kind().baud);
+    let highest_code = model.largest(config.protocol.spec().baud);
     if baud_code > highest_code {
         return Err(bad_baud(config, highest_code));
     }

@@ -44,7 +44,7 @@ pub enum Disagreement {
     Unheard(TransactionError),
     /// The servo's model is not that of the robot file.
     #[error(
-        "{place} is another model: the robot file says {model} (model number {expected}), it says it is model \
+        "{place} is another model: the robot file says {model} (model number {expected}), the servo reports model \
          number {found}{}: name that model in the robot file, or check that its bus and id are this joint's",
         models_with(*.protocol, *.found)
     )]
@@ -76,7 +76,7 @@ pub enum Disagreement {
     },
     /// A servo is too hot to get torque.
     #[error(
-        "{place} is at {found_c} C, and {limit_c:.0} C is the most (temperature_max_c): let it cool first"
+        "{place} is at {found_c} C, above the limit of {limit_c:.0} C (temperature_max_c): let it cool first"
     )]
     Hot {
         /// The servo.
@@ -139,7 +139,7 @@ impl fmt::Display for BusDevice {
 
 /// The names of the models with this number, for a message; empty if none is known.
 fn models_with(protocol: Protocol, number: i64) -> String {
-    let models = protocol.language().models.iter();
+    let models = protocol.spec().models.iter();
     let models = models.filter(|model| i64::from(model.model_number) == number);
     let names: Vec<_> = models.map(|model| model.name).collect();
     if names.is_empty() { String::new() } else { format!(" ({})", names.join(" or ")) }

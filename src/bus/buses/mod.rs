@@ -89,7 +89,7 @@ impl<P: Ports> Buses<P> {
             };
             let registers = servos()
                 .next()
-                .map_or(bus.protocol.language().series[0].registers, |(_, servo)| servo.model.registers);
+                .map_or(bus.protocol.spec().series[0].registers, |(_, servo)| servo.model.registers);
             let ids: Vec<ServoId> = servos().map(|(_, servo)| servo.id).collect();
             let joints = servos().map(|(joint, _)| joint).collect();
             Line::new(index, BusClient::new(bus, registers, &ids), joints, period)

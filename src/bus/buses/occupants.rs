@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_own_servos_are_known_with_one_of_them_silent_too() {
+    fn a_bus_is_recognised_as_the_right_one_though_a_servo_is_silent() {
         let robot = horse();
         assert_eq!(occupants(&robot, &robot, ""), Occupants::Own);
         let silent = "[[fault]]\nkind = 'silent'\nat_s = 0\nbus = 'left_hind'\nid = 2\n";
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn anothers_servos_are_told_by_their_ids() {
+    fn servos_of_another_bus_are_recognised_by_their_ids() {
         let robot = horse();
         let swapped = moved(&robot, |bus, _| if bus < 2 { 1 - bus } else { bus });
         let found = Occupants::Foreign("servo 5 of bus left_fore answers there".into());
@@ -122,7 +122,7 @@ mod tests {
 
     /// All ids but one are the same on both buses.
     #[test]
-    fn one_id_or_one_model_is_enough_to_tell_them() {
+    fn one_id_or_one_model_is_enough_to_recognise_another_bus() {
         let mut robot = horse();
         for servo in robot.joints.iter_mut().filter_map(|joint| joint.servo.as_mut()) {
             servo.id = ServoId((servo.id.0 - 1) % 4 + 1);

@@ -36,7 +36,7 @@ enum Found {
 
 const SET_MODE: &str = "set it to position control with 'hippocamp setup'";
 const SET_DELAY: &str =
-    "it counts 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
+    "it counts units of 2 microseconds; set it with 'hippocamp setup', or return_delay_us in the robot file";
 /// Number of times that limp goals are sent, in case one is lost.
 const LIMP_TRIES: u32 = 4;
 /// Quiet time on a line before the servos are let go without being asked: late replies are over by then.

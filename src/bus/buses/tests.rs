@@ -173,7 +173,7 @@ fn robot() -> Robot {
             tracking_error_rad: 0.2,
             fault_delay_s: 0.2,
             temperature_c: 65.0,
-            on_trip: crate::model::OnTrip::Stop,
+            tripped_servo: crate::model::TrippedServoPolicy::Stop,
         },
         physics: None,
         bears_weight: true,
@@ -254,7 +254,7 @@ fn all_buses_run_at_the_same_time() {
 }
 
 #[test]
-fn a_silent_servo_costs_its_bus_the_deadline_and_nobody_else_anything() {
+fn a_silent_servo_costs_its_own_bus_the_deadline_and_no_other_bus() {
     let mut buses = buses(servos(&[12]), servos(&[11, 13]));
     assert_eq!(exchange(&mut buses), [Slot::Missing, fresh(11), fresh(12), fresh(13), Slot::Missing]);
     assert_eq!(buses.ports_mut().now(), Time(0) + DEADLINE);
@@ -277,7 +277,7 @@ fn each_bus_has_its_own_deadline() {
 }
 
 #[test]
-fn no_bus_is_waited_for_longer_than_a_period() {
+fn the_exchange_waits_for_no_bus_longer_than_a_period() {
     let mut robot = robot();
     robot.rate_hz = 1.0 / DEADLINE.as_secs_f64();
     let mut buses = Buses::new(&robot, ScriptedPorts::new(vec![silence(), silence()]));
@@ -287,7 +287,7 @@ fn no_bus_is_waited_for_longer_than_a_period() {
 }
 
 #[test]
-fn a_bus_that_is_gone_stops_no_other_and_may_come_back() {
+fn a_lost_bus_stops_no_other_bus_and_may_come_back() {
     let mut buses = buses(servos(&[10, 12]), servos(&[11, 13]));
     buses.ports_mut().lines[0].is_gone = true;
     assert_eq!(exchange(&mut buses), [Slot::Missing, fresh(11), Slot::Missing, fresh(13), Slot::Missing]);
@@ -302,7 +302,7 @@ fn a_bus_that_is_gone_stops_no_other_and_may_come_back() {
 }
 
 #[test]
-fn a_bus_that_goes_during_the_exchange_keeps_what_came() {
+fn a_bus_lost_during_the_exchange_keeps_the_replies_received() {
     let left: Responder = Box::new(|_| vec![(MS, report(10)), (2 * MS, report(12))]);
     let mut buses = buses(left, servos(&[11, 13]));
     buses.ports_mut().lines[0].goes_at = Time(0) + Duration::from_micros(1500);
@@ -310,7 +310,7 @@ fn a_bus_that_goes_during_the_exchange_keeps_what_came() {
 }
 
 #[test]
-fn replies_of_an_earlier_exchange_are_not_taken_for_this_one() {
+fn replies_of_an_earlier_exchange_do_not_count_for_this_one() {
     let mut is_first = true;
     let left: Responder = Box::new(move |_| {
         // Both reports of the first exchange come too late; the second exchange gets none.
@@ -332,7 +332,7 @@ fn a_reply_at_the_very_deadline_counts() {
 }
 
 #[test]
-fn an_adapter_that_echoes_and_hands_over_in_pieces() {
+fn an_adapter_may_echo_and_deliver_bytes_in_pieces() {
     let left: Responder = Box::new(|request| {
         let bytes = [request, &report(10), &report(12)].concat();
         bytes.chunks(3).map(|piece| (MS, piece.to_vec())).collect()
@@ -342,7 +342,7 @@ fn an_adapter_that_echoes_and_hands_over_in_pieces() {
 }
 
 #[test]
-fn chatter_on_a_finished_bus_does_not_keep_the_others_from_waiting() {
+fn noise_on_a_finished_bus_does_not_end_the_wait_for_the_others() {
     let left: Responder =
         Box::new(|_| vec![(MS, [report(10), report(12), vec![0; 600]].concat()), (2 * MS, vec![0; 9])]);
     let mut buses = buses(left, silence());
@@ -394,7 +394,7 @@ fn a_damaged_answer_is_named() {
 }
 
 #[test]
-fn a_ping_is_answered_and_settled_by_a_read_where_it_looks_like_an_echo() {
+fn a_ping_answer_that_could_be_an_echo_is_confirmed_by_a_read() {
     let mut plain = buses(script(vec![feetech_status(10, 0, &[])]), silence());
     assert_eq!(plain.ping(0), Ok(()));
     // A servo in voltage alarm, on an adapter without echo: its answer equals the request.
@@ -410,7 +410,7 @@ fn a_ping_is_answered_and_settled_by_a_read_where_it_looks_like_an_echo() {
 }
 
 #[test]
-fn a_write_is_confirmed_by_its_answer_or_by_what_the_servo_holds() {
+fn a_write_is_confirmed_by_its_answer_or_by_the_register() {
     let mut answered = buses(script(vec![feetech_status(10, 0, &[])]), silence());
     assert_eq!(answered.write(0, registers().torque_limit, 300), Ok(()));
     // Response level 0: the servo takes writes and answers only reads.
@@ -427,7 +427,7 @@ fn a_write_is_confirmed_by_its_answer_or_by_what_the_servo_holds() {
 }
 
 #[test]
-fn what_cannot_be_asked_says_why() {
+fn a_request_that_cannot_be_sent_says_why() {
     let mut buses = buses(silence(), silence());
     assert_eq!(buses.ping(4), Err(TransactionError::NoServo { joint: 4 }));
     assert_eq!(buses.ping(99), Err(TransactionError::NoServo { joint: 99 }));
@@ -441,7 +441,7 @@ fn what_cannot_be_asked_says_why() {
 }
 
 #[test]
-fn a_transaction_is_not_held_up_by_other_buses() {
+fn other_buses_do_not_delay_a_transaction() {
     let mut buses = buses(silence(), silence());
     buses.ports_mut().lines[1].arriving.push_back((Time(0), vec![1, 2, 3]));
     assert!(buses.ping(0).is_err());

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn an_echo_is_dropped_once_in_any_pieces() {
+    fn an_echo_is_dropped_once_however_it_is_split() {
         let heard = [1, 2, 3, 1, 2, 3, 4];
         for split in 0..=heard.len() {
             let (first, second) = heard.split_at(split);
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_begins_like_the_request_passes_whole() {
+    fn bytes_that_only_begin_like_the_request_pass_unchanged() {
         let heard = [1, 2, 4, 5];
         for split in 0..=heard.len() {
             let (first, second) = heard.split_at(split);

@@ -1,8 +1,8 @@
 //! Collects replies: one slot per servo in an exchange, one answer in a transaction.
 
 use crate::bus::codec::Codec;
-use crate::bus::language::Language;
 use crate::bus::packet::{Event, Status};
+use crate::bus::protocols::ProtocolSpec;
 use crate::bus::register::decode_ordered;
 use crate::bus::{Feedback, Slot};
 use crate::model::servo_model::Register;
@@ -33,7 +33,7 @@ pub(crate) enum Answer {
 
 /// The request to one servo.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Inquiry {
+pub(super) enum RequestKind {
     Ping,
     Read(Register),
     Write,
@@ -48,7 +48,7 @@ pub(super) enum Awaited {
     /// This servo's answer.
     Answer {
         id: ServoId,
-        question: Inquiry,
+        question: RequestKind,
         answer: Answer,
     },
 }
@@ -56,7 +56,7 @@ pub(super) enum Awaited {
 /// Replies of the request under way.
 #[derive(Debug)]
 pub(super) struct Inbox {
-    language: &'static Language,
+    spec: &'static ProtocolSpec,
     pub(super) ids: Vec<ServoId>,
     pub(super) registers: &'static Registers,
     pub(super) slots: Vec<Slot>,
@@ -68,7 +68,7 @@ pub(super) struct Inbox {
 impl Inbox {
     pub(super) fn new(protocol: Protocol, registers: &'static Registers, ids: &[ServoId]) -> Inbox {
         Inbox {
-            language: protocol.language(),
+            spec: protocol.spec(),
             ids: ids.to_vec(),
             registers,
             slots: vec![Slot::Missing; ids.len()],
@@ -122,7 +122,7 @@ impl Inbox {
     }
 
     fn take_feedback(&mut self, status: Status<'_>, asked: Option<Question>) {
-        let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
+        let (alarms, refusal) = (self.spec.alarms_and_refusal)(status.error);
         let reply = match asked {
             None => feedback(self.registers, status.parameters, alarms).map(Slot::Fresh),
             Some(question) => self.answer_to(question, status.parameters).map(Slot::Answered),
@@ -134,19 +134,19 @@ impl Inbox {
         }
     }
 
-    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: Inquiry) {
+    fn take_answer(&mut self, status: Status<'_>, asked: ServoId, question: RequestKind) {
         if status.id != asked {
             self.unknown = self.unknown.saturating_add(1);
             return;
         }
-        let (alarms, refusal) = (self.language.alarms_and_refusal)(status.error);
+        let (alarms, refusal) = (self.spec.alarms_and_refusal)(status.error);
         let (bytes, register) = match question {
-            Inquiry::Ping if (self.language.may_be_echoed_ping)(status.error, status.parameters) => return,
-            Inquiry::Ping => (self.language.ping_bytes, None),
-            Inquiry::Read(register) => {
-                ((self.language.asked_bytes)(u16::from(register.bytes)), Some(register))
+            RequestKind::Ping if (self.spec.may_be_echoed_ping)(status.error, status.parameters) => return,
+            RequestKind::Ping => (self.spec.ping_bytes, None),
+            RequestKind::Read(register) => {
+                ((self.spec.asked_bytes)(u16::from(register.bytes)), Some(register))
             }
-            Inquiry::Write => (0, None),
+            RequestKind::Write => (0, None),
         };
         let value = match register {
             Some(register) => decode_ordered(register, status.parameters, self.registers.is_big_endian),
@@ -187,7 +187,7 @@ impl Inbox {
         let register = register_of(self.registers, question);
         let bytes = u16::from(register.bytes);
         // Only where servos are asked one by one could a reply be taken for the echo of its request.
-        let asked = if self.registers.has_sync_read { bytes } else { (self.language.asked_bytes)(bytes) };
+        let asked = if self.registers.has_sync_read { bytes } else { (self.spec.asked_bytes)(bytes) };
         (register.address, asked)
     }
 

@@ -22,7 +22,7 @@ use crate::signals::Question;
 use crate::units::ServoId;
 use echo::EchoFilter;
 pub(super) use inbox::Answer;
-use inbox::{Awaited, Inbox, Inquiry};
+use inbox::{Awaited, Inbox, RequestKind};
 use read_mode::ReadMode;
 
 /// Traffic on one bus since the start, in exchanges. Single transactions are not counted.
@@ -88,7 +88,7 @@ impl BusClient {
             inbox: Inbox::new(bus.protocol, registers, ids),
             request: Vec::with_capacity(request_bytes),
             echo: EchoFilter::default(),
-            read_mode: match bus.protocol.language().fast_read {
+            read_mode: match bus.protocol.spec().fast_read {
                 None => ReadMode::PlainOnly,
                 Some(_) => ReadMode::new(),
             },
@@ -116,7 +116,7 @@ impl BusClient {
 
     /// Meaning and cure of the number of a refusal.
     pub(super) fn refusal(&self, error: u8) -> &'static str {
-        (self.bus.protocol.language().refusal)(error)
+        (self.bus.protocol.spec().refusal)(error)
     }
 
     /// Begins an exchange and returns what to send, in one piece. `goals` are in the order of the ids; a
@@ -283,21 +283,21 @@ impl BusClient {
     /// On Feetech, a servo whose only alarm is the voltage answers with the bytes of the request. They could be
     /// an adapter's echo, so the answer is [`Answer::Missing`]; [`BusClient::begin_read`] then settles it.
     pub(super) fn begin_ping(&mut self, id: ServoId) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Inquiry::Ping, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: RequestKind::Ping, answer: Answer::Missing });
         self.codec.ping(&mut self.request, id);
-        self.end_transaction_request(self.bus.protocol.language().ping_bytes)
+        self.end_transaction_request(self.bus.protocol.spec().ping_bytes)
     }
 
     /// Begins a read of one register of `id`.
     pub(super) fn begin_read(&mut self, id: ServoId, register: Register) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Inquiry::Read(register), answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: RequestKind::Read(register), answer: Answer::Missing });
         self.codec.read(&mut self.request, id, register);
-        self.end_transaction_request((self.bus.protocol.language().asked_bytes)(u16::from(register.bytes)))
+        self.end_transaction_request((self.bus.protocol.spec().asked_bytes)(u16::from(register.bytes)))
     }
 
     /// Begins a write of one register of `id`. A value that the register cannot hold becomes the nearest it can.
     pub(super) fn begin_write(&mut self, id: ServoId, register: Register, value: i64) -> &[u8] {
-        self.restart(Awaited::Answer { id, question: Inquiry::Write, answer: Answer::Missing });
+        self.restart(Awaited::Answer { id, question: RequestKind::Write, answer: Answer::Missing });
         let raw = ordered(encode(register, value), register, self.registers().is_big_endian);
         self.codec.write(&mut self.request, id, register, raw);
         self.end_transaction_request(0)

@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_while_it_works_and_again_after_a_break() {
+    fn fast_reads_resume_after_a_damaged_reply() {
         let mut mode = ReadMode::new();
         for _ in 0..10 {
             run_plain(&mut mode);
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_servo_keeps_it_plain() {
+    fn a_silent_servo_keeps_reads_plain() {
         let mut mode = ReadMode::new();
         for cycle in 0..1000 {
             assert_eq!(mode.group_read(), GroupRead::Plain);
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn servos_that_never_answer_it_are_no_longer_asked() {
+    fn servos_that_never_answer_fast_reads_get_plain_ones() {
         let mut mode = ReadMode::new();
         let mut fast = 0;
         for _ in 0..10_000 {

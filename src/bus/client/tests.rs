@@ -149,7 +149,7 @@ fn missing_goals_mean_limp() {
 }
 
 #[test]
-fn a_bus_without_servos_says_nothing() {
+fn a_bus_without_servos_sends_nothing() {
     let mut client = client_with(Protocol::Feetech, &[]);
     assert!(client.begin_cycle(&[]).is_empty());
     assert!(client.is_complete());
@@ -239,7 +239,7 @@ fn replies_of_the_wrong_shape_are_corrupt() {
 }
 
 #[test]
-fn strangers_are_counted_and_ignored() {
+fn replies_of_unknown_ids_are_counted_and_ignored() {
     let mut client = client(Protocol::Feetech);
     let stranger = feetech_status(9, 0, &[0; 8]);
     assert_eq!(exchange(&mut client, &[&stranger, &STS_REPLIES[..]].concat()), sts_slots());
@@ -278,7 +278,7 @@ fn no_flipped_bit_gives_a_wrong_fresh_slot() {
 }
 
 #[test]
-fn a_broken_fast_reply_keeps_its_good_blocks_and_the_next_read_is_plain() {
+fn a_damaged_fast_reply_keeps_its_good_blocks_and_the_next_read_is_plain() {
     let replies = dynamixel_replies(true);
     assert_eq!(exchange(&mut fast_client(), &replies), dynamixel_slots());
     for length in 0..replies.len() {
@@ -293,7 +293,7 @@ fn a_broken_fast_reply_keeps_its_good_blocks_and_the_next_read_is_plain() {
 }
 
 #[test]
-fn a_fast_reply_after_its_echo() {
+fn a_fast_reply_is_decoded_after_the_echo_of_its_request() {
     let mut client = fast_client();
     let echo = client.begin_cycle(&MOVING).to_vec();
     client.feed(&[echo, dynamixel_replies(true)].concat());
@@ -302,7 +302,7 @@ fn a_fast_reply_after_its_echo() {
 }
 
 #[test]
-fn transactions_on_feetech() {
+fn feetech_transactions_match_the_wiki() {
     let mut client = client(Protocol::Feetech);
     // Feetech wiki, ft-scs, examples 1 and 2 (asked for a third byte: see `read_bytes`).
     assert_eq!(client.begin_ping(ServoId(1)), [0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
@@ -327,7 +327,7 @@ fn transactions_on_feetech() {
 }
 
 #[test]
-fn a_false_header_holds_an_answer_up_only_until_the_deadline() {
+fn a_false_header_delays_an_answer_at_most_until_the_deadline() {
     let mut client = client(Protocol::Feetech);
     client.begin_read(ServoId(1), FEETECH_STS.present_position);
     // A report's header, which announces more bytes than follow.
@@ -338,7 +338,7 @@ fn a_false_header_holds_an_answer_up_only_until_the_deadline() {
 }
 
 #[test]
-fn an_echo_is_silence() {
+fn an_echo_alone_counts_as_silence() {
     for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
         let mut client = client(protocol);
         let register = client.registers().goal_position;
@@ -353,7 +353,7 @@ fn an_echo_is_silence() {
 
 /// With noise before it, an echo is not recognised as one; it must still never pass for an answer.
 #[test]
-fn an_echo_in_noise_is_no_answer() {
+fn an_echo_within_noise_is_no_answer() {
     for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
         for noise in [&[][..], &[0x00], &[0xFF]] {
             let mut client = client(protocol);
@@ -374,7 +374,7 @@ fn an_echo_in_noise_is_no_answer() {
 }
 
 #[test]
-fn transactions_on_dynamixel() {
+fn dynamixel_transactions_match_the_manual() {
     let mut client = client(Protocol::Dynamixel);
     assert_eq!(client.begin_ping(ServoId(1)), [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]);
     client.feed(&[0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x55, 0x00, 0x06, 0x04, 0x26, 0x65, 0x5D]);
@@ -398,7 +398,7 @@ fn transactions_on_dynamixel() {
 }
 
 #[test]
-fn a_request_is_as_long_as_its_cost_says() {
+fn a_request_has_the_length_that_its_cost_assumes() {
     for protocol in [Protocol::Feetech, Protocol::Dynamixel] {
         for servos in [1, 2, 16, 80, 81, 161, 242] {
             let ids: Vec<ServoId> = (0..servos).map(ServoId).collect();
@@ -410,7 +410,7 @@ fn a_request_is_as_long_as_its_cost_says() {
 }
 
 #[test]
-fn the_deadline_leaves_room_behind_the_expected_time() {
+fn the_deadline_is_later_than_the_expected_time() {
     let mut client = client(Protocol::Feetech);
     client.begin_cycle(&MOVING);
     // 50 + 28 bytes, 20 us for each servo, 1000 us adapter.
@@ -433,7 +433,7 @@ fn any_goal() -> impl Strategy<Value = ServoGoal> {
 
 proptest! {
     #[test]
-    fn any_goals_and_bytes_are_survived_in_place(
+    fn any_goals_and_bytes_are_handled_without_a_panic_or_allocation(
         goals in proptest::collection::vec(any_goal(), 0..20),
         received in proptest::collection::vec(any::<u8>(), 0..400),
         pieces in 1usize..50,
@@ -489,7 +489,7 @@ fn settings_and_watchdog_of_one_servo_come_before_the_goals_of_one_cycle() {
 
 /// Wiki, memory-sts: register 41, acceleration, 0 for the largest.
 #[test]
-fn feetech_servos_have_no_watchdog_and_get_their_acceleration_anew() {
+fn feetech_servos_have_no_watchdog_and_get_their_acceleration_again() {
     let mut client = client(Protocol::Feetech);
     let usual = client.begin_cycle(&MOVING).to_vec();
     client.renew(0, Some(10));
@@ -501,7 +501,7 @@ fn feetech_servos_have_no_watchdog_and_get_their_acceleration_anew() {
 /// The restart is the last packet of its cycle: ROBOTIS e-manual, Protocol 2.0, Reboot, the example for id 1;
 /// Feetech wiki, ft-scs 4.12, for id 1.
 #[test]
-fn a_restart_is_the_last_that_is_said_in_its_cycle_and_nobody_is_asked() {
+fn a_restart_is_the_last_request_of_its_cycle_and_no_servo_is_asked() {
     let reboot = vec![0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x08, 0x2F, 0x4E];
     let restart = vec![0xFF, 0xFF, 0x01, 0x02, 0x08, 0xF4];
     let goals = [ServoGoal::Limp, MOVING[1]];
@@ -521,7 +521,7 @@ fn a_restart_is_the_last_that_is_said_in_its_cycle_and_nobody_is_asked() {
 
 /// Torque Enable: 64 and 40; Hardware Error Status: 70; status: 65.
 #[test]
-fn what_is_asked_in_the_place_of_feedback_comes_as_an_answer_a_servo() {
+fn a_question_in_place_of_feedback_gets_an_answer_from_each_servo() {
     use crate::signals::ServoAnswer;
     for (protocol, torque, alarms) in [(Protocol::Dynamixel, 64, 70), (Protocol::Feetech, 40, 65)] {
         let is_feetech = protocol == Protocol::Feetech;
@@ -558,7 +558,7 @@ fn usual_replies(protocol: Protocol) -> Vec<u8> {
 }
 
 #[test]
-fn a_servo_that_is_to_keep_what_it_was_told_is_told_nothing() {
+fn a_servo_that_should_keep_its_goal_gets_no_goal() {
     let mut both = client(Protocol::Feetech);
     let mut alone = client_with(Protocol::Feetech, &IDS[1..]);
     let kept = both.begin_cycle(&[ServoGoal::Keep, MOVING[1]]).to_vec();

@@ -41,13 +41,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_check_value_of_the_catalogue_comes_out() {
+    fn the_crc_matches_the_check_value_of_the_catalogue() {
         // CRC-16/UMTS (alias CRC-16/BUYPASS) in the CRC RevEng catalogue has these parameters.
         assert_eq!(crc16(0, b"123456789"), 0xFEE8);
     }
 
     #[test]
-    fn pieces_make_the_whole() {
+    fn the_crc_of_pieces_is_the_crc_of_the_whole() {
         for split in 0..=9 {
             let (first, second) = b"123456789".split_at(split);
             assert_eq!(crc16(crc16(0, first), second), 0xFEE8);
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_that_of_the_manual() {
+    fn the_crc_table_matches_the_manual() {
         // First and last entries of the table in the e-manual's example code.
         assert_eq!(TABLE[..4], [0x0000, 0x8005, 0x800F, 0x000A]);
         assert_eq!(TABLE[248..], [0x8213, 0x0216, 0x021C, 0x8219, 0x0208, 0x820D, 0x8207, 0x0202]);

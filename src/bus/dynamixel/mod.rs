@@ -11,22 +11,22 @@
 
 mod crc;
 mod fast_read;
-mod language;
 mod library;
 mod models;
+mod spec;
 mod table;
 
 use std::ops::Range;
 
-use super::language::Values;
 use super::packet::{Decode, Event, Status, Window};
+use super::protocols::Values;
 use crate::model::Protocol;
 use crate::units::ServoId;
 use crc::crc16;
 use fast_read::{FastReply, FastStep};
-pub(super) use language::LANGUAGE;
+pub(super) use spec::SPEC;
 #[cfg(test)]
-pub(super) use {language::X, models::DYNAMIXEL_X};
+pub(super) use {models::DYNAMIXEL_X, spec::X};
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// The sequence that is stuffed, and the byte added to it.

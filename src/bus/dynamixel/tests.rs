@@ -75,7 +75,7 @@ fn only_good(found: Vec<Found>) -> Vec<Found> {
 }
 
 #[test]
-fn requests_are_those_of_the_manual() {
+fn requests_match_the_manual() {
     assert_eq!(
         sent(|out| request(out, ONE, 1, &[])),
         [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]
@@ -103,7 +103,7 @@ fn requests_are_those_of_the_manual() {
 }
 
 #[test]
-fn requests_are_stuffed() {
+fn requests_get_byte_stuffing() {
     // Goal position FF FF FD 00; length and CRC count the stuffed packet.
     assert_eq!(
         sent(|out| write(out, ONE, 116, 4, 0x00FD_FFFF)),
@@ -121,7 +121,7 @@ fn requests_are_stuffed() {
 }
 
 #[test]
-fn lengths_are_those_of_the_protocol() {
+fn packet_lengths_match_the_protocol() {
     for servos in 1..=32u8 {
         let ids: Vec<ServoId> = (0..servos).map(ServoId).collect();
         let count = usize::from(servos);
@@ -134,7 +134,7 @@ fn lengths_are_those_of_the_protocol() {
 }
 
 #[test]
-fn replies_of_the_manual_are_read() {
+fn replies_of_the_manual_are_decoded() {
     // Ping: model 1030, firmware 38.
     let ping = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x07, 0x00, 0x55, 0x00, 0x06, 0x04, 0x26, 0x65, 0x5D];
     assert_eq!(decode(&ping), [good(1, &[6, 4, 38])]);
@@ -145,7 +145,7 @@ fn replies_of_the_manual_are_read() {
 }
 
 #[test]
-fn stuffing_is_taken_out() {
+fn byte_stuffing_is_removed() {
     let stuffed =
         [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x09, 0x00, 0x55, 0x00, 0xFF, 0xFF, 0xFD, 0xFD, 0x00, 0xD8, 0x9C];
     assert_eq!(decode(&stuffed), [good(1, &[0xFF, 0xFF, 0xFD, 0x00])]);
@@ -181,7 +181,7 @@ fn replies_may_come_in_any_pieces() {
 }
 
 #[test]
-fn a_block_is_handed_out_before_the_reply_ends() {
+fn a_block_is_returned_before_the_reply_ends() {
     let mut decoder = Decoder::new(4, 2);
     decoder.expect_fast_reply(2, 4);
     decoder.push(&FAST_REPLY[..16]);
@@ -214,7 +214,7 @@ fn a_fast_reply_is_not_unstuffed() {
 }
 
 #[test]
-fn a_fast_reply_nobody_asked_for_is_noise() {
+fn an_unrequested_fast_reply_is_noise() {
     assert_eq!(decode(&FAST_REPLY), []);
     let bytes = [&FAST_REPLY[..], &SYNC_READ_REPLIES].concat();
     assert_eq!(decode(&bytes), both_replies());
@@ -228,7 +228,7 @@ fn a_truncated_fast_reply_does_not_swallow_what_follows() {
 }
 
 #[test]
-fn noise_before_between_and_after_hides_nothing() {
+fn noise_before_between_and_after_packets_hides_none() {
     let (first, second) = SYNC_READ_REPLIES.split_at(15);
     let noises: [&[u8]; 6] = [
         &[0xFF],
@@ -317,12 +317,12 @@ fn header_noise() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn the_crc_is_the_bitwise_one(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
+    fn the_crc_matches_a_bitwise_computation(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
         prop_assert_eq!(crc16(0, &bytes).to_le_bytes(), slow_crc(&bytes));
     }
 
     #[test]
-    fn any_bytes_are_survived(
+    fn any_bytes_are_handled_without_a_panic(
         bytes in proptest::collection::vec(any::<u8>(), 0..600),
         noise in header_noise(),
         data_bytes in 0usize..30,
@@ -334,12 +334,12 @@ proptest! {
     }
 
     #[test]
-    fn any_data_come_through_stuffing(data in proptest::collection::vec(prop_oneof![Just(0xFFu8), Just(0xFD)], 0..17)) {
+    fn any_data_survive_byte_stuffing(data in proptest::collection::vec(prop_oneof![Just(0xFFu8), Just(0xFD)], 0..17)) {
         prop_assert_eq!(decode(&dynamixel_status(3, 0, &data)), [good(3, &data)]);
     }
 
     #[test]
-    fn requests_hold_no_second_header(values in proptest::collection::vec(prop_oneof![
+    fn requests_contain_no_second_header(values in proptest::collection::vec(prop_oneof![
         Just(0xFD_FFFFu64), Just(0xFFFD_FFFF), Just(0xFFFF_FFFF), Just(0xFFFF_FFFD), any::<u64>(),
     ], 1..20)) {
         let out = sent(|out| sync_write(out, 116, 4, &mut (0..).map(ServoId).zip(values)));

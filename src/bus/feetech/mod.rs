@@ -9,21 +9,21 @@
 //! `length` counts the bytes after it. The checksum is the complement of the sum of all bytes from `id` on. There
 //! is no byte stuffing: data may hold `FF FF`, so a header alone proves nothing.
 
-mod language;
 mod models;
+mod spec;
 mod table;
 
 use std::ops::Range;
 
-use super::language::Values;
 use super::packet::{Decode, Event, Status, Window};
+use super::protocols::Values;
 use crate::model::Protocol;
 use crate::units::ServoId;
-pub(super) use language::LANGUAGE;
+pub(super) use spec::SPEC;
 #[cfg(test)]
 pub(super) use {
-    language::{SCS, STS},
     models::{FEETECH_SCS, FEETECH_STS},
+    spec::{SCS, STS},
 };
 
 const HEADER: u8 = 0xFF;

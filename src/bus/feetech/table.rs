@@ -20,8 +20,8 @@ const ACCELERATION: Scale = Scale::Linear(100.0 * 360.0 / 4096.0, "deg/s2");
 
 const MODES: &str = "0 position, 1 speed, 2 PWM, 3 step";
 const ALARMS: &str = "bits: 1 voltage, 2 encoder, 4 temperature, 8 current, 32 overload";
-const LEVEL: &str = "answers 0 pings and reads, 1 everything";
-const LOCK: &str = "0: settings that are written last, 1: they are lost with the power";
+const LEVEL: &str = "answers: 0 pings and reads, 1 everything";
+const LOCK: &str = "0: written settings are kept, 1: they are lost at power-off";
 const TORQUE: &str = "0 off, 1 on, 2 damping";
 
 /// STS and SMS.
@@ -64,10 +64,10 @@ pub(super) static STS: &[RegisterInfo] = &[
         "homing_offset",
         STS_POSITION,
         (-2047, 2047),
-        "taken from what the encoder sees",
+        "subtracted from the encoder's value",
     ),
     setting((33, 1, UNSIGNED), "operating_mode", PLAIN, (0, 3), MODES),
-    setting((34, 1, UNSIGNED), "holding_torque", PERCENT, (0, 254), "that is left after an overload"),
+    setting((34, 1, UNSIGNED), "holding_torque", PERCENT, (0, 254), "torque that remains after an overload"),
     setting((35, 1, UNSIGNED), "protection_time", TEN_MS, (0, 254), ""),
     setting((36, 1, UNSIGNED), "overload_torque", PERCENT, (0, 254), ""),
     setting((37, 1, UNSIGNED), "velocity_p_gain", PLAIN, (0, 254), ""),
@@ -130,7 +130,7 @@ pub(super) static SCS: &[RegisterInfo] = &[
     setting((24, 2, UNSIGNED), "minimum_startup_torque", PERMILLE, (0, 1000), ""),
     setting((26, 1, UNSIGNED), "positive_dead_band", SCS_POSITION, (0, 16), ""),
     setting((27, 1, UNSIGNED), "negative_dead_band", SCS_POSITION, (0, 16), ""),
-    setting((37, 1, UNSIGNED), "holding_torque", PERCENT, (0, 254), "that is left after an overload"),
+    setting((37, 1, UNSIGNED), "holding_torque", PERCENT, (0, 254), "torque that remains after an overload"),
     setting((38, 1, UNSIGNED), "protection_time", TEN_MS, (0, 254), ""),
     setting((39, 1, UNSIGNED), "overload_torque", PERCENT, (0, 254), ""),
     volatile((40, 1, UNSIGNED), "torque_enable", PLAIN, (0, 2), TORQUE),

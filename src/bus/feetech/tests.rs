@@ -58,7 +58,7 @@ fn both_replies() -> Vec<Found> {
 }
 
 #[test]
-fn requests_are_those_of_the_wiki() {
+fn requests_match_the_wiki() {
     assert_eq!(sent(|out| request(out, ONE, 1, &[])), [0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
     assert_eq!(sent(|out| read(out, ONE, 0x38, 2)), [0xFF, 0xFF, 0x01, 0x04, 0x02, 0x38, 0x02, 0xBE]);
     assert_eq!(
@@ -79,19 +79,19 @@ fn requests_are_those_of_the_wiki() {
 }
 
 #[test]
-fn requests_append_and_leave_what_was_there() {
+fn requests_are_appended_to_the_buffer() {
     let mut out = vec![7];
     request(&mut out, ONE, 1, &[]);
     assert_eq!(out, [7, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB]);
 }
 
 #[test]
-fn a_sync_write_of_none_is_no_packet() {
+fn a_sync_write_without_servos_is_no_packet() {
     assert!(sent(|out| sync_write(out, 42, 2, &mut std::iter::empty())).is_empty());
 }
 
 #[test]
-fn a_long_sync_write_is_spread_over_packets_of_legal_length() {
+fn a_long_sync_write_is_split_into_packets_of_legal_length() {
     for servos in 0..=253u8 {
         let out = sent(|out| sync_write(out, 42, 2, &mut (0..servos).map(|id| (ServoId(id), 0x0800))));
         let expected = sync_write_bytes(Protocol::Feetech, usize::from(servos), FEETECH_STS.goal_position);
@@ -112,14 +112,14 @@ fn a_long_sync_write_is_spread_over_packets_of_legal_length() {
 }
 
 #[test]
-fn replies_of_the_wiki_are_read() {
+fn replies_of_the_wiki_are_decoded() {
     assert_eq!(decode(&[0xFF, 0xFF, 0x01, 0x02, 0x00, 0xFC]), [(1, Some((0, vec![])))]);
     assert_eq!(decode(&[0xFF, 0xFF, 0x01, 0x04, 0x00, 0x18, 0x05, 0xDD]), [(1, Some((0, vec![0x18, 0x05])))]);
     assert_eq!(decode(&SYNC_READ_REPLIES), both_replies());
 }
 
 #[test]
-fn alarms_are_data() {
+fn alarm_bits_do_not_make_a_reply_an_error() {
     // The wiki's ping reply with the overload bit (0x20) set, and its checksum lower by as much.
     assert_eq!(decode(&[0xFF, 0xFF, 0x01, 0x02, 0x20, 0xDC]), [(1, Some((0x20, vec![])))]);
 }
@@ -134,7 +134,7 @@ fn replies_may_come_in_any_pieces() {
 }
 
 #[test]
-fn noise_before_between_and_after_hides_nothing() {
+fn noise_before_between_and_after_packets_hides_none() {
     let (first, second) = SYNC_READ_REPLIES.split_at(14);
     for noise in [&[0xFF][..], &[0xFF, 0xFF], &[0xFF, 0xFF, 0x01], &[0xFF, 0xFF, 0x01, 0x0A], &[0, 0xFD]] {
         let bytes = [noise, first, noise, second, noise].concat();
@@ -197,7 +197,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_survived(bytes in proptest::collection::vec(any::<u8>(), 0..600), max in 0usize..300) {
+    fn any_bytes_are_handled_without_a_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600), max in 0usize..300) {
         decode_pieces(max, [bytes.as_slice()]);
     }
 

@@ -112,16 +112,20 @@ impl OpenCause {
         write!(f, "{} ", path.display())?;
         match self {
             OpenCause::NotThere { adapters } if adapters.is_empty() => {
-                write!(f, "is not there, and no adapter is ({BY_ID} is empty): plug the bus's adapter in")
+                write!(
+                    f,
+                    "does not exist, and no adapter is plugged in ({BY_ID} is empty): plug in the adapter of \
+                     the bus"
+                )
             }
             OpenCause::NotThere { adapters } => {
                 let adapters: Vec<String> = adapters.iter().map(|path| path.display().to_string()).collect();
-                write!(f, "is not there: plug its adapter in, or use one of {}", adapters.join(", "))
+                write!(f, "does not exist: plug in its adapter, or use one of {}", adapters.join(", "))
             }
             OpenCause::NotPermitted => write!(
                 f,
-                "may not be opened by you: join the group that owns it ('sudo usermod -aG dialout $USER'; 'uucp' on \
-                 some systems) and log in again"
+                "cannot be opened with your permissions: join the group that owns it ('sudo usermod -aG dialout \
+                 $USER'; 'uucp' on some systems) and log in again"
             ),
             OpenCause::Busy => {
                 write!(f, "is in use by another program: end it ('fuser {}' names it)", path.display())
@@ -131,8 +135,8 @@ impl OpenCause {
             }
             OpenCause::OtherBaud { wanted, got } => write!(
                 f,
-                "cannot go at {wanted} baud, only at {got}: use another adapter, or set bus and servos to a rate it \
-                 can do"
+                "cannot run at {wanted} baud, only at {got}: use another adapter, or set bus and servos to a rate \
+                 that it supports"
             ),
             OpenCause::Unusable { reason } => {
                 write!(f, "cannot be used as a serial line ({reason}): give the path of the bus's adapter")
@@ -204,18 +208,18 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_named() {
+    fn every_cause_of_a_failed_open_is_named() {
         let error = open_all(&[device("/nowhere/at/all"), device("/dev/null")]).unwrap_err();
         assert_eq!(error.faults.len(), 2);
         assert!(matches!(error.faults[0].cause, OpenCause::NotThere { .. }), "{error}");
         assert!(matches!(error.faults[1].cause, OpenCause::Unusable { .. }), "{error}");
         let text = error.to_string();
-        assert!(text.contains("bus legs: /nowhere/at/all is not there"), "{text}");
+        assert!(text.contains("bus legs: /nowhere/at/all does not exist"), "{text}");
         assert!(text.contains("bus legs: /dev/null cannot be used as a serial line"), "{text}");
     }
 
     #[test]
-    fn adapters_that_are_there_are_offered() {
+    fn present_adapters_are_suggested() {
         let adapters = adapters(Path::new("config"));
         assert!(adapters.contains(&PathBuf::from("config/horse.toml")));
         let fault =
@@ -224,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn one_device_is_not_two_buses() {
+    fn one_device_cannot_serve_two_buses() {
         let (_near, far) = TTYPort::pair().unwrap();
         let path = far.name().unwrap();
         drop(far);

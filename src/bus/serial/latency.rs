@@ -22,7 +22,7 @@ fn advice_from(devices: &Path, device: &Device) -> Option<String> {
     let setting = setting.display();
     Some(format!(
         "bus {}: its adapter holds short replies back for up to {timer_ms} ms, but adapter_latency_us is {}: set it \
-         to 1 ms ('echo 1 | sudo tee {setting}', lastingly with a udev rule), or set adapter_latency_us to {}",
+         to 1 ms ('echo 1 | sudo tee {setting}', permanently with a udev rule), or set adapter_latency_us to {}",
         device.bus,
         device.adapter_latency_us,
         timer_ms * 1000
@@ -57,14 +57,14 @@ mod tests {
     }
 
     #[test]
-    fn a_latency_above_the_robot_files_is_advised_against() {
+    fn a_latency_above_that_of_the_robot_file_gets_a_remark() {
         let advice = advice_for("16\n").unwrap();
         assert!(advice.contains("up to 16 ms") && advice.contains("null/device/latency_timer"), "{advice}");
         assert!(advice.ends_with("set adapter_latency_us to 16000"), "{advice}");
     }
 
     #[test]
-    fn one_that_fits_or_is_unknown_is_not() {
+    fn a_latency_that_fits_or_is_unknown_gets_no_remark() {
         assert_eq!(advice_for("1\n"), None);
         assert_eq!(advice_for("unknown"), None);
     }

@@ -119,7 +119,7 @@ impl Shared {
         };
         let device = self.devices.get(bus)?;
         let said = format!(
-            "bus {}: {} came back with other servos on it, and was left alone: {found}; put each adapter back in its \
+            "bus {}: {} came back with other servos on it, and is not used: {found}; put each adapter back in its \
              place",
             device.bus,
             device.path.display()

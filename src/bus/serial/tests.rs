@@ -29,7 +29,7 @@ fn every_rate_of_both_protocols_can_be_set() {
 }
 
 #[test]
-fn every_byte_passes_both_ways_unchanged() {
+fn every_byte_passes_unchanged_in_both_directions() {
     let (mut far, device) = line("legs", 1_000_000);
     let mut ports = SerialPorts::open(&[device]).unwrap();
     let all: Vec<u8> = (0..=255).collect();
@@ -52,7 +52,7 @@ fn every_byte_passes_both_ways_unchanged() {
 }
 
 #[test]
-fn input_of_any_line_ends_the_wait_and_none_lasts_until_the_deadline() {
+fn input_on_any_line_ends_the_wait_and_without_input_it_lasts_until_the_deadline() {
     let (_quiet, first) = line("left", 1_000_000);
     let (mut far, second) = line("right", 1_000_000);
     let mut ports = SerialPorts::open(&[first, second]).unwrap();
@@ -69,7 +69,7 @@ fn input_of_any_line_ends_the_wait_and_none_lasts_until_the_deadline() {
 }
 
 #[test]
-fn old_input_is_thrown_away() {
+fn old_input_is_discarded() {
     let (mut far, device) = line("legs", 1_000_000);
     let mut ports = SerialPorts::open(&[device]).unwrap();
     far.write_all(&[7; 3000]).unwrap();
@@ -82,7 +82,7 @@ fn old_input_is_thrown_away() {
 }
 
 #[test]
-fn a_line_is_open_to_one_program_only() {
+fn only_one_program_can_open_a_line() {
     let (_far, device) = line("legs", 1_000_000);
     let first = SerialPorts::open(std::slice::from_ref(&device)).unwrap();
     let error = SerialPorts::open(std::slice::from_ref(&device)).unwrap_err();
@@ -94,7 +94,7 @@ fn a_line_is_open_to_one_program_only() {
 }
 
 #[test]
-fn a_fault_of_one_device_leaves_none_open() {
+fn if_one_device_fails_to_open_none_stays_open() {
     let (_far, good) = line("left", 1_000_000);
     let bad = Device { bus: "right".into(), path: "/nowhere".into(), ..good.clone() };
     let error = SerialPorts::open(&[good.clone(), bad]).unwrap_err();
@@ -103,7 +103,7 @@ fn a_fault_of_one_device_leaves_none_open() {
 }
 
 #[test]
-fn a_line_hung_up_is_gone_and_ends_no_wait_but_the_first() {
+fn a_line_that_hung_up_is_gone_and_ends_only_the_first_wait() {
     let (far, device) = line("legs", 1_000_000);
     let mut ports = SerialPorts::open(&[device]).unwrap();
     drop(far);
@@ -120,7 +120,7 @@ fn a_line_hung_up_is_gone_and_ends_no_wait_but_the_first() {
 }
 
 #[test]
-fn a_line_that_does_not_drain_takes_no_time() {
+fn a_line_that_does_not_drain_costs_no_time() {
     let (_far, device) = line("legs", 1_000_000);
     let mut ports = SerialPorts::open(&[device]).unwrap();
     // No program reads the far end: the terminal is full after a while.
@@ -137,7 +137,7 @@ fn a_bus_that_does_not_exist_is_gone() {
 }
 
 #[test]
-fn the_imus_line_is_read_without_waiting_and_ends_no_wait() {
+fn the_line_of_the_imu_is_read_without_waiting_and_ends_no_wait() {
     let (_quiet, bus) = line("legs", 1_000_000);
     let (mut far, imu) = line("imu", 115_200);
     let mut ports = SerialPorts::open_with_imu(&[bus], Some(&imu)).unwrap();

@@ -146,10 +146,10 @@ pub struct Identity {
 impl Identity {
     /// Names of the models with this number, such as `STS3215-7V4 or STS3215-12V`; `None` if it is unknown.
     pub fn model_names(&self) -> Option<String> {
-        let language = self.series.protocol.language();
-        let known = language.models.iter().map(|model| (model.model_number, model.name));
+        let spec = self.series.protocol.spec();
+        let known = spec.models.iter().map(|model| (model.model_number, model.name));
         let mut names = Vec::new();
-        for (number, name) in known.chain(language.other_models.iter().copied()) {
+        for (number, name) in known.chain(spec.other_models.iter().copied()) {
             if number == self.model_number && !names.contains(&name) {
                 names.push(name);
             }
@@ -245,7 +245,7 @@ const fn is_same(a: &[u8], b: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::language::LANGUAGES;
+    use crate::bus::protocols::PROTOCOLS;
 
     fn identity(series: &'static Series, model_number: u16) -> Identity {
         Identity { series, model_number, firmware: Firmware { major: 46, minor: None }, is_speed_fine: true }
@@ -253,18 +253,18 @@ mod tests {
 
     /// Every series with the number of every model that has it.
     fn all() -> Vec<Identity> {
-        let series = || LANGUAGES.iter().flat_map(|language| language.series.iter().copied());
+        let series = || PROTOCOLS.iter().flat_map(|spec| spec.series.iter().copied());
         let numbers = |of: &'static Series| {
-            let language = of.protocol.language();
-            let known = language.models.iter().filter(|model| model.registers == of.registers);
-            let others = language.other_models.iter().map(|(number, _)| *number);
+            let spec = of.protocol.spec();
+            let known = spec.models.iter().filter(|model| model.registers == of.registers);
+            let others = spec.other_models.iter().map(|(number, _)| *number);
             known.map(|model| model.model_number).chain(others).map(move |number| identity(of, number))
         };
         series().flat_map(numbers).collect()
     }
 
     #[test]
-    fn tables_are_in_order_without_overlap_or_twin_names() {
+    fn tables_are_in_order_without_overlap_or_duplicate_names() {
         for identity in all() {
             let (table, name) = (identity.registers(), identity.series.name);
             for pair in table.windows(2) {
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_registers_are_compared_whole() {
+    fn register_names_are_compared_whole() {
         assert!(is_same(b"lock", b"lock"));
         for other in ["loc", "lock_", "luck", ""] {
             assert!(!is_same(b"lock", other.as_bytes()), "{other}");

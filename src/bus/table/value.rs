@@ -84,7 +84,7 @@ impl Identity {
             expected,
         };
         if register.scale == Scale::Baud {
-            let codes = self.series.protocol.language().rates;
+            let codes = self.series.protocol.spec().rates;
             let code = codes.iter().position(|baud| (f64::from(*baud) - physical).abs() < 0.5);
             let known = || codes.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
             let code = code.ok_or_else(|| bad(format!("one of {}", known())))?;
@@ -159,7 +159,7 @@ mod tests {
 
     /// Values from the makers' pages.
     #[test]
-    fn counts_mean_what_the_manuals_say() {
+    fn counts_convert_to_units_as_the_manuals_say() {
         let xm = identity(&X, 1030, true);
         assert_eq!(said(xm, "present_position", 2048), "180 deg");
         assert_eq!(said(xm, "present_velocity", -100), "-22.90 rpm");
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn every_count_in_range_comes_back_and_no_other_is_taken() {
+    fn every_count_in_range_round_trips_and_others_are_refused() {
         for (series, number) in [(&X, 1200), (&STS, 777), (&SCS, 1284)] {
             let identity = identity(series, number, true);
             for register in identity.registers().iter().filter(|of| of.range != (0, 0)) {
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_value_is_told_with_its_range() {
+    fn a_wrong_value_is_reported_with_its_range() {
         let xm = identity(&X, 1030, true);
         let told = |name, value| xm.count(&xm.register(name).unwrap(), value).unwrap_err().to_string();
         assert_eq!(told("max_position_limit", 400.0), "max_position_limit 400: expected 0.00 to 359.91 deg");

@@ -10,9 +10,9 @@ use super::{clear_bar, subject};
 use crate::cli::run::fault_script;
 use crate::cli::trial::TryArguments;
 use crate::cli::{BadInput, COMPLETED, FAILED, say, write_whole};
-use crate::model::{OnTrip, StopAction};
-use crate::output::{Outputs, Writing};
-use crate::trial::campaign::{Campaign, Episode, Finding, Judged, Played, Wrong, play};
+use crate::model::{StopAction, TrippedServoPolicy};
+use crate::output::{Outputs, WriteMode};
+use crate::trial::campaign::{Campaign, Episode, Finding, Judged, Played, Violation, play};
 
 /// An episode in the file beside its faults: the episode as drawn, and the changes made to it.
 #[derive(Debug, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ pub(super) fn write_finding(
     options: &TryArguments,
     campaign: &Campaign,
     judged: &Judged,
-    (wrong, episode, played): (Wrong, &Episode, &Played),
+    (wrong, episode, played): (Violation, &Episode, &Played),
 ) -> Result<()> {
     let path = &options.robots[judged.subject];
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -51,14 +51,14 @@ pub(super) fn write_finding(
         physics: episode.has_physics,
         sits: episode.sits,
         stops_holding: episode.stop_action == StopAction::Hold,
-        trips_freeze: episode.on_trip == OnTrip::Freeze,
+        trips_freeze: episode.tripped_servo == TrippedServoPolicy::Freeze,
         orders_s: episode.orders.iter().map(|ordered| ordered.at_s).collect(),
     };
     let (faults, file) = (folder.join("faults.toml"), folder.join("episode.toml"));
-    let text = toml::to_string(&written).context("an episode could not be put into TOML")?;
+    let text = toml::to_string(&written).context("an episode could not be converted to TOML")?;
     let mut outputs = Outputs::of_reading(&options.robots);
     for (path, text) in [(&faults, &episode.script().to_toml()), (&file, &text)] {
-        write_whole(&outputs.claim("--out", path, Writing::Whole)?, text)?;
+        write_whole(&outputs.claim("--out", path, WriteMode::Whole)?, text)?;
     }
     clear_bar();
     let robot = campaign.subjects()[judged.subject].robot();
@@ -80,7 +80,7 @@ fn said(finding: &Finding) -> String {
 /// Replays the episode at `path`, with the faults at `faults`.
 pub(super) fn again(options: &TryArguments, path: &Path, faults: &Path) -> Result<u8> {
     let [robot] = &options.robots[..] else {
-        return Err(BadInput("--episode: expected one robot, whose episode it is".to_owned()).into());
+        return Err(BadInput("--episode: expected one robot, the one of the episode".to_owned()).into());
     };
     let subject = subject(robot)?;
     let text = fs::read_to_string(path).map_err(|error| BadInput(format!("{}: {error}", path.display())))?;
@@ -94,7 +94,8 @@ pub(super) fn again(options: &TryArguments, path: &Path, faults: &Path) -> Resul
     episode.has_physics = written.physics && subject.robot().physics.is_some();
     episode.sits = written.sits;
     episode.stop_action = if written.stops_holding { StopAction::Hold } else { StopAction::SitThenLimp };
-    episode.on_trip = if written.trips_freeze { OnTrip::Freeze } else { OnTrip::Stop };
+    episode.tripped_servo =
+        if written.trips_freeze { TrippedServoPolicy::Freeze } else { TrippedServoPolicy::Stop };
     let is_left = |at_s: f64| written.orders_s.iter().any(|left_s| (left_s - at_s).abs() < 1e-9);
     episode.orders.retain(|ordered| is_left(ordered.at_s));
     tell_of(&play(&subject, &episode)?, &episode)
@@ -106,12 +107,12 @@ pub(super) fn tell_of(played: &Played, episode: &Episode) -> Result<u8> {
         say!("# at {:.3} s: {:?}", ordered.at_s, ordered.order);
     }
     say!(
-        "# told to stop at {:.3} s; physics {}, sits {}, {:?}, {:?}",
+        "# ordered to stop at {:.3} s; physics {}, sits {}, {:?}, {:?}",
         episode.end_s,
         episode.has_physics,
         episode.sits,
         episode.stop_action,
-        episode.on_trip
+        episode.tripped_servo
     );
     let outcome = played.outcome.map_or("not started", crate::telemetry::Outcome::name);
     say!("{outcome} after {:.2} s: {}", played.virtual_s, played.reason);

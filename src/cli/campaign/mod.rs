@@ -23,14 +23,14 @@ const KEPT: &str = "episodes.jsonl";
 
 /// The first line of that file: the campaign that the numbers below belong to.
 #[derive(Debug, Serialize)]
-struct Head<'a> {
+struct LogHeader<'a> {
     seed: u64,
     robots: Vec<std::borrow::Cow<'a, str>>,
 }
 
-impl<'a> Head<'a> {
-    fn of(options: &'a TryArguments) -> Head<'a> {
-        Head {
+impl<'a> LogHeader<'a> {
+    fn of(options: &'a TryArguments) -> LogHeader<'a> {
+        LogHeader {
             seed: options.seed,
             robots: options.robots.iter().map(|path| path.to_string_lossy()).collect(),
         }
@@ -50,7 +50,7 @@ pub(super) fn try_faults(options: &TryArguments) -> Result<u8> {
     let subjects = options.robots.iter().map(|path| subject(path)).collect::<Result<Vec<_>>>()?;
     if let Some(number) = options.campaign.only {
         let [subject] = &subjects[..] else {
-            return Err(BadInput("--only: expected one robot, whose episode it is".to_owned()).into());
+            return Err(BadInput("--only: expected one robot, the one of the episode".to_owned()).into());
         };
         let episode = Episode::draw(subject, options.seed, number);
         return tell_of(&play(subject, &episode)?, &episode);
@@ -68,8 +68,8 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
     fs::create_dir_all(folder).with_context(|| format!("{} could not be made", folder.display()))?;
     let kept = folder.join(KEPT);
     let mut tally = Tally::default();
-    let head =
-        serde_json::to_string(&Head::of(options)).context("the campaign could not be put into JSON")?;
+    let head = serde_json::to_string(&LogHeader::of(options))
+        .context("the campaign could not be converted to JSON")?;
     let is_new = match fs::read_to_string(&kept) {
         Ok(text) if options.campaign.resume => {
             let first = text.lines().next().unwrap_or_default();
@@ -86,7 +86,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
         }
         Ok(_) => {
             let said = format!(
-                "{} is there already: go on with --resume, or name another folder with --out",
+                "{} exists already: continue with --resume, or name another folder with --out",
                 kept.display()
             );
             return Err(BadInput(said).into());
@@ -128,7 +128,7 @@ fn campaign(options: &TryArguments, campaign: Campaign) -> Result<u8> {
     let core_s = process_time().saturating_sub(begun).as_secs_f64();
     say!("an hour of one core gives {:.0} virtual hours", (tally.virtual_s - before_s) / core_s.max(1e-3));
     if is_to_stop.load(Ordering::Relaxed) {
-        say!("broken off; go on with --resume");
+        say!("interrupted; continue with --resume");
     }
     Ok(if tally.wrong_episodes == 0 { COMPLETED } else { FAILED })
 }
@@ -142,7 +142,7 @@ fn keep(
     judged: &Judged,
 ) -> Result<()> {
     let line = tally.count(judged);
-    writeln!(log, "{line}").context("what is done could not be written down")?;
+    writeln!(log, "{line}").context("the finished episodes could not be written")?;
     for (wrong, episode, played) in &judged.smallest {
         write_finding(options, campaign, judged, (*wrong, episode, played))?;
     }

@@ -33,7 +33,7 @@ impl Keyboard {
     /// Starts to listen. Ctrl-C remains a signal.
     pub(super) fn start() -> Result<Keyboard> {
         if !stdin().is_terminal() {
-            let said = "--keys: standard input is no terminal that keys could be pressed in";
+            let said = "--keys: standard input is not a terminal, so it has no keys";
             return Err(BadInput(said.to_owned()).into());
         }
         let before = tcgetattr(stdin()).context("the terminal's settings could not be read")?;
@@ -41,7 +41,8 @@ impl Keyboard {
         quiet.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
         quiet.special_codes[SpecialCodeIndex::VMIN] = 1;
         quiet.special_codes[SpecialCodeIndex::VTIME] = 0;
-        tcsetattr(stdin(), OptionalActions::Now, &quiet).context("the terminal could not be set to keys")?;
+        tcsetattr(stdin(), OptionalActions::Now, &quiet)
+            .context("the terminal could not be switched to single keys")?;
         let (sender, keys) = bounded(KEYS_WAITING);
         std::thread::spawn(move || read_keys(&sender));
         Ok(Keyboard { keys, before })

@@ -28,11 +28,11 @@ const BUTTONS: [(KeyCode, Button); 6] = [
 ];
 
 /// An event, and when it was read on the clock of [`monotonic`].
-type Heard = (PadEvent, Duration);
+type TimedEvent = (PadEvent, Duration);
 
 /// A connected gamepad.
 pub(in crate::cli) struct Pad {
-    events: Receiver<Heard>,
+    events: Receiver<TimedEvent>,
     name: String,
 }
 
@@ -59,7 +59,7 @@ impl Pad {
 }
 
 /// Sends events until the receiver is dropped; finds an unplugged gamepad again.
-fn listen(wanted: Option<&Path>, mut reader: Reader, sender: &Sender<Heard>) {
+fn listen(wanted: Option<&Path>, mut reader: Reader, sender: &Sender<TimedEvent>) {
     loop {
         let Err(Lost::Device) = reader.hand_over_all(sender) else { return };
         if sender.send((PadEvent::Unplugged, monotonic())).is_err() {
@@ -89,8 +89,8 @@ impl From<std::io::Error> for Lost {
     }
 }
 
-impl From<SendError<Heard>> for Lost {
-    fn from(_: SendError<Heard>) -> Lost {
+impl From<SendError<TimedEvent>> for Lost {
+    fn from(_: SendError<TimedEvent>) -> Lost {
         Lost::Listener
     }
 }
@@ -143,7 +143,7 @@ impl Reader {
     }
 
     /// Sends the positions of the sticks, and from then on every event.
-    fn hand_over_all(&mut self, sender: &Sender<Heard>) -> Result<(), Lost> {
+    fn hand_over_all(&mut self, sender: &Sender<TimedEvent>) -> Result<(), Lost> {
         let states = self.device.get_abs_state()?;
         for (place, (code, axis)) in AXES.iter().enumerate() {
             let value = states.get(usize::from(code.0)).map_or(0, |state| state.value);
@@ -189,8 +189,8 @@ fn candidates() -> String {
     let found: Vec<String> = evdev::enumerate().filter_map(named).collect();
     match found.is_empty() {
         true => {
-            "no gamepad that this user may read is plugged in; whom /dev/input belongs to, such as the group \
-                 input, may read them"
+            "no gamepad that this user may read is plugged in; members of the group that owns /dev/input, often \
+             'input', may read them"
                 .to_owned()
         }
         false => format!("gamepads are {}: name one with --gamepad=DEVICE", found.join(", ")),

@@ -31,7 +31,7 @@ struct Pending {
 
 /// Result of one attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Tried {
+enum Attempt {
     /// All servos have confirmed.
     Limp,
     /// The device is not there, or not all servos answered.
@@ -66,14 +66,14 @@ fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &s
     loop {
         let is_dead = has_ended(controller);
         pending.retain_mut(|pending| match pending.take_off() {
-            Tried::Limp => false,
-            Tried::Unheard => {
+            Attempt::Limp => false,
+            Attempt::Unheard => {
                 pending.busy_since = None;
                 true
             }
             // Until the controller is dead, it still holds its ports itself.
-            Tried::Busy if !is_dead => true,
-            Tried::Busy => {
+            Attempt::Busy if !is_dead => true,
+            Attempt::Busy => {
                 let since = *pending.busy_since.get_or_insert_with(monotonic);
                 let is_taken = monotonic().saturating_sub(since) >= TAKEN_AFTER;
                 if is_taken {
@@ -93,8 +93,8 @@ fn reach_all(robot: &Robot, devices: Vec<Device>, controller: &OwnedFd, what: &s
         }
         if !has_said && waited > WORD_AFTER {
             tell(&format!(
-                "{what}, AND NOT ALL SERVOS OF BUS {buses} ARE HEARD: CUT THEIR POWER. Its guard goes on trying to \
-                 take their torque off"
+                "{what}, AND NOT ALL SERVOS OF BUS {buses} ANSWER: CUT THEIR POWER. Its guard keeps trying to take \
+                 their torque off"
             ));
             has_said = true;
         }
@@ -108,14 +108,14 @@ impl Pending {
     }
 
     /// Takes the torque off its servos, if it can reach them.
-    fn take_off(&self) -> Tried {
+    fn take_off(&self) -> Attempt {
         match SerialPorts::open(std::slice::from_ref(&self.device)) {
             Ok(ports) => match Buses::new(&self.robot, ports).limp() {
-                true => Tried::Limp,
-                false => Tried::Unheard,
+                true => Attempt::Limp,
+                false => Attempt::Unheard,
             },
-            Err(error) if error.faults.iter().any(|fault| fault.cause == OpenCause::Busy) => Tried::Busy,
-            Err(_) => Tried::Unheard,
+            Err(error) if error.faults.iter().any(|fault| fault.cause == OpenCause::Busy) => Attempt::Busy,
+            Err(_) => Attempt::Unheard,
         }
     }
 }
@@ -159,7 +159,7 @@ mod tests {
     use crate::config;
 
     #[test]
-    fn a_bus_that_another_program_has_for_long_is_left_to_it() {
+    fn a_bus_that_another_program_keeps_open_is_left_to_it() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/horse.toml");
         let robot = config::load(&path).unwrap().robot;
         let (_near, far) = TTYPort::pair().unwrap();

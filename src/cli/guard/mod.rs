@@ -36,7 +36,7 @@ use super::BadInput;
 use super::ports::{PortOption, devices};
 use crate::{config, platform};
 use letting_go::take_torque_off;
-use patience::{Cause, HANGS, LOOK_EVERY, Patience, STARVES, Source};
+use patience::{Cause, HANGS, LOOK_EVERY, STARVES, SilenceTimer, ThreadStat};
 
 /// Written by the controller once a cycle, and when its loop is over.
 const BEAT: u8 = b'.';
@@ -87,8 +87,8 @@ impl Guard {
 
 impl Guard {
     /// The loop's end of the pipe to the guard.
-    pub(super) fn heart(&self) -> Result<Heart> {
-        Ok(Heart(self.pipe.try_clone().context("the pipe to the guard")?))
+    pub(super) fn heart(&self) -> Result<Heartbeat> {
+        Ok(Heartbeat(self.pipe.try_clone().context("the pipe to the guard")?))
     }
 
     /// Calls `work`, which puts torque on. Afterwards the guard is no longer needed if `work` failed to start, or
@@ -140,9 +140,9 @@ impl Drop for Guard {
 
 /// Sends the guard signs of life from the loop. Never waits, allocates nothing.
 #[derive(Debug)]
-pub(super) struct Heart(OwnedFd);
+pub(super) struct Heartbeat(OwnedFd);
 
-impl Heart {
+impl Heartbeat {
     /// Call once a cycle. False if the guard is gone, or has not listened for long.
     pub(super) fn beat(&self) -> bool {
         // One byte: written or not. If a signal interrupts it, further beats follow.
@@ -165,9 +165,9 @@ enum Found {
 }
 
 /// Waits for the controller at the other end of `pipe` to end; `source` reports on its loop's thread.
-fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
+fn listen(pipe: BorrowedFd<'_>, source: &ThreadStat) -> Result<Found> {
     let mut bytes = [0; PIPE_BYTES];
-    let mut patience = Patience::default();
+    let mut patience = SilenceTimer::default();
     let look_every = Timespec::try_from(LOOK_EVERY).context("the guard's clock")?;
     loop {
         // Only a hang-up ends the wait early: so the loop's beats do not wake the guard and cost the loop its
@@ -194,7 +194,7 @@ fn listen(pipe: BorrowedFd<'_>, source: &Source) -> Result<Found> {
 pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     if std::io::stdin().is_terminal() {
         return Err(BadInput(
-            "'guard' is for the program's own use: 'run' and 'jog' start it beside themselves on real servos, and it \
+            "'guard' is for internal use: 'run' and 'jog' start it when they use real servos, and it \
              takes their torque off if the controller dies; nothing was touched"
                 .to_owned(),
         )
@@ -210,8 +210,8 @@ pub(super) fn guard(robot_file: &Path, ports: &[PortOption]) -> Result<()> {
     let pipe = std::io::stdin();
     never_wait(pipe.as_fd()).context("the pipe from the controller")?;
     // The controller waits for the ready message, so it cannot have ended and its process id cannot be reused yet.
-    let controller = getppid().context("the guard is for the program's own use")?;
-    let source = Source::of(controller.as_raw_pid());
+    let controller = getppid().context("the guard is for internal use")?;
+    let source = ThreadStat::of(controller.as_raw_pid());
     let controller = pidfd_open(controller, PidfdFlags::empty()).context("the controller")?;
     // A process that keeps others from the processors, the controller's loop among them, must not keep the guard
     // from the servos. The guard ignores a refusal: the controller reports its own.
@@ -246,20 +246,20 @@ mod tests {
     use crate::platform::{monotonic, sleep_until};
 
     /// The guard's end of a pipe, and the loop's.
-    fn pipe() -> (OwnedFd, Heart) {
+    fn pipe() -> (OwnedFd, Heartbeat) {
         let (near, far) = pipe_with(PipeFlags::CLOEXEC | PipeFlags::NONBLOCK).unwrap();
         fcntl_setpipe_size(&far, PIPE_BYTES).unwrap();
-        (near, Heart(far))
+        (near, Heartbeat(far))
     }
 
     #[test]
-    fn the_controller_goes_before_its_guard_where_both_are_spared() {
+    fn the_controller_is_killed_for_memory_before_its_guard() {
         let all = [-1000, -900, -50, 0, 300].map(less_spared);
         assert_eq!(all, [Some(-900), Some(-800), Some(0), None, None]);
     }
 
     #[test]
-    fn a_guard_that_is_gone_is_noticed_at_the_next_beat() {
+    fn a_dead_guard_is_noticed_at_the_next_beat() {
         let (near, heart) = pipe();
         assert!(heart.beat());
         drop(near);
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guard_that_does_not_listen_is_noticed_and_waited_for_never() {
+    fn a_guard_that_does_not_listen_is_noticed_without_waiting() {
         let (_near, heart) = pipe();
         let beats = std::iter::repeat_with(|| heart.beat()).take_while(|is_heard| *is_heard).count();
         // At 100 Hz 41 s, at 500 Hz 8 s.
@@ -275,11 +275,11 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_falls_silent_is_noticed_and_one_that_has_ended_is_not() {
+    fn the_guard_notices_a_silent_loop_but_not_an_ended_one() {
         let (near, heart) = pipe();
         heart.beat();
         let start = monotonic();
-        let unknown = Source::of(-1);
+        let unknown = ThreadStat::of(-1);
         assert_eq!(listen(near.as_fd(), &unknown).unwrap(), Found::Silent(Cause::Hangs));
         assert!(monotonic() - start >= HANGS);
 

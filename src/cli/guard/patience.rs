@@ -30,7 +30,7 @@ pub(super) struct Thread {
 }
 
 /// Where the system reports that state.
-pub(super) struct Source(Option<File>);
+pub(super) struct ThreadStat(Option<File>);
 
 /// Why the guard stops waiting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,7 @@ pub(super) enum Cause {
 
 /// The silence of a loop so far, updated at each look.
 #[derive(Debug, Default)]
-pub(super) struct Patience {
+pub(super) struct SilenceTimer {
     /// True while the loop runs: it has begun and not ended.
     is_beating: bool,
     /// How long it has been silent, and how much of that by its own fault.
@@ -53,10 +53,10 @@ pub(super) struct Patience {
     ran: Option<Duration>,
 }
 
-impl Source {
+impl ThreadStat {
     /// For the first thread of `process`, where its loop runs. If the system reports nothing, neither does this.
-    pub(super) fn of(process: i32) -> Source {
-        Source(File::open(format!("/proc/{process}/task/{process}/stat")).ok())
+    pub(super) fn of(process: i32) -> ThreadStat {
+        ThreadStat(File::open(format!("/proc/{process}/task/{process}/stat")).ok())
     }
 
     pub(super) fn look(&self) -> Option<Thread> {
@@ -78,10 +78,10 @@ impl Thread {
     }
 }
 
-impl Patience {
+impl SilenceTimer {
     /// Notes a sign of life; `beats` is true if the loop continues.
     pub(super) fn hear(&mut self, beats: bool) {
-        *self = Patience { is_beating: beats, ..Patience::default() };
+        *self = SilenceTimer { is_beating: beats, ..SilenceTimer::default() };
     }
 
     /// Notes that nothing was heard since the last look; `thread` is the state of the loop's thread, `None` if the
@@ -120,13 +120,13 @@ mod tests {
     /// Number of looks after which the guard gives up on a loop that is silent after its first beat, and why;
     /// `seen` gives the thread's state at each look.
     fn given_up(seen: impl Fn(u64) -> Option<Thread>) -> (u64, Cause) {
-        let mut patience = Patience::default();
+        let mut patience = SilenceTimer::default();
         patience.hear(true);
         (1..).find_map(|look| Some((look, patience.hear_nothing(seen(look))?))).unwrap()
     }
 
     #[test]
-    fn a_loop_that_hangs_is_borne_for_a_second_and_one_that_is_kept_from_running_for_five() {
+    fn the_guard_waits_a_second_for_a_hung_loop_and_five_for_one_that_may_not_run() {
         // Stopped, or waiting for something that does not come; or its state is unknown.
         assert_eq!(given_up(|_| thread(false, 700)), (10, Cause::Hangs));
         assert_eq!(given_up(|_| None), (10, Cause::Hangs));
@@ -142,8 +142,8 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_is_heard_again_is_borne_as_long_as_ever() {
-        let mut patience = Patience::default();
+    fn a_loop_that_is_heard_again_gets_the_full_wait_again() {
+        let mut patience = SilenceTimer::default();
         for _ in 0..3 {
             patience.hear(true);
             for _ in 0..49 {
@@ -157,10 +157,11 @@ mod tests {
     }
 
     #[test]
-    fn the_silence_of_a_loop_that_has_not_begun_or_has_ended_means_nothing() {
-        let mut patience = Patience::default();
-        let waits =
-            |patience: &mut Patience| (0..1000).all(|_| patience.hear_nothing(thread(false, 0)).is_none());
+    fn silence_before_the_loop_begins_and_after_it_ends_means_nothing() {
+        let mut patience = SilenceTimer::default();
+        let waits = |patience: &mut SilenceTimer| {
+            (0..1000).all(|_| patience.hear_nothing(thread(false, 0)).is_none())
+        };
         assert!(waits(&mut patience));
         patience.hear(true);
         patience.hear(false);
@@ -190,12 +191,12 @@ mod tests {
     }
 
     #[test]
-    fn a_thread_that_computes_is_seen_to_and_a_process_that_is_gone_is_not_seen() {
+    fn the_processor_time_of_a_thread_is_read_and_a_dead_process_has_none() {
         let own = i32::try_from(std::process::id()).unwrap();
-        let first = Source::of(own).look().unwrap();
+        let first = ThreadStat::of(own).look().unwrap();
         assert!(first.ran < Duration::from_secs(3600), "{first:?}");
         let mut child = std::process::Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
-        let source = Source::of(i32::try_from(child.id()).unwrap());
+        let source = ThreadStat::of(i32::try_from(child.id()).unwrap());
         while source.look().is_none_or(|thread| !thread.is_ready || thread.ran.is_zero()) {
             std::thread::yield_now();
         }

@@ -123,7 +123,7 @@ pub(super) fn choose(
     let Some(unit) = unit else {
         return Err(BadInput(format!(
             "nothing moves on a real port without a calibrated unit file of this very robot: expected {}, or \
-             another named with --unit; --simulate in the place of --port runs without hardware",
+             another named with --unit; --simulate instead of --port runs without hardware",
             default_unit_path(robot_file).display()
         ))
         .into());
@@ -237,7 +237,7 @@ fn check_ports(robot: &Robot, ports: &[PortOption]) -> Result<(), BadInput> {
             )));
         }
         if ports[..index].iter().any(|earlier| earlier.bus == port.bus) {
-            return Err(BadInput(format!("{port}: bus {} has a port already; give it one", port.bus)));
+            return Err(BadInput(format!("{port}: bus {} already has a port; give it only one", port.bus)));
         }
     }
     Ok(())
@@ -268,7 +268,7 @@ fn fill_up(
     for (index, port) in all.iter().enumerate() {
         if let Some(twin) = all[..index].iter().find(|twin| twin.path == port.path) {
             let (a, b, path) = (&twin.bus, &port.bus, port.path.display());
-            return Err(BadInput(format!("buses {a} and {b} are both on {path}: each has one of its own")));
+            return Err(BadInput(format!("buses {a} and {b} are both on {path}: each needs one of its own")));
         }
     }
     Ok(all)

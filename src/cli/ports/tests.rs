@@ -108,7 +108,7 @@ fn a_calibrated_unit_file_gives_every_bus_its_device() {
 }
 
 #[test]
-fn who_asks_for_a_simulation_gets_one() {
+fn the_option_for_a_simulation_gives_simulated_buses() {
     let mut uncalibrated = unit(&robot(), &ALL);
     uncalibrated.joints.clear();
     for unit in [unit(&robot(), &ALL), uncalibrated] {
@@ -127,7 +127,7 @@ fn who_asks_for_a_simulation_gets_one() {
 }
 
 #[test]
-fn ports_go_before_the_unit_file_s_devices_and_may_fill_them_up() {
+fn port_options_override_the_devices_of_the_unit_file_and_may_complete_them() {
     let robot = robot();
     let mut expected = ALL.map(device);
     expected[1] = "/dev/pts/3".to_owned();
@@ -185,7 +185,7 @@ fn every_bus_needs_a_device_of_its_own() {
 }
 
 #[test]
-fn ports_of_no_bus_and_twice_of_one() {
+fn port_options_for_an_unknown_bus_or_twice_for_one_are_refused() {
     let stranger = said(choose_with(None, &["left_hint=/dev/a"], false));
     assert!(
         stranger.contains(
@@ -195,7 +195,7 @@ fn ports_of_no_bus_and_twice_of_one() {
     );
     assert!(stranger.contains("did you mean left_hind?"), "{stranger}");
     let twice = said(choose_with(None, &["left_hind=/dev/a", "left_hind=/dev/b"], false));
-    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind has a port already"), "{twice}");
+    assert!(twice.contains("--port left_hind=/dev/b: bus left_hind already has a port"), "{twice}");
     for text in ["", "legs", "=/dev/a", "legs="] {
         assert!(text.parse::<PortOption>().is_err(), "{text}");
     }

@@ -1,8 +1,8 @@
 //! `hippocamp run`: stands up, walks, stops, and prints a summary.
 
-mod asked;
-mod meaning;
+mod options;
 mod outcome;
+mod resolve;
 
 use anyhow::Result;
 
@@ -27,22 +27,22 @@ use crate::plan::RunPlan;
 use crate::recording::{Recorder, Task};
 use crate::run::run_observed;
 use crate::telemetry::Report;
-pub(super) use asked::RunArguments;
-pub(super) use meaning::{fault_script, simulated_world};
+pub(super) use options::RunArguments;
 pub(super) use outcome::{exit_code, outcome_words};
+pub(super) use resolve::{fault_script, simulated_world};
 
 /// Runs the robot as `options` say; returns the exit code.
 pub(super) fn run(options: &RunArguments, mode: RunMode) -> Result<u8> {
     let unit = unit::find(&options.robot, options.unit.unit.as_deref())?;
-    let places = asked::places(options, unit.as_ref())?;
+    let places = options::places(options, unit.as_ref())?;
     let mut loaded = load(&options.robot, unit.as_ref())?;
     options.unit.take_physics_off(&mut loaded.file.robot, unit.as_ref());
     let robot = &loaded.file.robot;
-    asked::check(options, mode, robot)?;
+    options::check(options, mode, robot)?;
     let choice = ports::choose(&options.unit, robot, &options.robot, unit.as_ref())?;
     // Before a driver sets the terminal to keys: an uncaught signal would leave it so.
     let signals = Signals::catch()?;
-    let (motion, move_for_s, driver) = meaning::plan(options, mode, &loaded)?;
+    let (motion, move_for_s, driver) = resolve::plan(options, mode, &loaded)?;
     let ports = open(options, robot, &choice)?;
     // A page is made from a recording; one that the user did not ask for is deleted afterwards.
     let is_passing = places.record.is_none();
@@ -61,7 +61,7 @@ pub(super) fn run(options: &RunArguments, mode: RunMode) -> Result<u8> {
     }
     driver.help().iter().for_each(|line| say!("  {line}"));
     if options.unit.is_virtual && matches!(driver, Driver::Keys(..) | Driver::Gamepad(..)) {
-        say!("  --virtual: time flies, a minute in less than a second; leave it out to drive by hand");
+        say!("  --virtual: a minute passes in less than a second; leave it out to drive by hand");
     }
     let driver_name = (!matches!(driver, Driver::Plan)).then(|| driver.to_string());
     let plan = RunPlan { motion, method: options.ik.into(), move_for_s, driver: driver_name };

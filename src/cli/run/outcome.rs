@@ -53,7 +53,7 @@ pub(super) fn keep(recording: &mut RecordingFile, report: &mut Report) {
 }
 
 pub(super) fn write_report(place: &Place, report: &Report) -> Result<()> {
-    let text = serde_json::to_string_pretty(report).context("the report could not be put into JSON")?;
+    let text = serde_json::to_string_pretty(report).context("the report could not be converted to JSON")?;
     write_whole(place, &(text + "\n"))
 }
 

@@ -5,15 +5,15 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::find::{find, find_or_at};
-use super::{Consent, Which};
+use super::{ConfirmArguments, ServoArguments};
 use crate::cli::confirm::confirm;
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 use crate::service::{Backup, ServicePort, backup as kept};
 
 /// Saves every register to `file`.
-pub(super) fn backup(which: &Which, file: &Path) -> Result<()> {
+pub(super) fn backup(which: &ServoArguments, file: &Path) -> Result<()> {
     let mut outputs = Outputs::of_reading([&which.port]);
-    outputs.claim("the backup", file, Writing::New)?;
+    outputs.claim("the backup", file, WriteMode::New)?;
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     let backup = Backup::of(&mut servo)?;
@@ -23,7 +23,7 @@ pub(super) fn backup(which: &Which, file: &Path) -> Result<()> {
 }
 
 /// Restores the content of `file`.
-pub(super) fn restore(which: &Which, file: &Path, consent: &Consent) -> Result<()> {
+pub(super) fn restore(which: &ServoArguments, file: &Path, consent: &ConfirmArguments) -> Result<()> {
     let backup = Backup::load(file)?;
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find_or_at(&mut port, which, backup.home())?;

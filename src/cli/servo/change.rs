@@ -3,21 +3,21 @@
 use anyhow::Result;
 
 use super::find::find;
-use super::{Consent, Which};
+use super::{ConfirmArguments, ServoArguments};
 use crate::cli::confirm::confirm;
 use crate::service::{ServicePort, Servo, centre};
 
 /// Gives the servo another id.
-pub(super) fn id(which: &Which, id: u8, consent: &Consent) -> Result<()> {
+pub(super) fn id(which: &ServoArguments, id: u8, consent: &ConfirmArguments) -> Result<()> {
     change(which, "id", f64::from(id), consent)
 }
 
 /// Sets the servo to another rate.
-pub(super) fn baud(which: &Which, baud: u32, consent: &Consent) -> Result<()> {
+pub(super) fn baud(which: &ServoArguments, baud: u32, consent: &ConfirmArguments) -> Result<()> {
     change(which, "baud_rate", f64::from(baud), consent)
 }
 
-fn change(which: &Which, name: &str, value: f64, consent: &Consent) -> Result<()> {
+fn change(which: &ServoArguments, name: &str, value: f64, consent: &ConfirmArguments) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     // Checked before the user is asked.
@@ -33,7 +33,7 @@ fn change(which: &Which, name: &str, value: f64, consent: &Consent) -> Result<()
 }
 
 /// Makes the shaft's present position the middle of the servo's counts.
-pub(super) fn center(which: &Which, consent: &Consent) -> Result<()> {
+pub(super) fn center(which: &ServoArguments, consent: &ConfirmArguments) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     let plan = centre::plan(&mut servo)?;
@@ -54,22 +54,22 @@ pub(super) fn center(which: &Which, consent: &Consent) -> Result<()> {
 }
 
 /// Restarts the servo.
-pub(super) fn reboot(which: &Which, consent: &Consent) -> Result<()> {
-    restart(which, consent, "start it anew: torque off, volatile registers as after power-on", |servo| {
+pub(super) fn reboot(which: &ServoArguments, consent: &ConfirmArguments) -> Result<()> {
+    restart(which, consent, "restart it: torque off, volatile registers as after power-on", |servo| {
         servo.reboot()
     })
 }
 
 /// Resets the servo's settings to the factory values.
-pub(super) fn reset(which: &Which, consent: &Consent) -> Result<()> {
-    let what = "torque off, and every setting back to the factory's, but for id and rate ('servo backup' keeps them first; a Feetech \
-                servo may also go back to its factory rate)";
+pub(super) fn reset(which: &ServoArguments, consent: &ConfirmArguments) -> Result<()> {
+    let what = "torque off, and every setting except id and rate back to its factory value ('servo backup' keeps \
+                them first; a Feetech servo may also go back to its factory rate)";
     restart(which, consent, what, |servo| servo.reset())
 }
 
 fn restart(
-    which: &Which,
-    consent: &Consent,
+    which: &ServoArguments,
+    consent: &ConfirmArguments,
     what: &str,
     work: impl FnOnce(&mut Servo<'_>) -> Result<(), crate::service::ServiceError>,
 ) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::Which;
+use super::ServoArguments;
 use crate::cli::BadInput;
 use crate::cli::scan::wanted_protocols;
 use crate::service::{Address, ServiceError, ServicePort, Servo, scan_bauds};
@@ -12,19 +12,23 @@ use crate::units::ServoId;
 ///
 /// # Errors
 /// If no servo answers, or servos at several rates do.
-pub(super) fn find<'p>(port: &'p mut ServicePort, which: &Which) -> Result<Servo<'p>> {
+pub(super) fn find<'p>(port: &'p mut ServicePort, which: &ServoArguments) -> Result<Servo<'p>> {
     let address = find_address(port, which)?;
     Ok(port.servo(address)?)
 }
 
 /// The same, or else the servo at `home`: it is there if an earlier move to `home` broke off.
-pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Address) -> Result<Servo<'p>> {
+pub(super) fn find_or_at<'p>(
+    port: &'p mut ServicePort,
+    which: &ServoArguments,
+    home: Address,
+) -> Result<Servo<'p>> {
     match find_address(port, which) {
         Ok(address) if port.is_anybody_at(address)? => Ok(port.servo(address)?),
         Err(error) if error.is::<BadInput>() => Err(error),
         Ok(_) | Err(_) => {
             say!(
-                "nobody answers as id {}: the servo where it was when it was backed up, {home}, is taken",
+                "no servo answers as id {}: using the servo at {home}, where it was when it was backed up",
                 which.id
             );
             Ok(port.servo(home)?)
@@ -32,7 +36,7 @@ pub(super) fn find_or_at<'p>(port: &'p mut ServicePort, which: &Which, home: Add
     }
 }
 
-fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
+fn find_address(port: &mut ServicePort, which: &ServoArguments) -> Result<Address> {
     let candidates = candidates(which)?;
     if let [address] = candidates[..] {
         return Ok(address);
@@ -52,7 +56,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
     match found.as_slice() {
         [address] => Ok(*address),
         [] => Err(anyhow::anyhow!(
-            "nobody answers as id {} on {}: check its power and cable; 'hippocamp scan {}' finds who does",
+            "no servo answers as id {} on {}: check its power and cable; 'hippocamp scan {}' lists those that do",
             which.id,
             port.path().display(),
             port.path().display()
@@ -60,7 +64,7 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
         several => {
             let several: Vec<String> = several.iter().map(Address::to_string).collect();
             Err(BadInput(format!(
-                "several answer: {}; say which with --baud and --protocol",
+                "several servos answer: {}; choose one with --baud and --protocol",
                 several.join(", ")
             ))
             .into())
@@ -68,9 +72,9 @@ fn find_address(port: &mut ServicePort, which: &Which) -> Result<Address> {
     }
 }
 
-fn candidates(which: &Which) -> Result<Vec<Address>, BadInput> {
-    let languages = wanted_protocols(which.protocol);
-    let bauds = languages.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
+fn candidates(which: &ServoArguments) -> Result<Vec<Address>, BadInput> {
+    let protocols = wanted_protocols(which.protocol);
+    let bauds = protocols.iter().flat_map(|of| scan_bauds(*of).iter().map(move |baud| (*of, *baud)));
     let is_wanted = |baud: u32| which.baud.is_none_or(|wanted| wanted == baud);
     let wanted = bauds.filter(|(_, baud)| is_wanted(*baud));
     let all: Vec<Address> =

@@ -21,7 +21,7 @@ pub(super) enum ServoCommand {
                             hippocamp servo read /dev/ttyUSB0 1 present_position")]
     Read {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         /// Its name; leave it out to read all registers.
         register: Option<String>,
     },
@@ -32,7 +32,7 @@ pub(super) enum ServoCommand {
     #[command(after_help = "Example: hippocamp servo write /dev/ttyUSB0 1 return_delay_time 0")]
     Write {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         /// The register's name.
         register: String,
         /// The value, in the register's unit.
@@ -42,73 +42,73 @@ pub(super) enum ServoCommand {
         #[arg(long)]
         raw: bool,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
-    /// Keeps every register of the servo in a file.
+    /// Saves every register of the servo to a file.
     #[command(after_help = "Example: hippocamp servo backup /dev/ttyUSB0 1 left_hip.toml")]
     Backup {
         #[command(flatten)]
-        which: Which,
-        /// The file (TOML); must not be there yet.
+        which: ServoArguments,
+        /// The file (TOML); must not exist yet.
         file: PathBuf,
     },
     /// Restores the settings in a file of 'servo backup', byte for byte, id and rate included.
     #[command(after_help = "Example: hippocamp servo restore /dev/ttyUSB0 1 left_hip.toml")]
     Restore {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         /// The file.
         file: PathBuf,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
     /// Gives the servo another id, if that is free.
     #[command(after_help = "Example: hippocamp servo id /dev/ttyUSB0 1 7")]
     Id {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         /// The new id.
         #[arg(value_parser = clap::value_parser!(u8).range(0..=i64::from(Protocol::ID_MAX)))]
         new_id: u8,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
     /// Sets the servo to another rate.
     #[command(name = "baud", after_help = "Example: hippocamp servo baud /dev/ttyUSB0 1 1000000")]
     Baud {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         /// The new rate, bit/s.
         new_baud: u32,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
     /// Makes the shaft's present position the middle of the servo's counts.
     Center {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
     /// Restarts the servo, as after power-on: this clears an overload, for example.
     Reboot {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
     /// Resets every setting to the factory value, except id and rate.
     Reset {
         #[command(flatten)]
-        which: Which,
+        which: ServoArguments,
         #[command(flatten)]
-        consent: Consent,
+        consent: ConfirmArguments,
     },
 }
 
 /// Options that identify a servo.
 #[derive(Debug, clap::Args)]
-pub(super) struct Which {
+pub(super) struct ServoArguments {
     /// The serial device, such as /dev/ttyUSB0 or a path in /dev/serial/by-id.
     port: PathBuf,
     /// The servo's id.
@@ -124,7 +124,7 @@ pub(super) struct Which {
 
 /// The option to write without asking.
 #[derive(Debug, clap::Args)]
-pub(super) struct Consent {
+pub(super) struct ConfirmArguments {
     /// Write without asking.
     #[arg(long)]
     yes: bool,

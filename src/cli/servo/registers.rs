@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::Which;
+use super::ServoArguments;
 use super::find::find;
 use crate::cli::confirm::confirm;
 use crate::service::{Access, RegisterInfo, ServiceError, ServicePort, Value};
@@ -11,7 +11,7 @@ use crate::service::{Access, RegisterInfo, ServiceError, ServicePort, Value};
 const MOVING: [&str; 5] = ["torque_enable", "goal_position", "goal_velocity", "goal_current", "goal_pwm"];
 
 /// Prints the value of one register, or of all.
-pub(super) fn read(which: &Which, register: Option<&str>) -> Result<()> {
+pub(super) fn read(which: &ServoArguments, register: Option<&str>) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     match register {
@@ -46,7 +46,7 @@ fn in_counts(value: &Value) -> String {
 }
 
 /// Writes one register, and prints its new value.
-pub(super) fn write(which: &Which, name: &str, value: f64, raw: bool, yes: bool) -> Result<()> {
+pub(super) fn write(which: &ServoArguments, name: &str, value: f64, raw: bool, yes: bool) -> Result<()> {
     let mut port = ServicePort::open(&which.port)?;
     let mut servo = find(&mut port, which)?;
     let (identity, register) = (servo.identity(), servo.register(name)?);

@@ -21,7 +21,7 @@ pub(super) struct Job {
 }
 
 /// How far the set-up of a joint's servo is.
-pub(super) enum Standing {
+pub(super) enum SetupProgress {
     /// It answers at its address and all settings are right.
     Done,
     /// It answers here, and settings are left to write.
@@ -31,7 +31,7 @@ pub(super) enum Standing {
 }
 
 /// A bus and its line.
-pub(super) struct Bench {
+pub(super) struct SetupBus {
     pub(super) name: String,
     pub(super) port: ServicePort,
     pub(super) return_delay_us: u32,
@@ -39,7 +39,7 @@ pub(super) struct Bench {
 }
 
 /// Opens the line of every bus, or lists all that cannot be opened.
-pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<Bench>> {
+pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<SetupBus>> {
     let mut benches = Vec::new();
     let mut faults = Vec::new();
     for (index, (bus, device)) in robot.buses.iter().zip(devices).enumerate() {
@@ -52,14 +52,14 @@ pub(super) fn open(robot: &Robot, devices: &[PortOption]) -> Result<Vec<Bench>> 
         });
         let (name, return_delay_us) = (bus.name.clone(), bus.return_delay_us);
         match ServicePort::open(device.path()) {
-            Ok(port) => benches.push(Bench { name, port, return_delay_us, jobs: jobs.collect() }),
+            Ok(port) => benches.push(SetupBus { name, port, return_delay_us, jobs: jobs.collect() }),
             Err(error) => faults.push(format!("bus {name}: {error}")),
         }
     }
     if faults.is_empty() { Ok(benches) } else { Err(Several { lines: faults, is_input: false }.into()) }
 }
 
-impl Bench {
+impl SetupBus {
     /// The jobs in the file's order, except that the servo whose final address is the factory address comes last:
     /// it would clash with every other new one.
     pub(super) fn order(&self) -> Vec<usize> {
@@ -80,7 +80,7 @@ impl Bench {
 
     /// How far the servo of a job is. A servo at the factory address, or with the joint's id at another rate, is
     /// the joint's only if its set-up was begun.
-    pub(super) fn standing(&mut self, index: usize, backups: &Backups) -> Result<Standing> {
+    pub(super) fn standing(&mut self, index: usize, backups: &Backups) -> Result<SetupProgress> {
         let Job { joint, model, home, .. } = &self.jobs[index];
         let (home, number) = (*home, model.model_number);
         let was_begun = backups.has(joint);
@@ -93,7 +93,7 @@ impl Bench {
                 Ok(mut servo) => {
                     let targets = targets(servo.identity().series, self.return_delay_us);
                     let is_done = changes(&mut servo, &targets, false)?.is_empty() && servo.is_locked()?;
-                    return Ok(if is_done { Standing::Done } else { Standing::Unfinished(home) });
+                    return Ok(if is_done { SetupProgress::Done } else { SetupProgress::Unfinished(home) });
                 }
                 Err(ServiceError::NoAnswer { .. }) => {}
                 Err(error) => return Err(error.into()),
@@ -107,7 +107,7 @@ impl Bench {
                 }
                 match self.port.servo_at_once(at) {
                     Ok(servo) if servo.identity().model_number == number => {
-                        return Ok(Standing::Unfinished(at));
+                        return Ok(SetupProgress::Unfinished(at));
                     }
                     Ok(_) | Err(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => {}
                     Err(ServiceError::Baud { .. }) => {}
@@ -115,14 +115,14 @@ impl Bench {
                 }
             }
         }
-        Ok(Standing::Missing)
+        Ok(SetupProgress::Missing)
     }
 
     /// True if every servo answers at its address with all settings right; prints which do not.
     pub(super) fn check_all(&mut self, backups: &Backups) -> Result<bool> {
         let mut is_all_there = true;
         for index in 0..self.jobs.len() {
-            if !matches!(self.standing(index, backups)?, Standing::Done) {
+            if !matches!(self.standing(index, backups)?, SetupProgress::Done) {
                 is_all_there = false;
                 let Job { joint, home, .. } = &self.jobs[index];
                 say!("{joint}: {home} does not answer now: leave servos that are set up plugged in");

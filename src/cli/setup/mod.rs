@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result, bail};
 
 use self::backups::Backups;
-use self::bench::{Bench, Job, Standing};
+use self::bench::{Job, SetupBus, SetupProgress};
 use self::unit::UnitNotes;
 use super::confirm::confirm;
 use super::load::load_file;
@@ -32,8 +32,8 @@ use crate::service::{Address, ServiceError};
 pub(super) struct SetupArguments {
     /// The robot file.
     pub(super) robot: PathBuf,
-    /// The unit file of this very robot [default: the robot file's name with .unit.toml for .toml]; made if there is
-    /// none.
+    /// The unit file of this robot [default: the robot file's name with .unit.toml for .toml]; created if it does not
+    /// exist.
     #[arg(long, value_name = "FILE")]
     pub(super) unit: Option<PathBuf>,
     /// Serial device of a bus, instead of the unit file's; written to the unit file.
@@ -47,9 +47,11 @@ pub(super) struct SetupArguments {
 /// Sets up all servos of the robot.
 pub(super) fn setup(options: &SetupArguments) -> Result<()> {
     if !options.yes && !std::io::stdin().is_terminal() {
-        return Err(
-            BadInput("there is nobody to ask: --yes sets up every servo that appears".to_owned()).into()
-        );
+        return Err(BadInput(
+            "standard input is not a terminal, so nobody can be asked: --yes sets up every servo that appears"
+                .to_owned(),
+        )
+        .into());
     }
     let robot = load_file(&options.robot, None)?.robot;
     if robot.buses.is_empty() {
@@ -67,7 +69,8 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
         let bus = bench.name.clone();
         say!("bus {bus} on {}: {} servos", bench.port.path().display(), bench.jobs.len());
         for index in bench.order() {
-            Walk { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop }.finish()?;
+            ServoSetup { bench, index, backups: &backups, notes: &mut notes, yes: options.yes, stop }
+                .finish()?;
         }
         is_all_there &= bench.check_all(&backups)?;
     }
@@ -83,8 +86,8 @@ pub(super) fn setup(options: &SetupArguments) -> Result<()> {
 }
 
 /// The set-up of one servo.
-struct Walk<'a> {
-    bench: &'a mut Bench,
+struct ServoSetup<'a> {
+    bench: &'a mut SetupBus,
     index: usize,
     backups: &'a Backups,
     notes: &'a mut UnitNotes,
@@ -92,7 +95,7 @@ struct Walk<'a> {
     stop: &'a AtomicBool,
 }
 
-impl Walk<'_> {
+impl ServoSetup<'_> {
     fn job(&self) -> &Job {
         &self.bench.jobs[self.index]
     }
@@ -103,16 +106,16 @@ impl Walk<'_> {
         loop {
             self.mind_the_user()?;
             let (at, is_new) = match self.standing()? {
-                Standing::Done => {
+                SetupProgress::Done => {
                     say!("{}: {} is set up", self.job().joint, self.job().home);
                     self.bench.jobs[self.index].is_done = true;
                     return Ok(());
                 }
-                Standing::Unfinished(at) => {
-                    say!("{}: {at} was begun; going on", self.job().joint);
+                SetupProgress::Unfinished(at) => {
+                    say!("{}: {at} was begun before; continuing", self.job().joint);
                     (at, false)
                 }
-                Standing::Missing => {
+                SetupProgress::Missing => {
                     self.ask_for_servo(&mut has_asked)?;
                     (self.await_newcomer()?, true)
                 }
@@ -125,7 +128,7 @@ impl Walk<'_> {
                 }
                 Err(error) => match error.downcast_ref::<ServiceError>() {
                     Some(ServiceError::NoAnswer { .. } | ServiceError::Damaged { .. }) => {
-                        say!("{}: {error}; once it is back, this goes on", self.job().joint);
+                        say!("{}: {error}; setup continues once it is back", self.job().joint);
                     }
                     _ => return Err(error.context(self.job().joint.clone())),
                 },
@@ -133,7 +136,7 @@ impl Walk<'_> {
         }
     }
 
-    fn standing(&mut self) -> Result<Standing> {
+    fn standing(&mut self) -> Result<SetupProgress> {
         let standing = self.bench.standing(self.index, self.backups);
         standing.with_context(|| self.job().joint.clone())
     }
@@ -156,13 +159,13 @@ impl Walk<'_> {
         let read = interrupt::while_asking(|| std::io::stdin().read_line(&mut line))
             .context("no answer can be read")?;
         if read == 0 || line.trim() == "q" {
-            bail!("ended; run the same again to go on");
+            bail!("ended; run the same command again to continue");
         }
         Ok(())
     }
 
     fn await_newcomer(&mut self) -> Result<Address> {
-        let mut seeker = newcomer::Seeker::new(!self.yes);
+        let mut seeker = newcomer::NewServoSearch::new(!self.yes);
         loop {
             if let Some(at) = seeker.look(self.bench, self.index, self.backups, self.stop)? {
                 return Ok(at);
@@ -177,7 +180,7 @@ impl Walk<'_> {
 
     fn mind_the_user(&self) -> Result<()> {
         match self.stop.load(Ordering::Relaxed) {
-            true => bail!("broken off; run the same again to go on"),
+            true => bail!("interrupted; run the same command again to continue"),
             false => Ok(()),
         }
     }
@@ -189,7 +192,7 @@ impl Walk<'_> {
         let mut servo = self.bench.port.servo(at)?;
         let targets = targets(servo.identity().series, self.bench.return_delay_us);
         let changes = changes(&mut servo, &targets, is_new)?;
-        say!("{joint}: {at} is to change:");
+        say!("{joint}: {at} will change:");
         for change in &changes {
             say!("  {} from {} to {}", change.register.name, change.held, change.wanted);
         }

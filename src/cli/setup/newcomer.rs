@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Result;
 
 use super::backups::Backups;
-use super::bench::Bench;
+use super::bench::SetupBus;
 use crate::model::Protocol;
 use crate::service::setup::factory_address;
 use crate::service::{Address, ServiceError, scan_bauds};
@@ -19,7 +19,7 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
 /// Looks for a new servo repeatedly.
 #[derive(Debug)]
-pub(super) struct Seeker {
+pub(super) struct NewServoSearch {
     looks: u32,
     /// The number of the first look that covers everything.
     first_whole_look: u32,
@@ -27,12 +27,12 @@ pub(super) struct Seeker {
     said: BTreeSet<String>,
 }
 
-impl Seeker {
+impl NewServoSearch {
     /// Looks everywhere soon if a person says that the servo `is_there`; otherwise gives the person time to plug it
     /// in, since a look everywhere takes a quarter of a minute.
-    pub(super) fn new(is_there: bool) -> Seeker {
+    pub(super) fn new(is_there: bool) -> NewServoSearch {
         let first_whole_look = if is_there { 2 } else { WHOLE_LOOK_EVERY };
-        Seeker { looks: 0, first_whole_look, said: BTreeSet::new() }
+        NewServoSearch { looks: 0, first_whole_look, said: BTreeSet::new() }
     }
 
     /// True if it has tried all rates and ids.
@@ -44,7 +44,7 @@ impl Seeker {
     /// obstacle.
     pub(super) fn look(
         &mut self,
-        bench: &mut Bench,
+        bench: &mut SetupBus,
         index: usize,
         backups: &Backups,
         stop: &AtomicBool,
@@ -72,7 +72,7 @@ impl Seeker {
         Ok(None)
     }
 
-    fn look_at(&mut self, bench: &mut Bench, address: Address) -> Result<Vec<Address>> {
+    fn look_at(&mut self, bench: &mut SetupBus, address: Address) -> Result<Vec<Address>> {
         match bench.port.servo(address) {
             Ok(_) => Ok(vec![address]),
             Err(ServiceError::NoAnswer { .. }) => Ok(Vec::new()),
@@ -86,7 +86,7 @@ impl Seeker {
 
     fn look_everywhere(
         &mut self,
-        bench: &mut Bench,
+        bench: &mut SetupBus,
         index: usize,
         backups: &Backups,
         stop: &AtomicBool,
@@ -106,8 +106,8 @@ impl Seeker {
                 {
                     let (port, joint) = (bench.port.path().display(), &bench.jobs[index].joint);
                     self.say(format!(
-                        "{address} answers where the servo of {} belongs; if it is the new one of {joint}, give it an id \
-                         nobody has first: hippocamp servo id {port} {} 200",
+                        "{address} answers where the servo of {} belongs; if it is the new one of {joint}, give it \
+                         an unused id first: hippocamp servo id {port} {} 200",
                         owner.joint, address.id
                     ));
                 }
@@ -133,7 +133,7 @@ impl Seeker {
     }
 
     /// The address `at`, if the servo there can be the joint's.
-    fn judge(&mut self, bench: &mut Bench, index: usize, at: Address) -> Result<Option<Address>> {
+    fn judge(&mut self, bench: &mut SetupBus, index: usize, at: Address) -> Result<Option<Address>> {
         let model = bench.jobs[index].model;
         let joint = bench.jobs[index].joint.clone();
         let identity = match bench.port.servo(at) {

@@ -8,7 +8,7 @@ use crate::cli::BadInput;
 use crate::cli::ports::PortOption;
 use crate::cli::unit;
 use crate::config::{Unit, UnitBus, UnitFile, default_unit_path, write_unit};
-use crate::output::{Outputs, Writing};
+use crate::output::{Outputs, WriteMode};
 
 /// The unit file as read, and its changes to write.
 pub(super) struct UnitNotes {
@@ -24,7 +24,7 @@ impl UnitNotes {
     /// If it exists but is no unit file, or belongs to another robot.
     pub(super) fn open(robot_file: &Path, named: Option<&Path>) -> Result<UnitNotes> {
         let path = named.map_or_else(|| default_unit_path(robot_file), Path::to_owned);
-        Outputs::of_reading([robot_file]).claim("the unit file", &path, Writing::UnitFile)?;
+        Outputs::of_reading([robot_file]).claim("the unit file", &path, WriteMode::UnitFile)?;
         let robot_name = robot_file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let file = if path.exists() { unit::find(robot_file, Some(&path))? } else { None };
         let unit = match &file {
@@ -66,7 +66,7 @@ impl UnitNotes {
         if self.unit.joints.len() == count {
             return Ok(());
         }
-        say!("{joint}: its calibration is taken out of {}", self.path.display());
+        say!("{joint}: its calibration is removed from {}", self.path.display());
         self.write()
     }
 

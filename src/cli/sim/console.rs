@@ -20,7 +20,7 @@ const HELP: &str = "  plug SERVO...              connect: it starts from its EEP
                              feels it, and only without physics (--no-physics)
   list                       every servo: its joint, id, angle and torque
   quit                       end
-SERVO is a joint (left_hind.hip), BUS:ID with the id of the robot file, or all; a bus in its place is its adapter.";
+SERVO is a joint (left_hind.hip), BUS:ID with the id of the robot file, or all; the name of a bus instead stands for its adapter.";
 
 /// Standard input and the servos it controls.
 pub(super) struct Console<'a> {

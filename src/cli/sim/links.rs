@@ -52,7 +52,8 @@ impl Links {
         let mut names = names.flat_map(|name| [folder.join(name), folder.join(format!("{name}.new"))]);
         if let Some(taken) = names.find(is_in_the_way) {
             return Err(BadInput(format!(
-                "{} is there already, and no link of hippocamp sim's: move it away, or give another folder with --link",
+                "{} exists already and is not a link of hippocamp sim: move it away, or give another folder with \
+                 --link",
                 taken.display()
             ))
             .into());

@@ -174,6 +174,6 @@ impl Rig {
             let baud = self.robot.imu.as_ref().map_or(0, |imu| imu.baud);
             say!("  imu: {} -> {} (WitMotion, {baud} baud)", path.display(), terminal.display());
         }
-        say!("Type help for what can be done to the servos; Ctrl-C ends.");
+        say!("Type help for a list of commands; Ctrl-C ends.");
     }
 }

@@ -174,7 +174,7 @@ mod tests {
             tracking_error_rad: 1.0,
             fault_delay_s: 1.0,
             temperature_c: 60.0,
-            on_trip: crate::model::OnTrip::Stop,
+            tripped_servo: crate::model::TrippedServoPolicy::Stop,
         };
         let joint = Joint {
             name: String::new(),

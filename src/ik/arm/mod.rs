@@ -11,7 +11,7 @@ mod clearance;
 mod follow;
 mod groups;
 mod hand_over;
-mod held;
+mod hinge_ranges;
 mod pose;
 mod sections;
 mod smooth;

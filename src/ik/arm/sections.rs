@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_changes_nothing() {
+    fn a_number_that_is_not_finite_changes_nothing() {
         let (mut solver, drive, chain) = arm();
         let mut target = target(ArmAim::Ends, &drive, &chain, &[SectionBend { lift: 0.3, sweep: 0.1 }; 3]);
         target.ends_in_body[0].x = f64::NAN;

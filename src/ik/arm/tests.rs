@@ -107,7 +107,7 @@ fn tips_are_reached_from_a_direction() {
 }
 
 #[test]
-fn places_of_all_links_are_followed_exactly() {
+fn positions_of_all_links_are_followed_exactly() {
     let rig = Rig::new(1.5);
     let mut solver = rig.solver(Bending::Smooth);
     let mut pose = poses(&rig, 0.6);
@@ -122,7 +122,7 @@ fn places_of_all_links_are_followed_exactly() {
 }
 
 #[test]
-fn both_rules_bring_the_ends_of_groups_to_their_places() {
+fn both_rules_bring_group_ends_to_their_targets() {
     let rig = Rig::new(1.5);
     let mut pose = poses(&rig, 0.25);
     for bending in [Bending::Ccd, Bending::Smooth] {
@@ -144,7 +144,7 @@ fn both_rules_bring_the_ends_of_groups_to_their_places() {
 }
 
 #[test]
-fn a_low_ratio_at_the_root_moves_the_tip_and_the_other_way_round() {
+fn a_low_stiffness_ratio_at_the_root_moves_the_tip_and_vice_versa() {
     // For one group whose end moves sideways: the shares of its last and its first joint in the turns.
     let shares = |ratios: [f64; 4]| {
         let mut rig = Rig::new(1.5);
@@ -164,7 +164,7 @@ fn a_low_ratio_at_the_root_moves_the_tip_and_the_other_way_round() {
 }
 
 #[test]
-fn ranges_hold_whatever_is_asked() {
+fn ranges_hold_for_any_target() {
     let mut rig = Rig::new(0.5);
     let corner = |y: f64, z: f64| Corner { swing: DVec2::new(y, z), twist_rad: (-0.1, 0.1) };
     let range =
@@ -218,7 +218,7 @@ fn a_third_hinge_twists_within_the_range_and_moves_no_place() {
 }
 
 #[test]
-fn what_is_not_a_number_changes_nothing() {
+fn a_number_that_is_not_finite_changes_nothing() {
     let rig = Rig::new(1.0);
     let mut solver = rig.solver(Bending::Smooth);
     for aim in [ArmAim::Ends, ArmAim::Tip, ArmAim::TipAlong, ArmAim::Places] {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::ik::{Limbs, Method, REACHED_M};
 use crate::kinds::loads::Load;
 use crate::model::{FigureMotion, FigurePose, Joint, Robot};
-use crate::motion::figure::{FigurePlan, Stance};
+use crate::motion::figure::{FigurePlan, TrunkPosture};
 use crate::signals::{JointTargets, Targets};
 
 /// Most solutions until the centre of mass is over the feet.
@@ -28,7 +28,7 @@ pub struct FigureCapability {
 
 /// The reason why a figure cannot take a pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the {leg} sole is {miss_mm:.1} mm from where it is to be")]
+#[error("the {leg} sole is {miss_mm:.1} mm from its target")]
 pub struct PoseError {
     /// Number of the pose; `None` for sitting.
     pub pose: Option<usize>,
@@ -128,7 +128,7 @@ impl PoseSolver<'_> {
             *angle = Joint::middle_rad(joint);
         }
         self.targets.set_soles().pose_rad.copy_from_slice(&pose.angles_rad);
-        let mut stance = Stance {
+        let mut stance = TrunkPosture {
             rise_m: pose.height_m - self.figure.stand_height_m,
             pitch_rad: pose.pitch_rad,
             roll_rad: pose.roll_rad,
@@ -162,7 +162,7 @@ impl PoseSolver<'_> {
 /// centre of mass is over their middle. For a leg it is the moment of its half of the weight at its sole,
 /// less that of the parts between; for other limbs the moment of the parts that hang on the joint. `stance`
 /// gives the trunk's posture.
-fn hold_nm(robot: &Robot, figure: &FigureMotion, stance: Stance, angles: &[f64], joint: usize) -> f64 {
+fn hold_nm(robot: &Robot, figure: &FigureMotion, stance: TrunkPosture, angles: &[f64], joint: usize) -> f64 {
     const GRAVITY_M_S2: f64 = 9.806_65;
     let Some(place) = robot.chains.iter().position(|chain| chain.joints.contains(&joint)) else { return 0.0 };
     let chain = &robot.chains[place];

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_until_a_key_asks_for_a_pose() {
+    fn a_figure_stands_until_a_key_asks_for_a_pose() {
         let orders = ["", "1", "13", "3 ", "30", "nn", "nnp", "p"].map(|text| typed(text).0);
         assert_eq!(orders, [0, 1, 3, 0, 0, 2, 1, 0].map(Order::Take));
         assert_eq!(typed("9"), (Order::Take(0), Some("there is no pose of this number")));
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_is_an_end_and_an_emergency_stop_comes_after_all() {
+    fn an_ordered_end_stays_and_only_an_emergency_stop_replaces_it() {
         assert_eq!(typed("2q3").0, Order::Stop);
         assert_eq!(typed("2qx").0, Order::StopAtOnce);
         assert_eq!(typed("2xq ").0, Order::StopAtOnce);

@@ -4,10 +4,10 @@ pub mod capability;
 mod describe;
 mod keys;
 
-use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskError, Words};
-use crate::chance::Chance;
+use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
 use crate::model::{FigureMotion, FigurePose, Robot};
 use crate::motion::{Order, Plan};
+use crate::random::RandomStream;
 use crate::recording::Task;
 use crate::signals::{Activity, Status};
 pub use capability::{FigureCapability, PoseError};
@@ -57,7 +57,7 @@ impl Kind for Figure {
         self.capability.plan(0).into()
     }
 
-    fn plan(&self, _robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
+    fn plan(&self, _robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
         if asked.gait.is_some() || asked.speed_m_s.is_some() || asked.stroke.is_some() {
             let said =
                 "--gait, --speed, --stroke: a figure takes poses, one of them by --pose, many by --script";
@@ -105,11 +105,11 @@ impl Kind for Figure {
         Some(Falls::AllRound(&IMPULSES_NS_KG))
     }
 
-    fn any_plan(&self, _robot: &Robot, chance: &mut Chance) -> Plan {
+    fn any_plan(&self, _robot: &Robot, chance: &mut RandomStream) -> Plan {
         self.capability.plan(chance.below(self.settings.poses.len())).into()
     }
 
-    fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
+    fn any_order(&self, _robot: &Robot, chance: &mut RandomStream) -> Order {
         Order::Take(chance.below(self.settings.poses.len()))
     }
 }

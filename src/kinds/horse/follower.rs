@@ -2,7 +2,7 @@
 
 use crate::ik::{Method, REACHED_M, Solution, Solver};
 use crate::model::{HorseMotion, Joint, Robot};
-use crate::motion::horse::{Attitude, LEVELS, LegReach};
+use crate::motion::horse::{LEVELS, LegReach, TrunkPose};
 
 /// Pull of the pose towards neutral while following, as in a walk.
 const PULL: f64 = 0.1;
@@ -21,7 +21,7 @@ pub(super) struct Follower {
     /// Forward position of the tip in the middle of the ranges, m.
     middle_m: f64,
     side_m: f64,
-    attitude: Attitude,
+    trunk: TrunkPose,
     length_m: f64,
     /// Halvings of a step at the limit of the reach.
     halvings: i32,
@@ -44,7 +44,7 @@ impl Follower {
             middle_m: tip.x,
             side_m: tip.y,
             angles,
-            attitude: Attitude { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 },
+            trunk: TrunkPose { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 },
             length_m: chain.length_m(joints),
             halvings: FINE_HALVINGS,
             heights_m: (-half_oscillation_m, horse.swing_lift_m + half_oscillation_m),
@@ -77,7 +77,7 @@ impl Follower {
     }
 
     fn solve(&mut self, forward_m: f64, up_m: f64) -> Solution {
-        let target = self.attitude.tip_in_body(forward_m, up_m, self.side_m);
+        let target = self.trunk.tip_in_body(forward_m, up_m, self.side_m);
         self.solver.solve(Method::CcdThenFinish, target, PULL, &mut self.angles)
     }
 
@@ -182,20 +182,20 @@ impl Follower {
     }
 
     /// How far, up to `limit_m`, the foot can go from `neutral_m` at each height of a stride, with the trunk
-    /// at `attitude`; the pose starts from the present posture and returns to it.
-    pub(super) fn reach_at(&mut self, attitude: Attitude, neutral_m: f64, limit_m: f64) -> LegReach {
-        let (from, angles) = (self.attitude, self.angles.clone());
+    /// at `trunk`; the pose starts from the present posture and returns to it.
+    pub(super) fn reach_at(&mut self, trunk: TrunkPose, neutral_m: f64, limit_m: f64) -> LegReach {
+        let (from, angles) = (self.trunk, self.angles.clone());
         for step in 1..=STEPS_A_MOVE {
             let share = f64::from(step) / f64::from(STEPS_A_MOVE);
-            self.attitude = Attitude {
-                height_m: from.height_m + (attitude.height_m - from.height_m) * share,
-                pitch_rad: from.pitch_rad + (attitude.pitch_rad - from.pitch_rad) * share,
-                roll_rad: from.roll_rad + (attitude.roll_rad - from.roll_rad) * share,
+            self.trunk = TrunkPose {
+                height_m: from.height_m + (trunk.height_m - from.height_m) * share,
+                pitch_rad: from.pitch_rad + (trunk.pitch_rad - from.pitch_rad) * share,
+                roll_rad: from.roll_rad + (trunk.roll_rad - from.roll_rad) * share,
             };
             self.solve(neutral_m, 0.0);
         }
         let ends = self.ends_by_height(neutral_m, limit_m).unwrap_or([(neutral_m, neutral_m); LEVELS]);
-        (self.attitude, self.angles) = (from, angles);
+        (self.trunk, self.angles) = (from, angles);
         LegReach {
             aft_m: ends.map(|(aft_m, _)| (neutral_m - aft_m).max(0.0)),
             fore_m: ends.map(|(_, fore_m)| (fore_m - neutral_m).max(0.0)),
@@ -205,7 +205,7 @@ impl Follower {
     /// The same in the present posture, with the trunk `sway_m` to the left of the foot.
     pub(super) fn reach_swaying(&mut self, sway_m: f64, neutral_m: f64, limit_m: f64) -> LegReach {
         self.side_m -= sway_m;
-        let found = self.reach_at(self.attitude, neutral_m, limit_m);
+        let found = self.reach_at(self.trunk, neutral_m, limit_m);
         self.side_m += sway_m;
         found
     }

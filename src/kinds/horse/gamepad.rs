@@ -90,7 +90,7 @@ impl Gamepad {
             "Start               arms it, sticks centred; until then the robot stands",
             "left stick          speed and turn",
             "right, left bumper  next, previous gait; before the first, the one that suits the speed",
-            "A or cross          stop and stand; Start goes on",
+            "A or cross          stop and stand; Start continues",
             "Select or Back      stop, sit down and end",
             "B or circle         EMERGENCY STOP: the stop action at once",
         ]
@@ -105,7 +105,7 @@ impl Gamepad {
             PadEvent::Heard => {}
             PadEvent::Unplugged => {
                 (self.is_armed, self.speed, self.turn) = (false, 0.0, 0.0);
-                return Some("GAMEPAD UNPLUGGED: the robot stops. Plug it in and press Start to go on");
+                return Some("GAMEPAD UNPLUGGED: the robot stops. Plug it in and press Start to continue");
             }
             PadEvent::PluggedIn => return Some("the gamepad is there: press Start to arm it"),
             PadEvent::Pressed(button) => return self.press(button),
@@ -144,7 +144,7 @@ impl Gamepad {
             Button::Arm => {}
             Button::Stop => {
                 self.is_armed = false;
-                return Some("stopped: let go of the sticks and press Start to go on");
+                return Some("stopped: let go of the sticks and press Start to continue");
             }
             Button::End => {
                 self.ending.stop();
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_nothing_until_it_is_armed() {
+    fn a_gamepad_does_nothing_until_it_is_armed() {
         let mut pad = pad();
         pad.hear(FORWARD, 0.5);
         assert_stands(&mut pad, 0.5);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn sticks_are_shares_of_what_the_gait_can_do() {
+    fn sticks_set_shares_of_the_top_speed_of_the_gait() {
         let mut pad = walking();
         assert_eq!(command(&mut pad, 2.0).gait, GaitChoice::Auto);
         assert!((speed_m_s(&mut pad, 2.0) - 0.4).abs() < 1e-12);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn unplugged_it_stops_the_robot_until_armed_again() {
+    fn an_unplugged_gamepad_stops_the_robot_until_it_is_armed_again() {
         let mut pad = walking();
         assert!(pad.hear(PadEvent::Unplugged, 2.2).is_some_and(|note| note.contains("UNPLUGGED")));
         assert_stands(&mut pad, 2.2);
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn unplugged_while_the_robot_stands_it_must_be_armed_again_too() {
+    fn a_gamepad_unplugged_while_the_robot_stands_must_be_armed_again() {
         let mut pad = pad();
         pad.hear(START, 1.0);
         pad.hear(PadEvent::Unplugged, 2.0);
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn silent_or_frozen_for_half_a_second_it_stops_the_robot_until_armed_again() {
+    fn a_gamepad_silent_or_frozen_for_half_a_second_stops_the_robot_until_it_is_armed_again() {
         let mut pad = walking();
         assert!(speed_m_s(&mut pad, 2.49) > 0.0);
         let (_, note) = pad.instruction(2.51);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_it_says_it_is_alive() {
+    fn any_gamepad_event_counts_as_a_sign_of_life() {
         let mut pad = walking();
         for tenths in 21..60 {
             let now_s = f64::from(tenths) * 0.1;
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn centred_it_may_be_silent_as_long_as_it_likes() {
+    fn a_gamepad_with_centred_sticks_may_stay_silent() {
         let mut pad = pad();
         pad.hear(START, 1.0);
         pad.hear(LET_GO, 1.1);
@@ -294,14 +294,14 @@ mod tests {
     }
 
     #[test]
-    fn the_stop_button_stands_until_armed_again() {
+    fn the_stop_button_stops_the_robot_until_the_gamepad_is_armed_again() {
         let mut pad = walking();
         pad.hear(PadEvent::Pressed(Button::Stop), 2.1);
         assert_needs_arming(pad, 2.2);
     }
 
     #[test]
-    fn an_end_is_an_end_armed_or_not() {
+    fn an_ordered_end_stays_whether_armed_or_not() {
         let ended = |mut pad: Gamepad, buttons: &[Button]| {
             for button in buttons {
                 pad.hear(PadEvent::Pressed(*button), 2.1);

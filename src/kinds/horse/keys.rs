@@ -140,13 +140,13 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_until_a_key_is_pressed() {
+    fn a_horse_stands_until_a_key_is_pressed() {
         assert_eq!(command(""), Command::default());
         assert_eq!(command("yz\t\n"), Command::default());
     }
 
     #[test]
-    fn speed_and_turn_go_in_tenths_of_what_there_is() {
+    fn speed_and_turn_change_in_tenths_of_the_maximum() {
         let walk = command("1^^^<<");
         assert_eq!(walk.gait, GaitChoice::Gait(0));
         assert!((walk.speed_m_s - 0.03).abs() < 1e-12);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn holding_a_key_down_winds_nothing_up() {
+    fn a_held_key_does_not_push_speed_beyond_its_limit() {
         let most = command(&format!("1{}", "^".repeat(100)));
         assert!((most.speed_m_s - 0.1).abs() < 1e-12);
         let less = command(&format!("1{}v", "^".repeat(100)));
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn space_stands_and_keeps_the_posture() {
+    fn space_stops_the_walk_and_keeps_the_posture() {
         let stopped = command("3^^^<rt ");
         assert_eq!((stopped.gait, stopped.speed_m_s, stopped.yaw_rate_rad_s), (GaitChoice::Stand, 0.0, 0.0));
         assert!((stopped.posture.rise_m - 0.004).abs() < 1e-12);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn gaits_the_robot_cannot_do_are_not_taken() {
+    fn gaits_that_the_robot_cannot_do_are_refused() {
         let (instruction, note) = typed("1^2");
         assert_eq!(instruction, typed("1^").0);
         assert!(note.is_some_and(|note| note.contains("too slow")));
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_is_an_end_and_an_emergency_stop_comes_after_all() {
+    fn an_ordered_end_stays_and_only_an_emergency_stop_replaces_it() {
         assert_eq!(typed("1^q").0.order, Order::Stop);
         assert_eq!(typed("1^q^ 13").0.order, Order::Stop);
         assert_eq!(typed("1^x").0.order, Order::StopAtOnce);

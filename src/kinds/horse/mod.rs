@@ -1,25 +1,25 @@
 //! A horse: four legs that walk by gaits.
 
-mod asked;
-mod by_chance;
 pub mod capability;
 mod describe;
 mod follower;
 mod gamepad;
 mod keys;
+mod options;
 mod postures;
+mod random_orders;
 pub mod reach;
 mod repertoire;
 mod script;
 pub mod top_speed;
 mod words;
 
-use super::{Asked, Falls, FootRange, KeyDriver, Kind, Picture, Refusal, TaskError, Words};
-use crate::chance::Chance;
+use super::{Falls, FootRange, KeyDriver, Kind, MotionOptions, Picture, Refusal, TaskError, Words};
 use crate::model::{HorseMotion, Robot};
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Order, Plan};
 use crate::operator::Script;
+use crate::random::RandomStream;
 use crate::recording::{Task, gait_is_of};
 pub use capability::HorseCapability;
 pub use gamepad::{Axis, Button, Gamepad, PadEvent};
@@ -73,8 +73,8 @@ impl Kind for Horse {
         self.standing().into()
     }
 
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
-        let (plan, remark) = asked::plan(self, robot, asked)?;
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
+        let (plan, remark) = options::plan(self, robot, asked)?;
         Ok((plan.into(), remark))
     }
 
@@ -130,13 +130,13 @@ impl Kind for Horse {
         Some(Falls::AtRandom(gaits.filter(doable).collect()))
     }
 
-    fn any_plan(&self, _robot: &Robot, chance: &mut Chance) -> Plan {
+    fn any_plan(&self, _robot: &Robot, chance: &mut RandomStream) -> Plan {
         let plan = self.standing();
-        let command = by_chance::command(chance, &plan);
+        let command = random_orders::command(chance, &plan);
         HorsePlan { command, ..plan }.into()
     }
 
-    fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
-        Order::Drive(by_chance::command(chance, &self.standing()))
+    fn any_order(&self, _robot: &Robot, chance: &mut RandomStream) -> Order {
+        Order::Drive(random_orders::command(chance, &self.standing()))
     }
 }

@@ -4,7 +4,7 @@ use super::Reach;
 use super::follower::Follower;
 use super::reach::{reachable, strides_of};
 use crate::model::{HorseMotion, Robot};
-use crate::motion::horse::{Attitude, LegReach, ReachTable, Reachable};
+use crate::motion::horse::{LegReach, ReachTable, Reachable, TrunkPose};
 
 /// Number of heights and pitches at which a leg's reach is computed, and the steepest pitch and roll, rad.
 const HEIGHTS: u32 = 5;
@@ -39,11 +39,11 @@ pub(super) fn table(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) ->
         let neutral_m = reach.neutral_in_body.x;
         let mut follower = Follower::standing_at(robot, horse, leg, neutral_m);
         levels_m = follower.heights_m();
-        let stand = Attitude { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        let stand = TrunkPose { height_m: horse.stand_height_m, pitch_rad: 0.0, roll_rad: 0.0 };
         level[leg] = follower.finely().reach_at(stand, neutral_m, LIMIT * level_m);
         let mut at = |height_m: f64, pitch_rad: f64| {
-            let attitude = Attitude { height_m, pitch_rad, roll_rad: 0.0 };
-            follower.reach_at(attitude, neutral_m, LIMIT * level_m)
+            let trunk = TrunkPose { height_m, pitch_rad, roll_rad: 0.0 };
+            follower.reach_at(trunk, neutral_m, LIMIT * level_m)
         };
         for height_m in &heights_m {
             for pitch_rad in &pitches_rad {

@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_driver_sees_what_is_done_and_what_was_asked() {
+    fn the_status_shows_the_motion_and_the_order() {
         let asked = |gait, yaw_deg_s: f64| {
             let yaw_rate_rad_s = yaw_deg_s.to_radians();
             Order::Drive(Command { gait, speed_m_s: 0.2, yaw_rate_rad_s, ..Command::default() })

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::{Tentacle, TentacleCapability};
 use crate::kinds::loads::{self, LASTING_SHARE, Load};
-use crate::model::{ArmGeometry, Carrier, Robot, TentacleMotion};
+use crate::model::{ArmGeometry, Robot, TentacleMotion, WeightSupport};
 use crate::motion::tentacle::strokes::STROKES;
 
 /// Lines of its arms, strokes and loads.
@@ -52,9 +52,9 @@ fn write_tempos(
 /// The load that each joint holds up in its worst pose.
 fn write_loads(text: &mut String, robot: &Robot, tentacle: &TentacleMotion, of: &[Load]) -> fmt::Result {
     let carried = match tentacle.carrier {
-        Carrier::Servos => "its servos alone".to_owned(),
-        Carrier::Water => format!("water, {:.0} %,", tentacle.carried_share * 100.0),
-        Carrier::Counterweight => format!("a counterweight, {:.0} %,", tentacle.carried_share * 100.0),
+        WeightSupport::Servos => "its servos alone".to_owned(),
+        WeightSupport::Water => format!("water, {:.0} %,", tentacle.carried_share * 100.0),
+        WeightSupport::Counterweight => format!("a counterweight, {:.0} %,", tentacle.carried_share * 100.0),
     };
     writeln!(text, "\nWeight carried by {carried} stretched out level:")?;
     text.push_str(&loads::table(robot, of));
@@ -79,9 +79,9 @@ pub(super) fn too_heavy(tentacle: &Tentacle, robot: &Robot) -> Option<(String, S
     let worst = loads.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
     (share(&worst) > 1.0).then(|| {
         let carried = match settings.carrier {
-            Carrier::Servos => String::new(),
-            Carrier::Water => format!(", of which water carries {:.0} %", settings.carried_share * 100.0),
-            Carrier::Counterweight => {
+            WeightSupport::Servos => String::new(),
+            WeightSupport::Water => format!(", of which water carries {:.0} %", settings.carried_share * 100.0),
+            WeightSupport::Counterweight => {
                 format!(", of which a counterweight carries {:.0} %", settings.carried_share * 100.0)
             }
         };
@@ -93,7 +93,7 @@ pub(super) fn too_heavy(tentacle: &Tentacle, robot: &Robot) -> Option<(String, S
             worst.torque_nm,
             share(&worst) * 100.0
         );
-        let key = if settings.carrier == Carrier::Servos { "motion.carried_by" } else { "motion.carried_share" };
+        let key = if settings.carrier == WeightSupport::Servos { "motion.carried_by" } else { "motion.carried_share" };
         (key.to_owned(), expected)
     })
 }

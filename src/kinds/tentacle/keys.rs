@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_rest_until_a_key_is_pressed_and_go_from_stroke_to_stroke() {
+    fn arms_rest_until_a_key_is_pressed_and_then_change_strokes() {
         assert_eq!(command(""), StrokeCommand::default());
         let strokes = ["1", "2", "3", "12", "2 ", "3p"].map(|text| command(text).stroke);
         assert_eq!(strokes.map(|stroke| stroke.name), ["sway", "walk", "swim", "walk", "rest", "park"]);
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn tempo_and_turn_go_in_steps_and_wind_nothing_up() {
+    fn tempo_and_turn_change_in_steps_and_stop_at_their_limits() {
         assert!((command("2vvv").tempo - 0.7).abs() < 1e-12);
         assert!((command(&"^".repeat(100)).tempo - 2.0).abs() < 1e-12);
         assert!(command(&"v".repeat(100)).tempo.abs() < 1e-12);
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_is_an_end_and_an_emergency_stop_comes_after_all() {
+    fn an_ordered_end_stays_and_only_an_emergency_stop_replaces_it() {
         assert_eq!(typed("2q3").0.order, Order::Stop);
         assert_eq!(typed("2qx").0.order, Order::StopAtOnce);
         assert_eq!(typed("2xq ").0.order, Order::StopAtOnce);

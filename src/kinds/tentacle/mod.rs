@@ -1,19 +1,19 @@
 //! Arms that move like those of an octopus.
 
-mod asked;
-mod by_chance;
 pub mod capability;
 mod describe;
 mod keys;
+mod options;
+mod random_orders;
 mod show;
 mod tempo;
 
-use super::{Asked, Falls, KeyDriver, Kind, Picture, Refusal, Repertoire, TaskError, Words};
-use crate::chance::Chance;
+use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
 use crate::model::{Robot, TentacleMotion};
 use crate::motion::tentacle::strokes::STROKES;
 use crate::motion::{Order, Plan, StrokeCommand};
 use crate::operator::Script;
+use crate::random::RandomStream;
 use crate::recording::Task;
 use crate::signals::{Activity, Status};
 pub use capability::TentacleCapability;
@@ -53,8 +53,8 @@ impl Kind for Tentacle {
         self.plan_to(robot, StrokeCommand::default())
     }
 
-    fn plan(&self, robot: &Robot, asked: &Asked<'_>) -> Result<(Plan, Option<String>), Refusal> {
-        let command = asked::command(&self.settings, asked)?.unwrap_or_default();
+    fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
+        let command = options::command(&self.settings, asked)?.unwrap_or_default();
         Ok((self.plan_to(robot, command), None))
     }
 
@@ -120,12 +120,12 @@ impl Kind for Tentacle {
         None
     }
 
-    fn any_plan(&self, robot: &Robot, chance: &mut Chance) -> Plan {
-        self.plan_to(robot, by_chance::command(chance, &self.settings))
+    fn any_plan(&self, robot: &Robot, chance: &mut RandomStream) -> Plan {
+        self.plan_to(robot, random_orders::command(chance, &self.settings))
     }
 
-    fn any_order(&self, _robot: &Robot, chance: &mut Chance) -> Order {
-        Order::Perform(by_chance::command(chance, &self.settings))
+    fn any_order(&self, _robot: &Robot, chance: &mut RandomStream) -> Order {
+        Order::Perform(random_orders::command(chance, &self.settings))
     }
 }
 

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_round_and_round_until_its_time_is_over() {
+    fn a_show_repeats_until_its_time_is_over() {
         let robot = robot();
         let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1000.0);
         let period_s = script.repeats_after_s.unwrap();
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn it_parks_while_a_servo_is_hot_or_a_person_says_so_and_goes_on_where_it_was() {
+    fn a_show_parks_while_a_servo_is_hot_or_a_key_asks_and_resumes_where_it_was() {
         let robot = robot();
         let script = Show::of_all_strokes(robot.motion.tentacle().unwrap(), 1e6);
         let mut show = Show::new(&robot, script);

@@ -4,18 +4,18 @@
 //! pose asked for -> time to get there -> curve of trunk and arms (glide) -> soles under a leaning trunk (poise)
 //! ```
 
-mod glide;
-mod poise;
+mod pose_motion;
+mod quintic;
 
 use glam::DVec3;
 
 use super::legged::LeggedGenerator;
 use crate::model::{FigureMotion, Robot};
 use crate::motion::{Generate, Intent, Planned};
-pub use poise::{Poise, Stance};
+pub use pose_motion::{PoseMotion, TrunkPosture};
 
 /// A figure from limp to limp.
-pub type FigureGenerator = LeggedGenerator<Poise>;
+pub type FigureGenerator = LeggedGenerator<PoseMotion>;
 
 /// Data about the robot that a figure's motion needs, computed when it loads, and the pose it starts with.
 #[derive(Debug, Clone)]
@@ -39,10 +39,10 @@ pub struct FigurePlan {
 
 impl FigurePlan {
     /// The trunk's posture in pose number `pose`; as in the stand if there is no such pose.
-    pub fn stance(&self, pose: usize) -> Stance {
+    pub fn stance(&self, pose: usize) -> TrunkPosture {
         let of = |pose: usize| Some((self.settings.poses.get(pose)?, self.forward_m.get(pose)?));
-        let Some((pose, forward_m)) = of(pose).or_else(|| of(0)) else { return Stance::default() };
-        Stance {
+        let Some((pose, forward_m)) = of(pose).or_else(|| of(0)) else { return TrunkPosture::default() };
+        TrunkPosture {
             rise_m: pose.height_m - self.settings.stand_height_m,
             pitch_rad: pose.pitch_rad,
             roll_rad: pose.roll_rad,
@@ -68,6 +68,6 @@ impl Planned for FigurePlan {
     }
 
     fn generator(&self, robot: &Robot, move_for_s: f64) -> Box<dyn Generate> {
-        Box::new(FigureGenerator::new(robot, Poise::standing(robot, self.clone()), move_for_s))
+        Box::new(FigureGenerator::new(robot, PoseMotion::standing(robot, self.clone()), move_for_s))
     }
 }

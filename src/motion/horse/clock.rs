@@ -224,7 +224,7 @@ mod tests {
 
     /// The table of reference changes of phase offsets, in the order left hind, left fore, right hind, right fore.
     #[test]
-    fn lags_move_the_shortest_way() {
+    fn phase_offsets_change_the_shortest_way() {
         let expected = [
             ("walk", "trot", [-0.15, 0.15, -0.15, 0.15]),
             ("walk", "canter", [0.15, 0.15, -0.15, -0.15]),
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn steady_lift_offs_are_the_gaits() {
+    fn steady_lift_offs_match_the_gait() {
         let trot = gait("trot");
         let clock = StrideClock::starting(&trot, SWING_S, 2.0);
         for leg in 0..4 {
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_ends_in_the_other_gait_and_every_lift_off_is_where_the_phase_says() {
+    fn a_change_ends_in_the_other_gait_and_every_lift_off_matches_the_phase() {
         for from in Gait::built_in() {
             for to in Gait::built_in() {
                 let clock = StrideClock::starting(&from, SWING_S, 0.0).change_to(&to, SWING_S, 1.23, 1.5);

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::planner::{Found, Planner, Request, Within};
-use super::posture::{Attitude, Carriage};
+use super::planner::{Found, Planner, ReachLimit, Request};
+use super::posture::{PostureTransition, TrunkPose};
 use super::profile::Velocity;
 use super::reach_table::Reachable;
 use super::walk::Walk;
@@ -18,7 +18,7 @@ pub struct Drive {
     plan: HorsePlan,
     walk: Walk,
     planner: Planner,
-    carriage: Carriage,
+    transition: PostureTransition,
     /// The requested posture, and its limited value.
     asked: Posture,
     granted: Posture,
@@ -40,7 +40,7 @@ impl Drive {
         Drive {
             walk: Walk::standing(&plan),
             planner: Planner::new(),
-            carriage: Carriage::level(plan.settings.stand_height_m),
+            transition: PostureTransition::level(plan.settings.stand_height_m),
             asked: Posture::default(),
             granted: Posture::default(),
             way_reach: plan.reach.level,
@@ -62,7 +62,7 @@ impl Drive {
     pub fn reset_to_stand(&mut self) {
         self.walk = Walk::standing(&self.plan);
         self.planner = Planner::new();
-        self.carriage = Carriage::level(self.plan.settings.stand_height_m);
+        self.transition = PostureTransition::level(self.plan.settings.stand_height_m);
         (self.asked, self.granted) = (Posture::default(), Posture::default());
         self.way_reach = self.plan.reach.level;
         self.oscillation_share = 0.0;
@@ -81,7 +81,7 @@ impl Drive {
         let before_s = self.now_s;
         self.now_s += dt_s;
         self.walk.advance(self.now_s);
-        self.carriage.advance(dt_s);
+        self.transition.advance(dt_s);
         self.follow(command.filter(Command::is_finite).unwrap_or_default());
         self.move_trunk(before_s);
         self.breathe(dt_s);
@@ -121,16 +121,16 @@ impl Drive {
         let (plan, walk, now_s) = (&self.plan, &mut self.walk, self.now_s);
         self.planner.begin_cycle();
         let goes_on = !is_to_stand_first
-            && match self.planner.follow(plan, walk, now_s, request, (Within::Next, &reach)) {
+            && match self.planner.follow(plan, walk, now_s, request, (ReachLimit::Next, &reach)) {
                 Found::Way => true,
                 Found::NoneYet => false,
                 Found::None => self.planner.keeps(walk, now_s, &reach),
             };
         if goes_on {
-            self.carriage.aim_for(next);
+            self.transition.aim_for(next);
             self.way_reach = reach;
         } else if is_to_stand_first || self.way_reach != reach {
-            self.planner.follow(plan, walk, now_s, request, (Within::Present, &self.way_reach));
+            self.planner.follow(plan, walk, now_s, request, (ReachLimit::Present, &self.way_reach));
         }
     }
 
@@ -155,14 +155,14 @@ impl Drive {
     /// by way of the level stand.
     fn next_posture(&self) -> (Posture, Reachable) {
         let table = &self.plan.reach;
-        if self.carriage.now() == self.granted && self.carriage.goal() == self.granted {
+        if self.transition.now() == self.granted && self.transition.goal() == self.granted {
             return (self.granted, table.at(self.granted));
         }
-        if self.carriage.goal() == self.granted {
+        if self.transition.goal() == self.granted {
             return (self.granted, self.way_reach);
         }
         let way_to = |goal| {
-            let [a, b] = self.carriage.way_begins().map(|begin| table.between(begin, goal));
+            let [a, b] = self.transition.way_begins().map(|begin| table.between(begin, goal));
             a.and(&b)
         };
         let straight = way_to(self.granted);
@@ -170,7 +170,7 @@ impl Drive {
             return (self.granted, straight.and(&self.way_reach));
         }
         let level = Posture::default();
-        if self.carriage.goal() == level { (level, self.way_reach) } else { (level, way_to(level)) }
+        if self.transition.goal() == level { (level, self.way_reach) } else { (level, way_to(level)) }
     }
 
     /// Moves the trunk's middle along its heading.
@@ -194,7 +194,7 @@ impl Drive {
 
     /// True once the horse stands level on its neutral points and will stay so.
     pub fn is_standing(&self) -> bool {
-        self.walk.is_standing() && self.carriage.is_level()
+        self.walk.is_standing() && self.transition.is_level()
     }
 
     /// True while the horse takes steps.
@@ -249,14 +249,14 @@ impl Drive {
 
     /// Writes the tips and the plan for a trunk whose posture begins `height_m` above the ground.
     pub fn write(&self, height_m: f64, targets: &mut Targets) {
-        let posture = self.carriage.now();
+        let posture = self.transition.now();
         let vertical_oscillation_m =
             smooth_step(self.oscillation_share) * self.walk.vertical_oscillation_m(&self.plan, self.now_s);
-        let attitude = Attitude {
+        let trunk = TrunkPose {
             height_m: height_m + posture.rise_m + vertical_oscillation_m,
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        self.walk.write(&self.plan, self.now_s, &attitude, posture.sway_m, self.trunk_m, targets);
+        self.walk.write(&self.plan, self.now_s, &trunk, posture.sway_m, self.trunk_m, targets);
     }
 }

@@ -27,7 +27,7 @@ use crate::motion::legged::LeggedGenerator;
 use crate::motion::{Command, GaitChoice, Generate, Intent, Plan, Planned};
 pub use clock::StrideClock;
 pub use drive::Drive;
-pub use posture::Attitude;
+pub use posture::TrunkPose;
 pub use profile::{SpeedProfile, Velocity};
 pub use reach_table::{LEVELS, LegReach, ReachTable, Reachable, StridePoint};
 pub use walk::{FootPlace, Walk};

@@ -55,21 +55,21 @@ pub(super) struct Planner {
     tries: usize,
     requested: Option<Request>,
     /// Failed attempts, one entry for each of a cycle's two reaches.
-    vain: [Option<Vain>; 2],
+    vain: [Option<FailedAttempts>; 2],
     /// Stances and swings checked in this cycle.
     pub(super) looked: u32,
 }
 
 /// The reach that the feet must keep to: that of the posture to go to, or that of the trunk's present way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Within {
+pub(super) enum ReachLimit {
     Next,
     Present,
 }
 
 /// Failed attempts to follow a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Vain {
+struct FailedAttempts {
     request: Request,
     /// Number of ways tried: the next cycle continues after them.
     ways: usize,
@@ -130,7 +130,7 @@ impl Planner {
         walk: &mut Walk,
         now_s: f64,
         request: Request,
-        (within, reach): (Within, &Reachable),
+        (within, reach): (ReachLimit, &Reachable),
     ) -> Found {
         if let Some((followed, with)) = &mut self.followed
             && *followed == request
@@ -149,7 +149,7 @@ impl Planner {
             (self.requested, self.tries) = (Some(request), 0);
         }
         let vain = self.vain[within as usize].filter(|vain| vain.request == request);
-        let vain = vain.unwrap_or(Vain { request, ways: 0, refused: None });
+        let vain = vain.unwrap_or(FailedAttempts { request, ways: 0, refused: None });
         if vain.refused.is_some_and(|(with, at_s)| with == *reach && now_s - at_s < RETRY_S) {
             return Found::None;
         }
@@ -162,7 +162,7 @@ impl Planner {
             return Found::Way;
         }
         let (ways, refused) = if search.is_over { (0, Some((*reach, now_s))) } else { (search.ways, None) };
-        self.vain[within as usize] = Some(Vain { request, ways, refused });
+        self.vain[within as usize] = Some(FailedAttempts { request, ways, refused });
         if search.is_over { Found::None } else { Found::NoneYet }
     }
 

@@ -16,7 +16,7 @@ const THERE_S: f64 = 1e-7;
 /// The present posture, on its straight way to a goal: at a constant rate, with rounded corners, so that no
 /// velocity jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Carriage {
+pub(super) struct PostureTransition {
     stand_height_m: f64,
     goal: Posture,
     /// Moves straight to the goal at a constant rate.
@@ -25,10 +25,10 @@ pub(super) struct Carriage {
     now: Posture,
 }
 
-impl Carriage {
-    pub(super) fn level(stand_height_m: f64) -> Carriage {
+impl PostureTransition {
+    pub(super) fn level(stand_height_m: f64) -> PostureTransition {
         let level = Posture::default();
-        Carriage { stand_height_m, goal: level, lead: level, now: level }
+        PostureTransition { stand_height_m, goal: level, lead: level, now: level }
     }
 
     pub(super) fn now(&self) -> Posture {
@@ -70,9 +70,9 @@ impl Carriage {
     }
 }
 
-/// Height of the trunk above the ground that a leg's foot stands on, and its attitude.
+/// Height of the trunk above the ground that a leg's foot stands on, and its trunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Attitude {
+pub struct TrunkPose {
     /// Height of the trunk's middle, m.
     pub height_m: f64,
     /// Pitch, nose down, rad.
@@ -81,7 +81,7 @@ pub struct Attitude {
     pub roll_rad: f64,
 }
 
-impl Attitude {
+impl TrunkPose {
     /// Rotation of the trunk relative to level, without its heading.
     pub fn tilt(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
@@ -107,10 +107,10 @@ mod tests {
     #[test]
     fn a_leaning_trunk_leaves_its_feet_where_they_are() {
         for (pitch_rad, roll_rad) in [(0.0, 0.0), (0.2, 0.0), (0.0, -0.15), (-0.2, 0.1)] {
-            let attitude = Attitude { height_m: 0.19, pitch_rad, roll_rad };
+            let trunk = TrunkPose { height_m: 0.19, pitch_rad, roll_rad };
             for (forward, up, side) in [(0.1, 0.0, 0.06), (-0.15, 0.012, -0.06)] {
-                let tip = attitude.tip_in_body(forward, up, side);
-                let level = attitude.tilt() * tip;
+                let tip = trunk.tip_in_body(forward, up, side);
+                let level = trunk.tilt() * tip;
                 assert!((level.x - forward).abs() < 1e-15, "forward at {pitch_rad}, {roll_rad}");
                 assert!((level.z - (up - 0.19)).abs() < 1e-15, "height at {pitch_rad}, {roll_rad}");
                 assert!((tip.y - side).abs() < 1e-15, "the leg's plane is the trunk's");
@@ -120,26 +120,26 @@ mod tests {
 
     #[test]
     fn a_posture_is_reached_without_a_jump_of_velocity() {
-        let mut carriage = Carriage::level(0.19);
+        let mut transition = PostureTransition::level(0.19);
         let goal = Posture { rise_m: -0.02, pitch_rad: 0.1, roll_rad: -0.05, sway_m: 0.0 };
-        carriage.aim_for(goal);
-        let (dt, mut before, mut speed_before) = (0.01, carriage.now(), 0.0);
+        transition.aim_for(goal);
+        let (dt, mut before, mut speed_before) = (0.01, transition.now(), 0.0);
         for cycle in 0..500 {
             if cycle == 30 {
-                carriage.aim_for(Posture { rise_m: 0.01, ..goal });
+                transition.aim_for(Posture { rise_m: 0.01, ..goal });
             }
-            carriage.advance(dt);
-            let speed = (carriage.now().rise_m - before.rise_m) / dt;
+            transition.advance(dt);
+            let speed = (transition.now().rise_m - before.rise_m) / dt;
             // The lead reverses at once; the time constant turns this into an acceleration.
             let bound = 2.0 * RISE_RATE * 0.19 / ROUNDING_S;
             assert!((speed - speed_before).abs() <= bound * dt, "cycle {cycle}");
-            (before, speed_before) = (carriage.now(), speed);
+            (before, speed_before) = (transition.now(), speed);
         }
-        assert_eq!(carriage.now(), Posture { rise_m: 0.01, ..goal });
-        carriage.aim_for(Posture::default());
+        assert_eq!(transition.now(), Posture { rise_m: 0.01, ..goal });
+        transition.aim_for(Posture::default());
         for _ in 0..500 {
-            carriage.advance(dt);
+            transition.advance(dt);
         }
-        assert!(carriage.is_level());
+        assert!(transition.is_level());
     }
 }

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_is_the_integral_of_the_speed_and_nothing_jumps() {
+    fn distance_is_the_integral_of_speed_and_nothing_jumps() {
         let (profile, dt, side) = (profile(), 1e-4, 0.3);
         let mut way = 0.0;
         for step in 0..60_000 {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_points_are_where_the_way_turns() {
+    fn turning_points_are_where_the_direction_reverses() {
         let profile = profile();
         let mut found = Vec::new();
         profile.for_turning_points(0.0, 0.0, 10.0, |s| found.push(s));
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_kept_exactly() {
+    fn kept_parts_of_a_profile_stay_exactly_equal() {
         let whole = profile();
         let kept = whole.until(3.5, 4.2);
         for s in [3.5, 3.9, 4.0, 4.1, 4.2] {

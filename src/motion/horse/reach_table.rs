@@ -1,6 +1,6 @@
 //! The reach of the feet in each posture: computed when the robot loads, looked up while it walks.
 
-use super::posture::Attitude;
+use super::posture::TrunkPose;
 use crate::motion::Posture;
 
 /// Number of foot heights at which the reach is known, from the lowest to the highest in a stride.
@@ -159,12 +159,12 @@ impl ReachTable {
             return self.level;
         }
         let sway = if posture.sway_m.abs() > 0.0 { SWAYING_SHARE } else { 1.0 };
-        let attitude = Attitude {
+        let trunk = TrunkPose {
             height_m: self.stand_height_m + posture.rise_m,
             pitch_rad: posture.pitch_rad,
             roll_rad: posture.roll_rad,
         };
-        let legs = std::array::from_fn(|leg| self.of_leg(leg, &attitude, BETWEEN_SHARE * sway));
+        let legs = std::array::from_fn(|leg| self.of_leg(leg, &trunk, BETWEEN_SHARE * sway));
         Reachable { legs, ..self.level }.with_half_excursion_of(
             &self.strides,
             self.level.half_excursion_m,
@@ -186,10 +186,10 @@ impl ReachTable {
 
     /// The reach of `leg`. A roll lifts its plane on one side and lowers it on the other, like a change of
     /// the trunk's height.
-    fn of_leg(&self, leg: usize, attitude: &Attitude, share: f64) -> LegReach {
-        let (sine, cosine) = attitude.roll_rad.sin_cos();
-        let height_m = (attitude.height_m + self.sides_m[leg] * sine / attitude.pitch_rad.cos()) / cosine;
-        let (row, column) = (place(&self.heights_m, height_m), place(&self.pitches_rad, attitude.pitch_rad));
+    fn of_leg(&self, leg: usize, trunk: &TrunkPose, share: f64) -> LegReach {
+        let (sine, cosine) = trunk.roll_rad.sin_cos();
+        let height_m = (trunk.height_m + self.sides_m[leg] * sine / trunk.pitch_rad.cos()) / cosine;
+        let (row, column) = (place(&self.heights_m, height_m), place(&self.pitches_rad, trunk.pitch_rad));
         let (Some(row), Some(column)) = (row, column) else {
             return LegReach { aft_m: [0.0; LEVELS], fore_m: [0.0; LEVELS] };
         };

@@ -194,7 +194,7 @@ fn every_gait_begins_reaches_its_speed_and_comes_to_a_stand() {
 }
 
 #[test]
-fn every_change_of_gait_from_every_phase_keeps_every_foot_in_its_place() {
+fn every_change_of_gait_from_every_phase_keeps_standing_feet_in_place() {
     let plan = plan();
     let gaits = plan.settings.gaits.len();
     for from in 0..gaits {
@@ -242,7 +242,7 @@ fn in_a_turn_every_leg_has_its_own_stride_and_none_slips_in_its_plane() {
 }
 
 #[test]
-fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
+fn by_speed_alone_the_horse_goes_through_the_gaits_up_and_down() {
     let plan = plan();
     let mut horse = Watched::new(&plan);
     horse.step(Command::default());
@@ -270,7 +270,7 @@ fn by_speed_alone_the_horse_takes_one_gait_after_the_other_up_and_down() {
 /// However hard it is to find a way to follow a request, no cycle checks more than the limit. The request leaves hardly
 /// any room in this horse's postures: a cycle that tried all ways would check 8141 stances and swings here.
 #[test]
-fn no_cycle_looks_through_more_plans_than_it_has_time_for() {
+fn no_cycle_examines_more_plans_than_its_time_allows() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/thoroughbred.toml");
     let robot = config::load(&path).unwrap().robot;
     let horse = robot.motion.horse().unwrap();
@@ -317,7 +317,7 @@ fn any_command() -> impl Strategy<Value = (f64, Command)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn whatever_is_asked_and_whenever_every_foot_stays_in_its_place(
+    fn any_order_at_any_time_keeps_standing_feet_in_place(
         requests in prop::collection::vec(any_command(), 1..12),
     ) {
         let mut horse = Watched::new(&plan());

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec2};
 
 use super::HorsePlan;
 use super::clock::StrideClock;
-use super::posture::Attitude;
+use super::posture::TrunkPose;
 use super::profile::{SpeedProfile, Velocity};
 use crate::model::VerticalOscillation;
 use crate::motion::curves::{SwingCurve, smooth_step};
@@ -320,24 +320,24 @@ impl Walk {
         smooth_step(from_end_s / (LOADING_SHARE * self.swing.time_s))
     }
 
-    /// Writes the tips and the plan at time `s` for a trunk in this attitude, `sway_m` to the left of its
+    /// Writes the tips and the plan at time `s` for a trunk in this pose, `sway_m` to the left of its
     /// feet, with its middle over `trunk_m` on the ground.
     pub(super) fn write(
         &self,
         plan: &HorsePlan,
         s: f64,
-        attitude: &Attitude,
+        trunk: &TrunkPose,
         sway_m: f64,
         trunk_m: DVec2,
         targets: &mut Targets,
     ) {
         let heading = DQuat::from_rotation_z(self.profile.turn_rad(s));
-        targets.trunk_in_world = trunk_m.extend(attitude.height_m);
-        targets.trunk_orientation = heading * attitude.tilt();
+        targets.trunk_in_world = trunk_m.extend(trunk.height_m);
+        targets.trunk_orientation = heading * trunk.tilt();
         let (trunk_in_world, trunk_orientation) = (targets.trunk_in_world, targets.trunk_orientation);
         let on_feet = targets.set_tips();
         for (foot, chain) in self.feet(s).iter().zip(plan.settings.legs) {
-            let tip = attitude.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
+            let tip = trunk.tip_in_body(foot.forward_m, foot.up_m, foot.side_m - sway_m);
             on_feet.tips_in_body[chain] = tip;
             on_feet.feet.push(FootTarget {
                 chain,
@@ -354,7 +354,7 @@ impl Walk {
     /// Writes the same for a trunk that stays level and goes straight ahead, with the gait's vertical oscillation.
     pub fn write_level(&self, plan: &HorsePlan, s: f64, targets: &mut Targets) {
         let height_m = plan.settings.stand_height_m + self.vertical_oscillation_m(plan, s);
-        let attitude = Attitude { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
-        self.write(plan, s, &attitude, 0.0, DVec2::new(self.profile.distance_m(s), 0.0), targets);
+        let trunk = TrunkPose { height_m, pitch_rad: 0.0, roll_rad: 0.0 };
+        self.write(plan, s, &trunk, 0.0, DVec2::new(self.profile.distance_m(s), 0.0), targets);
     }
 }

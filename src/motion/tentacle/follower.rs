@@ -60,7 +60,7 @@ mod tests {
     const DT_S: f64 = 0.01;
 
     #[test]
-    fn a_place_on_a_circle_is_followed_within_a_fiftieth_of_its_radius() {
+    fn a_point_on_a_circle_is_followed_within_a_fiftieth_of_its_radius() {
         let circle = |time_s: f64| 0.1 * DVec3::new((1.5 * time_s).cos(), (1.5 * time_s).sin(), 0.0);
         let mut follower = Follower::at(circle(0.0));
         for step in 1..2000 {
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn it_comes_to_rest_on_a_place_that_stands() {
+    fn a_follower_comes_to_rest_on_a_fixed_point() {
         let mut follower = Follower::at(DVec3::ZERO);
         for step in 0..600 {
             let before = follower.speed;

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn it_tightens_until_the_load_is_right_and_no_deeper_than_the_skin_gives() {
+    fn a_grip_tightens_to_the_set_load_and_no_deeper_than_the_skin_gives() {
         let (_, load_share) = gripped(50.0);
         assert!((load_share - 0.15).abs() <= 0.1 * 0.15 + 50.0 * RATE_M_S * 0.01, "{load_share}");
         // On a pole that gives way it stops at the limit.
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn it_gives_way_where_the_load_is_too_much() {
+    fn a_grip_yields_where_the_load_is_too_high() {
         let mut grip = Grip::new(0.15);
         grip.squeeze_m = 0.003;
         (0..200).for_each(|_| grip.step(0.01, 0.02, &[heard(0.4); 4], &[false; 4]));
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn hinges_that_are_silent_or_out_of_service_have_no_part() {
+    fn silent_and_failed_hinges_do_not_take_part_in_a_grip() {
         let late = JointState { age_s: 0.05, ..heard(0.0) };
         let hinges = [heard(0.15), late, heard(0.0), JointState::default()];
         let mut grip = Grip::new(0.15);

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-pub use crate::model::Between;
 use crate::model::GROUPS;
+pub use crate::model::KeyInterpolation;
 
 /// Key poses in one stroke: at 0, pi/2, pi and 3 pi/2.
 pub const KEYS: usize = 4;
@@ -18,7 +18,7 @@ pub struct KeyAngles(pub [[f64; KEYS]; GROUPS]);
 
 impl KeyAngles {
     /// Turns at `phase`, rad of the stroke, for any number of strokes from 0.
-    pub fn at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+    pub fn at(&self, between: KeyInterpolation, phase: f64) -> [f64; GROUPS] {
         let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
         let share = quarters.fract();
         // A phase just below 0 becomes a whole turn after rounding.
@@ -27,8 +27,10 @@ impl KeyAngles {
             let key = |ahead: usize| keys[(quarter + ahead) % KEYS];
             let (before, here, next, after) = (key(KEYS - 1), key(0), key(1), key(2));
             match between {
-                Between::Linear => here + share * (next - here),
-                Between::Smooth => hermite(share, here, slope(before, next), next, slope(here, after)),
+                KeyInterpolation::Linear => here + share * (next - here),
+                KeyInterpolation::Smooth => {
+                    hermite(share, here, slope(before, next), next, slope(here, after))
+                }
             }
         })
     }
@@ -37,9 +39,9 @@ impl KeyAngles {
     /// over that much before and after, which is a parabola. The key is missed by a quarter of that times the
     /// change of slope per quarter: in walking by at most 8 degrees. This makes the speed of a turn
     /// continuous at any loop rate.
-    pub fn rounded_at(&self, between: Between, phase: f64) -> [f64; GROUPS] {
+    pub fn rounded_at(&self, between: KeyInterpolation, phase: f64) -> [f64; GROUPS] {
         let mut turns = self.at(between, phase);
-        if between == Between::Smooth {
+        if between == KeyInterpolation::Smooth {
             return turns;
         }
         let quarters = phase.rem_euclid(TAU) / FRAC_PI_2;
@@ -83,7 +85,7 @@ mod tests {
     use crate::motion::tentacle::strokes::swim::SWIM;
     use crate::motion::tentacle::strokes::walk::WALK;
 
-    const BETWEEN: [Between; 2] = [Between::Linear, Between::Smooth];
+    const BETWEEN: [KeyInterpolation; 2] = [KeyInterpolation::Linear, KeyInterpolation::Smooth];
 
     /// The spec's table, in degrees.
     const TABLE: [(KeyAngles, [[f64; 4]; 3]); 2] = [
@@ -92,7 +94,7 @@ mod tests {
     ];
 
     #[test]
-    fn key_poses_are_those_of_the_table() {
+    fn key_poses_match_the_table() {
         for (keys, table) in TABLE {
             for between in BETWEEN {
                 for key in 0..4 {
@@ -106,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_of_the_thesis_are_the_linear_ones() {
+    fn the_linear_interpolation_matches_the_thesis() {
         // (3.8) and (3.9) as printed, and (3.15) with its third slope corrected.
         let alpha_1 = |t: f64| match t / PI {
             x if x < 0.5 => 5.0 / 18.0 * t,
@@ -122,13 +124,13 @@ mod tests {
         };
         for step in 0..1000 {
             let t = TAU * f64::from(step) / 1000.0;
-            assert!((WALK.at(Between::Linear, t)[0] - alpha_1(t)).abs() < 1e-12);
-            assert!((SWIM.at(Between::Linear, t)[0] - beta_1(t)).abs() < 1e-12);
+            assert!((WALK.at(KeyInterpolation::Linear, t)[0] - alpha_1(t)).abs() < 1e-12);
+            assert!((SWIM.at(KeyInterpolation::Linear, t)[0] - beta_1(t)).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn turns_are_continuous_everywhere_and_smooth_ones_twice_differentiable() {
+    fn angles_are_continuous_and_smooth_ones_twice_differentiable() {
         let h = 1e-4;
         for (keys, _) in TABLE {
             for step in 0..4000 {
@@ -137,7 +139,7 @@ mod tests {
                     let [a, b] = [t - 1e-9, t + 1e-9].map(|t| keys.at(between, t));
                     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-7), "{between:?} at {t}");
                 }
-                let at = |ahead: f64| keys.at(Between::Smooth, t + ahead * h);
+                let at = |ahead: f64| keys.at(KeyInterpolation::Smooth, t + ahead * h);
                 let acceleration = |ahead: f64, target: usize| {
                     (at(ahead + 1.0)[target] - 2.0 * at(ahead)[target] + at(ahead - 1.0)[target]) / (h * h)
                 };
@@ -155,14 +157,16 @@ mod tests {
         let step = 1e-4;
         for (keys, _) in TABLE {
             let speed = |phase: f64| -> [f64; GROUPS] {
-                let [before, after] =
-                    [phase - step, phase + step].map(|phase| keys.rounded_at(Between::Linear, phase));
+                let [before, after] = [phase - step, phase + step]
+                    .map(|phase| keys.rounded_at(KeyInterpolation::Linear, phase));
                 std::array::from_fn(|group| (after[group] - before[group]) / (2.0 * step))
             };
             for index in 0..4000 {
                 let phase = TAU * f64::from(index) / 4000.0;
-                let [exact, rounded] =
-                    [keys.at(Between::Linear, phase), keys.rounded_at(Between::Linear, phase)];
+                let [exact, rounded] = [
+                    keys.at(KeyInterpolation::Linear, phase),
+                    keys.rounded_at(KeyInterpolation::Linear, phase),
+                ];
                 let off = phase / FRAC_PI_2 - (phase / FRAC_PI_2).round();
                 for (group, (exact, rounded)) in exact.iter().zip(rounded).enumerate() {
                     let miss_deg = (exact - rounded).abs().to_degrees();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::arm_plan::ArmPlan;
-use super::key_angles::{Between, KEYS, KeyAngles};
+use super::key_angles::{KEYS, KeyAngles, KeyInterpolation};
 use super::pseudo_targets::{Turn, places};
 use super::rhythm::OfArm;
 use crate::model::GROUPS;
@@ -29,7 +29,7 @@ pub struct KeyStroke {
     /// The angles at its key poses, rad.
     pub keys: KeyAngles,
     /// Interpolation between them.
-    pub between: Between,
+    pub between: KeyInterpolation,
     /// Rotation of its plane about the arm from level, rad.
     pub plane_rad: f64,
     /// Delay behind the robot's phase, rad.

@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_comes_to_rest_wherever_it_is_turned_round() {
+    fn progress_comes_to_rest_wherever_it_reverses() {
         let (dt_s, time_s) = (0.01, 4.0);
         let most = 1.0 / ((1.0 - RAMP_SHARE) * time_s) / (RAMP_SHARE * time_s) * dt_s;
         for turned_at in [10, 60, 150, 390] {

@@ -79,7 +79,7 @@ mod tests {
     const LENGTHS_M: [f64; GROUPS] = [1.97, 1.89, 1.81];
 
     #[test]
-    fn a_straight_arm_ends_on_them() {
+    fn a_straight_arm_ends_on_its_pseudo_targets() {
         let places = places(LENGTHS_M, [Turn::default(); GROUPS]);
         for (place, x) in places.iter().zip([1.97, 3.86, 5.67]) {
             assert!(place.distance(DVec3::X * x) < 1e-12, "{places:?}");
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn twist_turns_the_planes_of_those_behind() {
+    fn twist_turns_the_planes_of_later_hinges() {
         let twisted = Turn { twist: FRAC_PI_2, ..Turn::default() };
         let up = Turn { lift: 0.3, ..Turn::default() };
         let [_, second, _] = places(LENGTHS_M, [twisted, up, Turn::default()]);

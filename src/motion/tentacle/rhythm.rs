@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use super::arm_plan::ArmPlan;
-use super::key_angles::Between;
+use super::key_angles::KeyInterpolation;
 use super::perform::{Course, Moment, Perform, Rig};
 use crate::signals::ArmTarget;
 
@@ -36,7 +36,7 @@ impl<A: OfArm> Rhythm<A> {
     pub(super) fn new(
         name: &'static str,
         rig: &Rig<'_>,
-        of_arm: impl Fn(&ArmPlan, Between) -> A,
+        of_arm: impl Fn(&ArmPlan, KeyInterpolation) -> A,
     ) -> Rhythm<A> {
         let settings = &rig.plan.settings;
         Rhythm {

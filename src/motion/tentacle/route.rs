@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_speed_along_it_is_constant() {
+    fn the_speed_along_a_route_is_constant() {
         let route = bend();
         let steps: Vec<f64> = (0..=1000).map(|step| f64::from(step) / 1000.0).collect();
         let polygon: f64 = steps.windows(2).map(|s| route.place(s[0]).distance(route.place(s[1]))).sum();
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn strokes_turn_to_the_goal_and_no_further_than_they_may() {
+    fn strokes_turn_towards_the_goal_within_their_limit() {
         assert!((sweep_towards(0.3, DVec3::new(0.0, 2.0, 5.0), 3.0) - (FRAC_PI_2 - 0.3)).abs() < 1e-5);
         assert!(
             (sweep_towards(3.0, DVec3::new(-1.0, -0.2, 0.0), 0.5) - (PI - 3.0 + 0.2_f64.atan())).abs() < 1e-9
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_route_without_length_is_none() {
+    fn a_route_without_length_is_refused() {
         assert_eq!(Route::new([DVec3::ONE; 4]), None);
         assert_eq!(Route::new([DVec3::ZERO, DVec3::X, DVec3::NAN, DVec3::Y]), None);
     }

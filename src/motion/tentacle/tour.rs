@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_through_all_waypoints_at_one_speed_and_turns_without_a_corner() {
+    fn a_tour_passes_all_waypoints_at_one_speed_and_rounds_its_corners() {
         let tour = Tour::new(&corners());
         let steps = 2000;
         let places: Vec<DVec3> = (0..=steps)
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_without_length_stays() {
+    fn a_tour_without_length_stays_in_place() {
         let tour = Tour::new(&[DVec3::ONE; 3]);
         assert!(tour.length_m().abs() < 1e-15 && tour.place(1.0) == DVec3::ONE);
         assert_eq!(Tour::new(&[]).place(0.5), DVec3::ZERO);

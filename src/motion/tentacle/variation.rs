@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn chance_is_uniform() {
+    fn random_numbers_are_uniform() {
         let mut variation = Variation::new(1, 2, 0.0);
         let mut counts = [0; 10];
         for _ in 0..100_000 {

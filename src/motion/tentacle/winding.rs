@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_distal_groups_lie_on_the_pole_and_nothing_is_inside_on_the_way() {
+    fn the_distal_groups_lie_on_the_pole_and_no_link_enters_it_on_the_way() {
         for radius_links in [1.5, 2.5, 4.0] {
             let pole = Pole {
                 point_in_body: DVec3::new(1.5 + 0.5 * radius_links, 0.0, 1.2),
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_arm_climbs_past_itself() {
+    fn coils_of_a_long_arm_do_not_touch() {
         let pole = Pole { point_in_body: DVec3::new(1.8, 0.0, 1.2), axis: DVec3::Y, radius_m: 0.5 };
         let winding = winding(pole, 36);
         let mut places = [DVec3::ZERO; 36];
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grip_that_tightens_leads_no_place_of_the_arm_away() {
+    fn tightening_a_grip_moves_no_point_of_the_arm_far() {
         let (mut before, mut now) = ([DVec3::ZERO; 16], [DVec3::ZERO; 16]);
         let mut climbing = 0;
         for radius in 0..100 {

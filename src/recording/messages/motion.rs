@@ -75,7 +75,9 @@ impl Motion {
         let facts = &mut sample.facts;
         facts.order = self.order.try_into().map_err(|error| format!("a message of {topic}: {error}"))?;
         if !orders::is_of(facts.order, robot) {
-            return Err(format!("a message of {topic}: an order to do what the robot file does not have"));
+            return Err(format!(
+                "a message of {topic}: an order for something that the robot file does not have"
+            ));
         }
         facts.activity = self.activity;
         facts.speed_m_s = self.speed_m_s;

@@ -5,9 +5,9 @@ use hw_sim::faults::ScriptedFault;
 
 use super::faults;
 use super::subject::Subject;
-use crate::chance::Chance;
-use crate::model::{OnTrip, Robot, StopAction};
+use crate::model::{Robot, StopAction, TrippedServoPolicy};
 use crate::motion::{Order, Plan};
+use crate::random::RandomStream;
 
 /// Share of the episodes that use physics if the robot has a body: they take the longest.
 const PHYSICS_SHARE: f64 = 0.1;
@@ -32,7 +32,7 @@ pub struct Episode {
     /// The robot's stop action.
     pub stop_action: StopAction,
     /// Response to a servo that trips.
-    pub on_trip: OnTrip,
+    pub tripped_servo: TrippedServoPolicy,
     /// The motion if the order says no more than to go.
     pub plan: Plan,
     /// Duration of that motion, s.
@@ -58,14 +58,15 @@ impl Episode {
     /// Episode `number` in the series of `seed` and `subject`.
     pub fn draw(subject: &Subject, seed: u64, number: u64) -> Episode {
         let robot = subject.robot();
-        let mut chance = Chance::new(seed ^ subject.stream(), number);
+        let mut chance = RandomStream::new(seed ^ subject.stream(), number);
         let world_seed = chance.whole();
         let has_physics = chance.is(PHYSICS_SHARE) && robot.physics.is_some();
         let sits = chance.is(SITS_SHARE);
         let stop_action = if chance.is(0.75) { StopAction::SitThenLimp } else { StopAction::Hold };
         // Only arms can continue without a joint.
         let may_freeze = !robot.motion.is_on_legs();
-        let on_trip = if may_freeze && chance.is(0.6) { OnTrip::Freeze } else { OnTrip::Stop };
+        let tripped_servo =
+            if may_freeze && chance.is(0.6) { TrippedServoPolicy::Freeze } else { TrippedServoPolicy::Stop };
         let end_s = if chance.is(0.2) { chance.between(0.3, 10.0) } else { chance.between(10.0, 30.0) };
         let plan = subject.kind().any_plan(robot, &mut chance);
         let move_for_s = chance.between(0.0, end_s);
@@ -77,7 +78,7 @@ impl Episode {
             has_physics,
             sits,
             stop_action,
-            on_trip,
+            tripped_servo,
             plan,
             move_for_s,
             orders,
@@ -93,7 +94,7 @@ impl Episode {
             (robot.physics, robot.bears_weight) = (None, false);
         }
         robot.stop_action = self.stop_action;
-        robot.safety.on_trip = self.on_trip;
+        robot.safety.tripped_servo = self.tripped_servo;
         robot
     }
 
@@ -120,7 +121,7 @@ impl Episode {
 }
 
 /// Orders other than the plan's, at random times; some end the run long before its end.
-fn orders(chance: &mut Chance, subject: &Subject, end_s: f64) -> Vec<Ordered> {
+fn orders(chance: &mut RandomStream, subject: &Subject, end_s: f64) -> Vec<Ordered> {
     let mut orders = Vec::new();
     let mut at_s = 0.0;
     while orders.len() < 12 && chance.is(0.75) {

@@ -2,8 +2,8 @@
 
 use hw_sim::faults::{FaultKind, KINDS, Kind, Scope, ScriptedFault, ScriptedPush, Target};
 
-use crate::chance::Chance;
 use crate::model::Robot;
+use crate::random::RandomStream;
 
 /// Most faults of an episode.
 const MOST: usize = 9;
@@ -14,7 +14,7 @@ const TOGETHER_S: f64 = 0.4;
 
 /// Faults that begin by `latest_s`, for a run that is ordered to end at `end_s`.
 pub(super) fn draw(
-    chance: &mut Chance,
+    chance: &mut RandomStream,
     robot: &Robot,
     has_physics: bool,
     latest_s: f64,
@@ -34,7 +34,7 @@ pub(super) fn draw(
     faults
 }
 
-fn one(chance: &mut Chance, robot: &Robot, has_physics: bool, at_s: f64) -> ScriptedFault {
+fn one(chance: &mut RandomStream, robot: &Robot, has_physics: bool, at_s: f64) -> ScriptedFault {
     let for_s = (!chance.is(0.08)).then(|| chance.log_between(LENGTHS_S.0, LENGTHS_S.1));
     let everywhere = Target::default();
     if robot.imu.is_some() && chance.is(0.06) {
@@ -76,7 +76,7 @@ fn kinds_on_buses() -> Vec<&'static Kind> {
 }
 
 /// A value for the key that only this kind has; anywhere within its limits, for kinds that are not named here.
-fn own_value(chance: &mut Chance, robot: &Robot, bus: usize, kind: &Kind) -> f64 {
+fn own_value(chance: &mut RandomStream, robot: &Robot, bus: usize, kind: &Kind) -> f64 {
     let Some((_, _, limits)) = &kind.own else { return 0.0 };
     match kind.word {
         "slow" => chance.log_between(0.05, 40.0),
@@ -95,19 +95,19 @@ fn ids(robot: &Robot, bus: usize) -> Vec<u8> {
 }
 
 /// The id of another servo on the bus, or an id without a servo.
-fn other_id(chance: &mut Chance, robot: &Robot, bus: usize) -> u8 {
+fn other_id(chance: &mut RandomStream, robot: &Robot, bus: usize) -> u8 {
     let free = 200;
     if chance.is(0.3) { free } else { chance.one_of(&ids(robot, bus)).copied().unwrap_or(free) }
 }
 
 /// A voltage anywhere from too low for starting to too high.
-fn volts(chance: &mut Chance, robot: &Robot, bus: usize) -> f64 {
+fn volts(chance: &mut RandomStream, robot: &Robot, bus: usize) -> f64 {
     let servo = robot.joints.iter().filter_map(|joint| joint.servo).find(|servo| servo.bus == bus);
     let nominal_v = servo.map_or(12.0, |servo| servo.model.nominal_voltage_v);
     if chance.is(0.2) { chance.between(0.0, 3.0) } else { nominal_v * chance.between(0.4, 1.3) }
 }
 
-fn push(chance: &mut Chance, robot: &Robot) -> FaultKind {
+fn push(chance: &mut RandomStream, robot: &Robot) -> FaultKind {
     // A direction that does not change when it is written in degrees.
     let towards_rad = chance.between(-180.0, 180.0).round().to_radians();
     FaultKind::Push(ScriptedPush {
@@ -136,7 +136,7 @@ mod tests {
         let robot = config::parse(text, "horse.toml").unwrap().robot;
         let mut kinds = BTreeSet::new();
         for number in 0..400 {
-            let faults = draw(&mut Chance::new(1, number), &robot, true, 26.0, 20.0);
+            let faults = draw(&mut RandomStream::new(1, number), &robot, true, 26.0, 20.0);
             assert!(!faults.is_empty() && faults.len() <= MOST);
             assert!(faults.iter().all(|fault| (0.0..=26.0).contains(&fault.at_s)));
             kinds.extend(faults.iter().map(|fault| fault.kind.name()));

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::TrialError;
 pub use draw::{Episode, Ordered};
-pub use judge::{Ended, Finding, Judge, Wrong};
+pub use judge::{Ended, Finding, Judge, Violation};
 pub use shrink::smallest;
 pub use stage::{Played, play};
 pub use subject::Subject;
@@ -40,7 +40,7 @@ pub struct Judged {
     /// Its outcome.
     pub played: Played,
     /// The smallest episodes found that show the same faults.
-    pub smallest: Vec<(Wrong, Episode, Played)>,
+    pub smallest: Vec<(Violation, Episode, Played)>,
 }
 
 /// Many episodes of robots.
@@ -122,7 +122,7 @@ impl Campaign {
         let subject = &self.subjects[index];
         let episode = Episode::draw(subject, self.seed, number);
         let played = play(subject, &episode)?;
-        let mut kinds: Vec<Wrong> = played.findings.iter().map(|finding| finding.wrong).collect();
+        let mut kinds: Vec<Violation> = played.findings.iter().map(|finding| finding.wrong).collect();
         kinds.sort_unstable();
         kinds.dedup();
         let mut all_smallest = Vec::new();
@@ -144,13 +144,13 @@ struct Shared<T> {
     tell: T,
     virtual_s: f64,
     /// Findings that were reduced.
-    shrunk: Vec<(usize, Wrong)>,
+    shrunk: Vec<(usize, Violation)>,
     error: Option<TrialError>,
 }
 
 impl<T> Shared<T> {
     /// True if another finding of this kind should be reduced; it then counts as reduced.
-    fn may_shrink(&mut self, subject: usize, wrong: Wrong) -> bool {
+    fn may_shrink(&mut self, subject: usize, wrong: Violation) -> bool {
         let may = self.shrunk.iter().filter(|of| **of == (subject, wrong)).count() < SHRUNK_OF_A_KIND;
         if may {
             self.shrunk.push((subject, wrong));

@@ -3,10 +3,10 @@
 use hw_sim::faults::ScriptedFault;
 
 use super::draw::Episode;
-use super::judge::Wrong;
+use super::judge::Violation;
 use super::stage::play_until;
 use super::subject::Subject;
-use crate::model::OnTrip;
+use crate::model::TrippedServoPolicy;
 
 /// Most plays for one finding.
 const PLAYS_MAX: u32 = 120;
@@ -21,7 +21,7 @@ type Cut = Box<dyn Fn(&Episode) -> Option<Episode>>;
 pub fn smallest(
     subject: &Subject,
     episode: &Episode,
-    wrong: Wrong,
+    wrong: Violation,
     is_to_stop: &dyn Fn() -> bool,
 ) -> Episode {
     let is_still = |smaller: &Episode| {
@@ -72,7 +72,7 @@ fn cuts(episode: &Episode) -> Vec<Cut> {
         }));
     }
     cuts.push(change(|smaller| smaller.sits = true));
-    cuts.push(change(|smaller| smaller.on_trip = OnTrip::Stop));
+    cuts.push(change(|smaller| smaller.tripped_servo = TrippedServoPolicy::Stop));
     for share in [0.5, 0.8] {
         cuts.push(change(move |smaller| smaller.end_s = milliseconds(share * smaller.end_s)));
         for index in 0..episode.faults.len() {
@@ -100,7 +100,7 @@ fn change(change: impl Fn(&mut Episode) + 'static) -> Cut {
         let same = |a: f64, b: f64| (a - b).abs() <= 0.0;
         let is_same = smaller.has_physics == episode.has_physics
             && smaller.sits == episode.sits
-            && smaller.on_trip == episode.on_trip
+            && smaller.tripped_servo == episode.tripped_servo
             && same(smaller.end_s, episode.end_s)
             && smaller.faults == episode.faults;
         (!is_same).then_some(smaller)
@@ -128,7 +128,7 @@ mod tests {
 
     /// A robot that safety stops for heat, among unrelated faults.
     #[test]
-    fn what_is_left_is_the_one_guilty_fault() {
+    fn shrinking_leaves_only_the_fault_that_is_the_cause() {
         let text = include_str!("../../../config/tentacle.toml");
         let robot = config::parse(text, "tentacle.toml").unwrap().robot;
         let subject = Subject::new(robot.clone(), kinds::of(&robot).unwrap()).unwrap();

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 
 use super::draw::{Episode, PATIENCE_S};
-use super::judge::{Ended, Finding, Judge, Wrong};
+use super::judge::{Ended, Finding, Judge, Violation};
 use super::subject::{Subject, any_pose_rad};
 use crate::bus::{PortError, Ports, SimPorts};
 use crate::ik::Method;
@@ -46,7 +46,7 @@ struct Scene {
     judge: Judge,
     is_given_up: bool,
     /// The run ends once this kind of fault is found.
-    wanted: Option<Wrong>,
+    wanted: Option<Violation>,
 }
 
 /// Ports that let the judge check the world at the beginning of each cycle.
@@ -126,14 +126,14 @@ pub fn play(subject: &Subject, episode: &Episode) -> Result<Played, TrialError> 
 pub(super) fn play_until(
     subject: &Subject,
     episode: &Episode,
-    wanted: Option<Wrong>,
+    wanted: Option<Violation>,
 ) -> Result<Played, TrialError> {
     let robot = episode.robot(subject);
     let (scene, ended) = run(&robot, episode, wanted)?;
     Ok(judge_after(&robot, episode, scene, ended))
 }
 
-fn run(robot: &Robot, episode: &Episode, wanted: Option<Wrong>) -> Result<(Scene, Ended), TrialError> {
+fn run(robot: &Robot, episode: &Episode, wanted: Option<Violation>) -> Result<(Scene, Ended), TrialError> {
     let seed = episode.world_seed;
     let pose_rad = match episode.sits {
         true => episode.plan.resting_pose_rad().to_vec(),

@@ -1,8 +1,8 @@
 //! A robot of a campaign and its capability, computed once for all its episodes.
 
-use crate::chance::Chance;
 use crate::kinds::Kind;
 use crate::model::{Robot, SharedRange};
+use crate::random::RandomStream;
 use crate::trial::TrialError;
 
 /// How far outside its range a limp joint may lie, as a share of the range's width.
@@ -49,7 +49,7 @@ impl Subject {
 /// Any pose in which the limp `robot` may be found, also a little outside its ranges, rad; the same for the same
 /// seed. No servo is beyond its count range: such a position could not be told from one at the other end.
 pub(super) fn any_pose_rad(robot: &Robot, seed: u64) -> Vec<f64> {
-    let mut chance = Chance::new(seed, 0);
+    let mut chance = RandomStream::new(seed, 0);
     let joints = robot.joints.iter();
     let mut pose_rad: Vec<f64> = joints
         .map(|joint| {

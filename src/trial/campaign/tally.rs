@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Judged, Wrong};
+use super::{Judged, Violation};
 
 /// One line of the file in which a campaign stores its finished episodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub struct Tally {
 impl Tally {
     /// Counts an episode; returns the line to store for it.
     pub fn count(&mut self, judged: &Judged) -> String {
-        let kinds: BTreeSet<Wrong> = judged.played.findings.iter().map(|finding| finding.wrong).collect();
+        let kinds: BTreeSet<Violation> = judged.played.findings.iter().map(|finding| finding.wrong).collect();
         let line = Line {
             robot: judged.subject,
             number: judged.number,

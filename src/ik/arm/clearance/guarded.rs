@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::super::held::Held;
+use super::super::hinge_ranges::HingeRanges;
 use crate::model::segments;
 use crate::model::{ArmSettings, Chain, GROUPS, Joint, Pace, Robot, TendonDrive};
 
@@ -19,12 +19,12 @@ const RETURN_SHARE: f64 = 0.25;
 
 /// An arm.
 #[derive(Debug, Clone)]
-pub(super) struct Guarded {
+pub(super) struct GuardedArm {
     chain: Chain,
     joints: Vec<Joint>,
     pub(super) radius_m: f64,
     length_m: f64,
-    held: Held,
+    held: HingeRanges,
     /// Safety's limits for each joint: an arm that is asked for more would go where it was not checked.
     paces: Vec<Pace>,
     period_s: f64,
@@ -106,8 +106,8 @@ fn group_places(places: usize, group: usize) -> Range<usize> {
     group * links / GROUPS..(group + 1) * links / GROUPS + 1
 }
 
-impl Guarded {
-    pub(super) fn new(robot: &Robot, arm: &ArmSettings) -> Guarded {
+impl GuardedArm {
+    pub(super) fn new(robot: &Robot, arm: &ArmSettings) -> GuardedArm {
         let chain = robot.chains[arm.chain].clone();
         let joints = robot.joints_of(&chain).to_vec();
         let pace = |joint: &Joint| Pace {
@@ -115,10 +115,10 @@ impl Guarded {
             acceleration_rad_s2: robot.safety.acceleration_rad_s2,
         };
         let none = vec![0.0; joints.len()];
-        Guarded {
+        GuardedArm {
             radius_m: arm.radius_m,
             length_m: chain.length_m(&joints),
-            held: Held::new(&chain, &joints),
+            held: HingeRanges::new(&chain, &joints),
             paces: joints.iter().map(pace).collect(),
             period_s: robot.period_s(),
             wanted_rad: none.clone(),
@@ -201,7 +201,7 @@ impl Guarded {
     pub(super) fn comes_near(
         &self,
         group: usize,
-        other: &Guarded,
+        other: &GuardedArm,
         others: usize,
         least_m: f64,
         share: f64,
@@ -212,7 +212,7 @@ impl Guarded {
     }
 
     /// The point of a group nearest to one of `other`.
-    pub(super) fn nearest(&self, group: usize, other: &Guarded, others: usize) -> Near {
+    pub(super) fn nearest(&self, group: usize, other: &GuardedArm, others: usize) -> Near {
         let mut near = Near::far(None);
         for (link, piece) in self.now.links(group) {
             for (of_other, others_piece) in other.now.links(others) {
@@ -278,7 +278,7 @@ impl Near {
     }
 
     /// Moves the two apart by `short_m`, each in proportion to its part in the approach.
-    pub(super) fn part(self, a: &mut Guarded, b: Option<&mut Guarded>, short_m: f64) {
+    pub(super) fn part(self, a: &mut GuardedArm, b: Option<&mut GuardedArm>, short_m: f64) {
         let place = a.now.at(self.links[0], self.shares[0]);
         let other = b.as_ref().map(|b| b.now.at(self.links[1], self.shares[1])).or(self.stands);
         let Some(way) = other.and_then(|other| (place - other).try_normalize()) else { return };

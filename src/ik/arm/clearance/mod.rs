@@ -15,7 +15,7 @@ mod tests;
 use glam::DVec3;
 
 use crate::model::{GROUPS, Robot, TentacleMotion};
-use guarded::{Guarded, Near};
+use guarded::{GuardedArm, Near};
 
 /// Largest rate at which the distance above the least may fall, as a share of it, 1/s.
 const APPROACH_S: f64 = 5.0;
@@ -34,7 +34,7 @@ const GOOD_M: f64 = 1e-6;
 /// Keeps arms apart.
 #[derive(Debug, Clone)]
 pub struct Clearance {
-    arms: Vec<Guarded>,
+    arms: Vec<GuardedArm>,
     /// Centre and radius, m.
     base: Option<(DVec3, f64)>,
     distance_m: f64,
@@ -57,7 +57,7 @@ impl Clearance {
     /// The clearance for the arms of `robot`.
     pub fn new(robot: &Robot, tentacle: &TentacleMotion) -> Clearance {
         Clearance {
-            arms: tentacle.arms.iter().map(|arm| Guarded::new(robot, arm)).collect(),
+            arms: tentacle.arms.iter().map(|arm| GuardedArm::new(robot, arm)).collect(),
             base: tentacle.base_radius_m.map(|radius_m| (robot.trunk_center_m, radius_m)),
             distance_m: (1.0 + RESERVE_SHARE) * tentacle.clearance_m,
             period_s: robot.period_s(),
@@ -170,7 +170,7 @@ impl Clearance {
     /// `tolerance_m`, with their nearest points and the missing distance, m.
     fn visit_pairs(
         &mut self,
-        mut visit: impl FnMut(&mut Guarded, Option<&mut Guarded>, Near, f64),
+        mut visit: impl FnMut(&mut GuardedArm, Option<&mut GuardedArm>, Near, f64),
         mode: Mode,
         tolerance_m: f64,
     ) {

@@ -62,7 +62,7 @@ fn arms_that_are_swept_into_each_other_stop_at_the_distance_and_part_again() {
 }
 
 #[test]
-fn arms_that_keep_clear_go_exactly_where_they_are_to() {
+fn arms_that_keep_clear_reach_their_targets_exactly() {
     let (robot, tentacle) = robot();
     let mut clearance = Clearance::new(&robot, &tentacle);
     for cycle in 0..300 {

@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn swaying_goes_on_gently_and_does_not_repeat() {
+    fn swaying_is_gentle_and_does_not_repeat() {
         let sway = Sway::new(Variation::new(1, 0, 0.0));
         let links_m = [0.034; 12];
         let mut places = [DVec3::ZERO; 12];

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{Needs, Shown, StrokeKind};
-use crate::motion::tentacle::key_angles::{Between, KeyAngles};
+use crate::motion::tentacle::key_angles::{KeyAngles, KeyInterpolation};
 use crate::motion::tentacle::key_stroke::{KEY_NUMBERS, KeyStroke};
 use crate::motion::tentacle::rhythm::Rhythm;
 use crate::motion::tentacle::variation::Variation;
@@ -28,7 +28,7 @@ pub const SWIM: KeyAngles = KeyAngles([
 ]);
 
 /// The swimming of an arm, its key angles varied.
-pub fn of_arm(between: Between, variation: Variation) -> KeyStroke {
+pub fn of_arm(between: KeyInterpolation, variation: Variation) -> KeyStroke {
     // The first numbers are those of the walk.
     let keys = variation.after(KEY_NUMBERS).varied(SWIM);
     KeyStroke { keys, between, plane_rad: FRAC_PI_2, lag: 0.0 }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::{Needs, Shown, StrokeKind};
 use crate::model::GROUPS;
-use crate::motion::tentacle::key_angles::{Between, KeyAngles};
+use crate::motion::tentacle::key_angles::{KeyAngles, KeyInterpolation};
 use crate::motion::tentacle::key_stroke::{KeyStroke, Part};
 use crate::motion::tentacle::rhythm::Rhythm;
 use crate::motion::tentacle::variation::Variation;
@@ -45,7 +45,7 @@ pub const WALK: KeyAngles = KeyAngles([
 ]);
 
 /// The walk of an arm with this role, its key angles varied.
-pub fn of_arm(part: Part, between: Between, mut variation: Variation) -> KeyStroke {
+pub fn of_arm(part: Part, between: KeyInterpolation, mut variation: Variation) -> KeyStroke {
     let role = usize::from(part.role.clamp(1, 4)) - 1;
     let gains = WALK_GAINS[role];
     let mut keys = WALK;
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     fn walk(role: u8, is_right: bool, walk_plane_rad: f64) -> KeyStroke {
-        of_arm(Part { role, is_right, walk_plane_rad }, Between::Smooth, Variation::new(1, 0, 0.0))
+        of_arm(Part { role, is_right, walk_plane_rad }, KeyInterpolation::Smooth, Variation::new(1, 0, 0.0))
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Checks the end of a run against the true state of its servos.
 
-use super::{Judge, Wrong};
+use super::{Judge, Violation};
 use crate::bus::StartError;
 use crate::model::Robot;
 use crate::telemetry::{Outcome, Report};
@@ -33,16 +33,16 @@ impl Judge {
         let now_s = self.looked_s;
         match ended {
             Ended::GivenUp => {}
-            Ended::Panicked(said) => self.find(Wrong::Panic, now_s, || said.clone()),
+            Ended::Panicked(said) => self.find(Violation::Panic, now_s, || said.clone()),
             Ended::NotStarted(error) => {
                 let has_torque = |of: &str| format!("{of} has torque, though the run never began: {error}");
                 for name in self.with_torque().into_iter().map(|(name, _)| name).collect::<Vec<_>>() {
-                    self.find(Wrong::Torque, now_s, || has_torque(&name));
+                    self.find(Violation::Torque, now_s, || has_torque(&name));
                 }
             }
             Ended::Reported(report) => {
                 if report.reason.contains("panicked") {
-                    self.find(Wrong::Panic, now_s, || report.reason.clone());
+                    self.find(Violation::Panic, now_s, || report.reason.clone());
                 }
                 if Judge::ends_limp(robot) {
                     self.judge_limp_end(report);
@@ -64,11 +64,11 @@ impl Judge {
         for (name, reachable_since_s) in self.with_torque() {
             if report.is_end_heard {
                 let said = &report.reason;
-                self.find(Wrong::Torque, now_s, || {
+                self.find(Violation::Torque, now_s, || {
                     format!("{name} has torque, and the report says that all heard the end: {said}")
                 });
             } else if reachable_since_s.is_some_and(|since_s| now_s - since_s > UNHEARD_S) {
-                self.find(Wrong::Torque, now_s, || {
+                self.find(Violation::Torque, now_s, || {
                     format!("{name} has torque, and could be reached for the last {UNHEARD_S} s and more")
                 });
             }
@@ -79,7 +79,7 @@ impl Judge {
         });
         let unheard: Vec<String> = unheard.map(|eye| eye.joint().1.to_owned()).collect();
         if let (Some(name), true) = (unheard.first(), report.is_end_heard) {
-            self.find(Wrong::Report, now_s, || {
+            self.find(Violation::Report, now_s, || {
                 format!("{name} could not be reached at the end, and the report says that all heard it")
             });
         }
@@ -91,8 +91,9 @@ impl Judge {
         let is_clean = report.outcome == Outcome::Completed
             && report.joints.range_violations == 0
             && report.joints.rate_violations == 0;
-        if is_clean && (self.has(Wrong::Range) || self.has(Wrong::Rate) || self.has(Wrong::Snap)) {
-            self.find(Wrong::Report, now_s, || {
+        if is_clean && (self.has(Violation::Range) || self.has(Violation::Rate) || self.has(Violation::Snap))
+        {
+            self.find(Violation::Report, now_s, || {
                 "goals left their limits, and the report counts none".to_owned()
             });
         }
@@ -102,15 +103,17 @@ impl Judge {
             let truly = self.unreachable_looks.get(index).copied().unwrap_or_default();
             let name = &robot.buses[index].name;
             if told * REPLIES_TIMES + REPLIES_SLACK < truly {
-                self.find(Wrong::Report, now_s, || {
+                self.find(Violation::Report, now_s, || {
                     format!(
                         "bus {name}: servos could not be reached {truly} times, the report counts {told} lost"
                     )
                 });
             }
             if is_quiet && report.servo_restarts == 0 && told > REPLIES_SLACK {
-                self.find(Wrong::Report, now_s, || {
-                    format!("bus {name}: the report counts {told} lost replies, and nothing befell any")
+                self.find(Violation::Report, now_s, || {
+                    format!(
+                        "bus {name}: the report counts {told} lost replies, and nothing went wrong with any"
+                    )
                 });
             }
         }

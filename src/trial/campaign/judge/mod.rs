@@ -5,7 +5,7 @@
 //! and times.
 
 mod end;
-mod eye;
+mod servo_judge;
 #[cfg(test)]
 mod tests;
 mod throw;
@@ -16,11 +16,11 @@ use crate::model::{Robot, StopAction};
 use crate::signals::Permission;
 use crate::signals::Status;
 pub use end::Ended;
-use eye::{Eye, Limits};
+use servo_judge::{Limits, ServoJudge};
 
 /// Kinds of fault in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Wrong {
+pub enum Violation {
     /// A servo with torque took a goal outside its joint's range, except on the way in from a start outside.
     Range,
     /// A servo with torque took a goal further from its last one than the joint's rate allows.
@@ -39,30 +39,30 @@ pub enum Wrong {
     Panic,
 }
 
-impl Wrong {
+impl Violation {
     /// All kinds.
-    pub const ALL: [Wrong; 8] = [
-        Wrong::Range,
-        Wrong::Rate,
-        Wrong::Snap,
-        Wrong::Moved,
-        Wrong::Torque,
-        Wrong::Endless,
-        Wrong::Report,
-        Wrong::Panic,
+    pub const ALL: [Violation; 8] = [
+        Violation::Range,
+        Violation::Rate,
+        Violation::Snap,
+        Violation::Moved,
+        Violation::Torque,
+        Violation::Endless,
+        Violation::Report,
+        Violation::Panic,
     ];
 
     /// Its name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
-            Wrong::Range => "range",
-            Wrong::Rate => "rate",
-            Wrong::Snap => "snap",
-            Wrong::Moved => "moved",
-            Wrong::Torque => "torque",
-            Wrong::Endless => "endless",
-            Wrong::Report => "report",
-            Wrong::Panic => "panic",
+            Violation::Range => "range",
+            Violation::Rate => "rate",
+            Violation::Snap => "snap",
+            Violation::Moved => "moved",
+            Violation::Torque => "torque",
+            Violation::Endless => "endless",
+            Violation::Report => "report",
+            Violation::Panic => "panic",
         }
     }
 }
@@ -71,7 +71,7 @@ impl Wrong {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// Its kind.
-    pub wrong: Wrong,
+    pub wrong: Violation,
     /// Its time, s since power-up.
     pub time_s: f64,
     /// Its place and amount, in words.
@@ -91,7 +91,7 @@ const ENDS_S: f64 = 8.0;
 /// Judges one run.
 #[derive(Debug)]
 pub struct Judge {
-    eyes: Vec<Eye>,
+    eyes: Vec<ServoJudge>,
     findings: Vec<Finding>,
     /// Time of the last check, s since power-up.
     looked_s: f64,
@@ -116,7 +116,7 @@ impl Judge {
             let servo = joint.servo?;
             let place = places.get_mut(servo.bus)?;
             *place += 1;
-            Some(Eye::new(index, joint, servo, *place - 1, &limits))
+            Some(ServoJudge::new(index, joint, servo, *place - 1, &limits))
         });
         // From one end of the widest range to the other at the slow rate: the time to bring a joint in after
         // a silence and, along a curve, to sit down.
@@ -147,7 +147,7 @@ impl Judge {
     }
 
     /// True if a fault of this kind was found.
-    pub fn has(&self, wrong: Wrong) -> bool {
+    pub fn has(&self, wrong: Violation) -> bool {
         self.findings.iter().any(|finding| finding.wrong == wrong)
     }
 
@@ -184,19 +184,19 @@ impl Judge {
         let activity = status.activity;
         if held_s > self.hold_most_s {
             let most_s = self.hold_most_s;
-            self.find(Wrong::Endless, now_s, || {
+            self.find(Violation::Endless, now_s, || {
                 format!("held for {held_s:.1} s while {activity:?}, {most_s:.1} s are the most, and no stop action")
             });
         } else if now_s > self.run_most_s {
             let most_s = self.run_most_s;
-            self.find(Wrong::Endless, now_s, || format!("still {activity:?} after {most_s:.1} s"));
+            self.find(Violation::Endless, now_s, || format!("still {activity:?} after {most_s:.1} s"));
         } else {
             return false;
         }
         true
     }
 
-    fn find(&mut self, wrong: Wrong, time_s: f64, what: impl FnOnce() -> String) {
+    fn find(&mut self, wrong: Violation, time_s: f64, what: impl FnOnce() -> String) {
         if self.findings.iter().filter(|finding| finding.wrong == wrong).count() < MOST_OF_A_KIND {
             self.findings.push(Finding { wrong, time_s, what: what() });
         }

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use hw_sim::ServoTruth;
 
-use super::{Ended, Finding, Judge, Wrong};
+use super::{Ended, Finding, Judge, Violation};
 use crate::bus::{StartError, TransactionError};
 use crate::config;
 use crate::model::{Robot, StopAction};
@@ -92,7 +92,7 @@ impl Bench {
         self.look();
     }
 
-    fn found(&self) -> Vec<Wrong> {
+    fn found(&self) -> Vec<Violation> {
         self.judge.findings().iter().map(|finding| finding.wrong).collect()
     }
 
@@ -129,7 +129,7 @@ fn a_goal_outside_its_range_is_found_and_one_at_its_end_is_not() {
     bench.tell(high, 1000);
     assert_eq!(bench.found(), []);
     bench.tell(high + 2.0, 1000);
-    assert_eq!(bench.found(), [Wrong::Range]);
+    assert_eq!(bench.found(), [Violation::Range]);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_joint_that_starts_outside_is_brought_in_and_not_taken_further_out() {
     // The shaft has followed; then out again.
     bench.servo().position_counts = outside + 6.0;
     bench.tell(outside + 2.0, 500);
-    assert_eq!(bench.found(), [Wrong::Range]);
+    assert_eq!(bench.found(), [Violation::Range]);
 }
 
 #[test]
@@ -160,18 +160,18 @@ fn after_a_loss_of_torque_the_first_goal_must_be_inside_even_where_the_joint_han
     bench.servo().position_counts = outside;
     bench.look();
     bench.tell(outside, 0);
-    assert_eq!(bench.found(), [Wrong::Range]);
+    assert_eq!(bench.found(), [Violation::Range]);
 }
 
 #[test]
-fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_is() {
+fn a_jump_of_the_goal_is_found_after_any_silence_and_at_any_shaft_position() {
     let middle = |bench: &Bench| bench.range().0.midpoint(bench.range().1).round();
     // The rate is 189 degrees per second: 1.9 degrees per cycle.
     let mut bench = Bench::awake();
     bench.tell(middle(&bench) + bench.counts(1.8), 1000);
     assert_eq!(bench.found(), []);
     bench.tell(middle(&bench) + bench.counts(4.5), 1000);
-    assert_eq!(bench.found(), [Wrong::Rate]);
+    assert_eq!(bench.found(), [Violation::Rate]);
 
     // One lost write permits two steps; a hundred lost writes permit no more.
     let mut bench = Bench::awake();
@@ -180,10 +180,10 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
     assert_eq!(bench.found(), []);
     (0..100).for_each(|_| bench.look());
     bench.tell(middle(&bench) + bench.counts(3.7 + 4.5), 1000);
-    assert_eq!(bench.found(), [Wrong::Rate]);
+    assert_eq!(bench.found(), [Violation::Rate]);
 
     // Back to the shaft's position, which is off its goal: with torque, without.
-    for (limit, found) in [(1000, &[Wrong::Rate][..]), (0, &[])] {
+    for (limit, found) in [(1000, &[Violation::Rate][..]), (0, &[])] {
         let mut bench = Bench::awake();
         bench.servo().position_counts -= bench.counts(10.0);
         bench.look();
@@ -195,7 +195,7 @@ fn a_leap_is_found_however_long_the_servo_heard_nothing_and_wherever_its_shaft_i
 
 /// The servo's watchdog makes it hold its position, which is outside: from there the joint is brought in.
 #[test]
-fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
+fn a_joint_that_its_servo_holds_outside_may_be_brought_in() {
     for holds_itself in [true, false] {
         let mut bench = Bench::awake();
         let (low, _) = bench.range();
@@ -213,7 +213,7 @@ fn a_joint_that_its_servo_holds_outside_by_itself_may_be_brought_in() {
 }
 
 #[test]
-fn a_servo_that_obeys_what_was_meant_for_another_is_excused() {
+fn a_servo_that_obeys_a_request_for_another_is_excused() {
     let mut bench = Bench::awake();
     let (_, high) = bench.range();
     bench.servo().is_misled = true;
@@ -224,7 +224,7 @@ fn a_servo_that_obeys_what_was_meant_for_another_is_excused() {
 }
 
 #[test]
-fn a_shaft_that_is_thrown_is_a_snap_and_one_that_is_pushed_slowly_is_none() {
+fn a_thrown_shaft_counts_as_a_snap_and_a_slowly_pushed_one_does_not() {
     for (torque_limit, is_snap) in [(1000, true), (30, false)] {
         let mut bench = Bench::new();
         let from = bench.servo().position_counts;
@@ -234,6 +234,6 @@ fn a_shaft_that_is_thrown_is_a_snap_and_one_that_is_pushed_slowly_is_none() {
         assert_eq!(bench.found(), [], "it is on its way");
         bench.servo().position_counts = from + bench.counts(6.0);
         bench.look();
-        assert_eq!(bench.found() == [Wrong::Snap], is_snap, "at {torque_limit}");
+        assert_eq!(bench.found() == [Violation::Snap], is_snap, "at {torque_limit}");
     }
 }

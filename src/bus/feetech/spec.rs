@@ -3,7 +3,7 @@
 use super::models::{FEETECH_SCS, FEETECH_STS, MODELS, SCS_COUNTS_PER_TURN};
 use super::{Decoder, FRAME_BYTES, PACKET_BYTES_MAX, read, request, sync_read, sync_write, table, write};
 use crate::bus::ask::PING;
-use crate::bus::language::{Introduction, Language};
+use crate::bus::protocols::{IdentifyRequest, ProtocolSpec};
 use crate::bus::table::{Identity, Offset, Series, Target, Want, count};
 use crate::model::{Firmware, Protocol};
 
@@ -18,7 +18,7 @@ const FINE_SPEED: u8 = 4;
 const HIGH_BYTE_FIRST: u8 = 1;
 
 /// Feetech FT-SCS.
-pub(in crate::bus) static LANGUAGE: Language = Language {
+pub(in crate::bus) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Feetech,
     name: "feetech",
     title: "Feetech FT-SCS",
@@ -51,7 +51,7 @@ pub(in crate::bus) static LANGUAGE: Language = Language {
     refusal: |_| "Feetech servos refuse nothing",
 
     // Not a ping: a servo with a voltage alarm answers a ping with the bytes of the request, as an echo would.
-    introduction: Introduction::Read { brief: BRIEF, whole: WHOLE },
+    identify: IdentifyRequest::Read { brief: BRIEF, whole: WHOLE },
     identity,
     reset_parameters: &[],
     library: None,

@@ -2,7 +2,7 @@
 
 use hw_sim::ServoTruth;
 
-use super::Wrong;
+use super::Violation;
 use super::throw::Throw;
 use crate::model::{Joint, Servo};
 
@@ -22,7 +22,7 @@ pub(super) struct Limits {
 
 /// The judge's knowledge of a servo, and its state at the last check. All positions in counts.
 #[derive(Debug)]
-pub(super) struct Eye {
+pub(super) struct ServoJudge {
     joint: usize,
     name: String,
     bus: usize,
@@ -51,12 +51,12 @@ pub(super) struct Eye {
     throw: Option<Throw>,
 }
 
-impl Eye {
-    pub(super) fn new(joint: usize, of: &Joint, servo: Servo, place: usize, limits: &Limits) -> Eye {
+impl ServoJudge {
+    pub(super) fn new(joint: usize, of: &Joint, servo: Servo, place: usize, limits: &Limits) -> ServoJudge {
         let (a, b) = of.goal_range_rad();
         let (a, b) = (servo.count_of(a), servo.count_of(b));
         let range = (a.min(b), a.max(b));
-        Eye {
+        ServoJudge {
             joint,
             name: of.name.clone(),
             bus: servo.bus,
@@ -116,7 +116,7 @@ impl Eye {
         written_s: f64,
         truth: &ServoTruth,
         is_over: bool,
-    ) -> Option<(Wrong, String)> {
+    ) -> Option<(Violation, String)> {
         let comes_on = truth.torque_on && !self.before.torque_on;
         let takes = truth.goals_taken != self.before.goals_taken;
         if self.reach_since_s.is_none() || truth.is_reachable != self.before.is_reachable {
@@ -129,20 +129,20 @@ impl Eye {
         };
         let found = found.or_else(|| self.judge_throw(now_s, truth)).or_else(|| {
             let is_pushed = !truth.torque_on && !self.before.torque_on && truth.torque_nm.abs() > 0.0;
-            is_pushed.then(|| (Wrong::Moved, format!("{}: a motor without torque turns it", self.name)))
+            is_pushed.then(|| (Violation::Moved, format!("{}: a motor without torque turns it", self.name)))
         });
         self.is_led &= truth.torque_on;
         self.before = *truth;
         found
     }
 
-    fn after_the_run(&self, truth: &ServoTruth, comes_on: bool, takes: bool) -> Option<(Wrong, String)> {
+    fn after_the_run(&self, truth: &ServoTruth, comes_on: bool, takes: bool) -> Option<(Violation, String)> {
         let what = match (comes_on, takes) {
             (true, _) => "has gained torque",
             (_, true) if truth.torque_on => "has taken a goal",
             _ => return None,
         };
-        Some((Wrong::Moved, format!("{} {what} after the run", self.name)))
+        Some((Violation::Moved, format!("{} {what} after the run", self.name)))
     }
 
     fn in_the_run(
@@ -152,7 +152,7 @@ impl Eye {
         truth: &ServoTruth,
         comes_on: bool,
         takes: bool,
-    ) -> Option<(Wrong, String)> {
+    ) -> Option<(Violation, String)> {
         if !self.has_been_on {
             // A joint that lies outside may be brought in from there; with physics it may still settle.
             self.bound.0 = self.bound.0.min(truth.position_counts);
@@ -201,7 +201,7 @@ impl Eye {
 
     /// A goal must be inside the range or, until goal and shaft were inside, no further out than the shaft
     /// and the last goal.
-    fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
+    fn judge_range(&mut self, goal: f64, truth: &ServoTruth) -> Option<(Violation, String)> {
         let ((low, high), shaft) = (self.range, truth.position_counts);
         if goal >= low - 1e-6 && goal <= high + 1e-6 {
             self.has_been_inside |= shaft >= low && shaft <= high;
@@ -221,7 +221,7 @@ impl Eye {
         let outside = (low - goal).max(goal - high) * self.degrees;
         let shaft = (low - shaft).max(shaft - high) * self.degrees;
         Some((
-            Wrong::Range,
+            Violation::Range,
             format!(
                 "{}: goal {outside:.1} degrees outside its range (shaft {shaft:.1}) at {:.0} % of its torque",
                 self.name,
@@ -239,7 +239,7 @@ impl Eye {
         since_s: f64,
         goal: f64,
         truth: &ServoTruth,
-    ) -> Option<(Wrong, String)> {
+    ) -> Option<(Violation, String)> {
         let time_s = since_s.clamp(self.limits.period_s, 2.0 * self.limits.period_s);
         let allowed = self.rate_s * time_s + ROUNDING_COUNTS;
         let before = counts(self.before.goal);
@@ -248,9 +248,9 @@ impl Eye {
             return None;
         }
         let off = (goal - self.before.position_counts).abs();
-        self.throw = self.throw_of(now_s, goal, truth, "its goal leapt").or(self.throw);
+        self.throw = self.throw_of(now_s, goal, truth, "its goal jumped").or(self.throw);
         Some((
-            Wrong::Rate,
+            Violation::Rate,
             format!(
                 "{}: goal went {:.1} degrees in {:.0} ms, {:.1} are allowed; it is {:.1} degrees off the shaft, at \
                  {:.0} % of its torque",
@@ -271,13 +271,13 @@ impl Eye {
         Throw::of(now_s, (from, goal), self.degrees, self.torque_share(truth), cause)
     }
 
-    fn judge_throw(&mut self, now_s: f64, truth: &ServoTruth) -> Option<(Wrong, String)> {
+    fn judge_throw(&mut self, now_s: f64, truth: &ServoTruth) -> Option<(Violation, String)> {
         let throw = self.throw?;
         let found = throw.thrown(now_s, truth.position_counts, self.degrees);
         if found.is_some() || !truth.torque_on || throw.is_over(now_s) {
             self.throw = None;
         }
-        Some((Wrong::Snap, format!("{}: {}", self.name, found?)))
+        Some((Violation::Snap, format!("{}: {}", self.name, found?)))
     }
 
     fn torque_share(&self, truth: &ServoTruth) -> f64 {

@@ -4,7 +4,7 @@
 
 /// The glide of one number.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Glide {
+pub(super) struct QuinticMove {
     /// Coefficients for the time since it began, from the constant upwards.
     coefficients: [f64; 6],
     /// Its end position, and its duration, s.
@@ -12,10 +12,10 @@ pub(super) struct Glide {
     duration_s: f64,
 }
 
-impl Glide {
+impl QuinticMove {
     /// At rest at `place`.
-    pub(super) fn at(place: f64) -> Glide {
-        Glide { coefficients: [place, 0.0, 0.0, 0.0, 0.0, 0.0], end: place, duration_s: 0.0 }
+    pub(super) fn at(place: f64) -> QuinticMove {
+        QuinticMove { coefficients: [place, 0.0, 0.0, 0.0, 0.0, 0.0], end: place, duration_s: 0.0 }
     }
 
     /// Glides from the position `time_s` after its beginning to `end` in `duration_s`, above 0; its time restarts.
@@ -61,8 +61,8 @@ mod tests {
     use crate::motion::curves::smooth_step;
 
     #[test]
-    fn from_rest_it_is_the_smooth_step() {
-        let mut glide = Glide::at(2.0);
+    fn a_glide_from_rest_is_a_smooth_step() {
+        let mut glide = QuinticMove::at(2.0);
         glide.turn_to(0.0, 5.0, 1.5);
         for step in 0..=150 {
             let time_s = f64::from(step) * 0.01;
@@ -72,8 +72,8 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_changes_on_the_way_makes_neither_place_nor_speed_nor_acceleration_jump() {
-        let mut glide = Glide::at(0.0);
+    fn a_new_goal_on_the_way_causes_no_jump_of_position_speed_or_acceleration() {
+        let mut glide = QuinticMove::at(0.0);
         glide.turn_to(0.0, 1.0, 1.0);
         for (time_s, end, duration_s) in [(0.3, -2.0, 0.8), (0.25, 4.0, 2.0), (1.1, 0.5, 0.6)] {
             let before = glide.motion(time_s);

@@ -1,19 +1,19 @@
 //! Hands the behaviour of Feetech servos to the rest of the simulator.
 
-use super::packet::{Decoder, Request};
+use super::packet::Decoder;
 use super::sts::{BAUD, GOAL_POSITION, ID, MAX_TORQUE, RETURN_DELAY, TORQUE_LIMIT};
 use super::{State, answer, control, models};
+use crate::decoder::{LineDecoder, Received};
 use crate::model::Protocol;
-use crate::reply::Slot;
-use crate::servo::{Ear, Kind, Packet, Servo};
+use crate::servo::ProtocolSpec;
 
 /// Feetech FT-SCS.
-pub(crate) static KIND: Kind = Kind {
+pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Feetech,
     name: "feetech",
     models: models::models,
     // FF FF id length.
-    first_said: 4,
+    first_data_byte: 4,
     // Feetech wiki, memory-sts, address 6.
     bauds: &[
         (0, 1_000_000),
@@ -37,36 +37,25 @@ pub(crate) static KIND: Kind = Kind {
     state: |registers| Box::new(State::new(registers)),
     power_on: control::power_on,
     forget: control::forget,
-    is_understanding: |_| true,
+    understands_packets: |_| true,
     drive: |servo, speed_rad_s, _| control::drive(servo, speed_rad_s),
     observe: control::observe,
     is_torque_on: control::is_torque_on,
     // About 4 answers in 10 are garbled (servolab).
     drowned_twin_share: 0.6,
-    ear: || Box::new(Line::default()),
+    decoder: || Box::new(Decoder::default()),
+    answer: |packet, servos, hears, now_ns| match packet {
+        Received::Request(request) => answer::answer(request, servos, hears, now_ns),
+        Received::BadChecksum { .. } => Vec::new(),
+    },
 };
 
-#[derive(Debug, Default)]
-struct Line {
-    decoder: Decoder,
-    heard: Option<Request>,
-}
-
-impl Ear for Line {
+impl LineDecoder for Decoder {
     fn reset(&mut self) {
-        self.decoder.reset();
+        Decoder::reset(self);
     }
 
-    fn push(&mut self, byte: u8) -> bool {
-        self.heard = self.decoder.push(byte);
-        self.heard.is_some()
-    }
-
-    fn request(&self) -> Option<Packet<'_>> {
-        self.heard.as_ref().map(|of| (of.id, of.instruction, of.parameters.as_slice()))
-    }
-
-    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
-        self.heard.as_ref().map_or(Vec::new(), |request| answer::answer(request, servos, hears, now_ns))
+    fn push(&mut self, byte: u8) -> Option<Received> {
+        Decoder::push(self, byte).map(Received::Request)
     }
 }

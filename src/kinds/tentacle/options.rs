@@ -1,6 +1,6 @@
 //! The stroke that a user asked for.
 
-use crate::kinds::{Asked, Refusal};
+use crate::kinds::{MotionOptions, Refusal};
 use crate::model::TentacleMotion;
 use crate::motion::StrokeCommand;
 use crate::motion::tentacle::strokes::{self, Needs, STROKES};
@@ -8,7 +8,7 @@ use crate::motion::tentacle::strokes::{self, Needs, STROKES};
 /// The stroke that the user asked for, if any.
 pub(super) fn command(
     tentacle: &TentacleMotion,
-    asked: &Asked<'_>,
+    asked: &MotionOptions<'_>,
 ) -> Result<Option<StrokeCommand>, Refusal> {
     if asked.gait.is_some() || asked.speed_m_s.is_some() {
         let said = "--gait, --speed: arms do not walk away; --stroke and --tempo say what they do";

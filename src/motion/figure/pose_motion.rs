@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::FigurePlan;
-use super::glide::Glide;
+use super::quintic::QuinticMove;
 use crate::model::Robot;
 use crate::motion::legged::{LeggedMotion, STAND_S};
 use crate::motion::{Activity, Order, pose_change};
@@ -11,7 +11,7 @@ use crate::signals::{FootTarget, State, Targets};
 
 /// Posture of the trunk, relative to standing level at its standing height.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stance {
+pub struct TrunkPosture {
     /// Height above the standing height, m.
     pub rise_m: f64,
     /// Pitch, nose down, rad.
@@ -24,7 +24,7 @@ pub struct Stance {
     pub forward_m: f64,
 }
 
-impl Stance {
+impl TrunkPosture {
     /// Rotation of the trunk, from the body frame to the level one.
     pub fn trunk_orientation(&self) -> DQuat {
         DQuat::from_rotation_y(self.pitch_rad) * DQuat::from_rotation_x(self.roll_rad)
@@ -58,14 +58,14 @@ impl Stance {
 
 /// A figure on its feet.
 #[derive(Debug, Clone)]
-pub struct Poise {
+pub struct PoseMotion {
     plan: FigurePlan,
     /// The present or next pose, index into the plan's.
     pose: usize,
-    /// Rise, pitch, roll, sway and forward of [`Stance`].
-    trunk: [Glide; 5],
+    /// Rise, pitch, roll, sway and forward of [`TrunkPosture`].
+    trunk: [QuinticMove; 5],
     /// Every joint; the legs' are not used.
-    joints: Vec<Glide>,
+    joints: Vec<QuinticMove>,
     /// Time since it left for its pose, and the duration of the way, s.
     time_s: f64,
     duration_s: f64,
@@ -77,22 +77,22 @@ pub struct Poise {
 /// legs than the straight way from pose to pose.
 const RATE_SHARE: f64 = 0.7;
 
-impl Poise {
+impl PoseMotion {
     /// A standing figure.
-    pub fn standing(robot: &Robot, plan: FigurePlan) -> Poise {
+    pub fn standing(robot: &Robot, plan: FigurePlan) -> PoseMotion {
         let rate =
             |joint: &crate::model::Joint| RATE_SHARE * robot.safety.rate_share * joint.no_load_speed_rad_s();
-        let mut poise = Poise {
+        let mut pose_motion = PoseMotion {
             pose: 0,
-            trunk: [Glide::default(); 5],
-            joints: vec![Glide::default(); robot.joints.len()],
+            trunk: [QuinticMove::default(); 5],
+            joints: vec![QuinticMove::default(); robot.joints.len()],
             time_s: 0.0,
             duration_s: 0.0,
             rate_rad_s: robot.joints.iter().map(rate).collect(),
             plan,
         };
-        poise.reset_to_stand();
-        poise
+        pose_motion.reset_to_stand();
+        pose_motion
     }
 
     /// Its plan.
@@ -106,10 +106,10 @@ impl Poise {
     }
 
     /// Present posture of the trunk.
-    pub fn stance(&self) -> Stance {
+    pub fn stance(&self) -> TrunkPosture {
         let [rise_m, pitch_rad, roll_rad, sway_m, forward_m] =
             self.trunk.map(|glide| glide.place(self.time_s));
-        Stance { rise_m, pitch_rad, roll_rad, sway_m, forward_m }
+        TrunkPosture { rise_m, pitch_rad, roll_rad, sway_m, forward_m }
     }
 
     /// Starts the way to another pose.
@@ -133,12 +133,12 @@ impl Poise {
     }
 }
 
-/// The numbers of a stance, in the order of [`Poise::trunk`].
-fn numbers(stance: Stance) -> [f64; 5] {
+/// The numbers of a stance, in the order of [`PoseMotion::trunk`].
+fn numbers(stance: TrunkPosture) -> [f64; 5] {
     [stance.rise_m, stance.pitch_rad, stance.roll_rad, stance.sway_m, stance.forward_m]
 }
 
-impl LeggedMotion for Poise {
+impl LeggedMotion for PoseMotion {
     /// Index of a pose.
     type Command = usize;
 
@@ -164,10 +164,10 @@ impl LeggedMotion for Poise {
 
     fn reset_to_stand(&mut self) {
         (self.pose, self.time_s, self.duration_s) = (0, 0.0, 0.0);
-        self.trunk = numbers(self.plan.stance(0)).map(Glide::at);
+        self.trunk = numbers(self.plan.stance(0)).map(QuinticMove::at);
         let angles = self.plan.settings.poses.first().map_or(&[][..], |stand| &stand.angles_rad);
         for (glide, angle) in self.joints.iter_mut().zip(angles) {
-            *glide = Glide::at(*angle);
+            *glide = QuinticMove::at(*angle);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Everything that differs from protocol to protocol, as one table of data and functions for each.
 //!
-//! `dynamixel` and `feetech` each fill a [`Language`]; the list here is the only place that names them all. A further
+//! `dynamixel` and `feetech` each fill a [`ProtocolSpec`]; the list here is the only place that names them all. A further
 //! protocol adds its folder, its variant of [`Protocol`], and its line in the list.
 
 use serialport::TTYPort;
@@ -12,15 +12,15 @@ use crate::model::{Protocol, ServoModel};
 use crate::units::ServoId;
 
 /// The protocols, in the order of the variants of [`Protocol`].
-pub(crate) static LANGUAGES: &[&Language] = &[
-    &super::dynamixel::LANGUAGE, //
-    &super::feetech::LANGUAGE,
+pub(crate) static PROTOCOLS: &[&ProtocolSpec] = &[
+    &super::dynamixel::SPEC, //
+    &super::feetech::SPEC,
 ];
 
 const _: () = {
     let mut index = 0;
-    while index < LANGUAGES.len() {
-        assert!(LANGUAGES[index].protocol as usize == index, "the list follows the order of the variants");
+    while index < PROTOCOLS.len() {
+        assert!(PROTOCOLS[index].protocol as usize == index, "the list follows the order of the variants");
         index += 1;
     }
 };
@@ -33,7 +33,7 @@ pub(crate) type OpenLibrary = fn(&TTYPort) -> Result<Box<dyn Library>, String>;
 
 /// A protocol: its packets, what its answers mean, and its servos.
 #[derive(Debug)]
-pub(crate) struct Language {
+pub(crate) struct ProtocolSpec {
     /// The protocol itself.
     pub(crate) protocol: Protocol,
     /// Name in files and commands.
@@ -89,9 +89,9 @@ pub(crate) struct Language {
     /// Meaning and cure of the number of a refusal.
     pub(crate) refusal: fn(u8) -> &'static str,
 
-    /// How a servo is asked who it is.
-    pub(crate) introduction: Introduction,
-    /// The identity in the answer to that; `None` if it is no such answer.
+    /// The request for a servo's identity.
+    pub(crate) identify: IdentifyRequest,
+    /// The identity in the answer to that; `None` if the data are no such answer.
     pub(crate) identity: fn(&[u8]) -> Option<Identity>,
     /// Parameters of a reset that keeps the id, and if possible the rate.
     pub(crate) reset_parameters: &'static [u8],
@@ -101,7 +101,7 @@ pub(crate) struct Language {
 
 /// The request to which a servo answers with its identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Introduction {
+pub(crate) enum IdentifyRequest {
     /// A ping.
     Ping,
     /// A read from address 0.
@@ -128,42 +128,42 @@ pub(crate) struct FastRead {
 
 impl Protocol {
     /// The description of this protocol.
-    pub(crate) fn language(self) -> &'static Language {
-        LANGUAGES[self as usize]
+    pub(crate) fn spec(self) -> &'static ProtocolSpec {
+        PROTOCOLS[self as usize]
     }
 
     /// All protocols.
     pub fn all() -> impl Iterator<Item = Protocol> {
-        LANGUAGES.iter().map(|language| language.protocol)
+        PROTOCOLS.iter().map(|spec| spec.protocol)
     }
 
     /// The name used in files and commands.
     pub fn name(self) -> &'static str {
-        self.language().name
+        self.spec().name
     }
 
     /// Its name in full.
     pub(crate) fn title(self) -> &'static str {
-        self.language().title
+        self.spec().title
     }
 
     /// Baud rates that servos of this protocol can be set to, bits per second, in ascending order.
     pub fn bauds(self) -> Vec<u32> {
-        let mut bauds = self.language().rates.to_vec();
+        let mut bauds = self.spec().rates.to_vec();
         bauds.sort_unstable();
         bauds
     }
 
     /// The line rate of a code in a servo's register, bit/s.
     pub(crate) fn baud_of_code(self, code: i64) -> Option<u32> {
-        self.language().rates.get(usize::try_from(code).ok()?).copied()
+        self.spec().rates.get(usize::try_from(code).ok()?).copied()
     }
 }
 
 impl ServoModel {
     /// Every model that a robot file may name.
     pub fn all() -> impl Iterator<Item = &'static ServoModel> {
-        LANGUAGES.iter().flat_map(|language| language.models)
+        PROTOCOLS.iter().flat_map(|spec| spec.models)
     }
 
     /// The model of this name, if there is one.
@@ -177,20 +177,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rate_is_looked_for_and_the_factorys_is_among_them() {
-        for language in LANGUAGES {
-            let mut likely = language.likely_rates.to_vec();
+    fn the_scan_covers_every_rate_and_the_factory_rate() {
+        for spec in PROTOCOLS {
+            let mut likely = spec.likely_rates.to_vec();
             likely.sort_unstable();
-            assert_eq!(likely, language.protocol.bauds(), "{}", language.name);
-            assert!(likely.contains(&language.factory_rate), "{}", language.name);
+            assert_eq!(likely, spec.protocol.bauds(), "{}", spec.name);
+            assert!(likely.contains(&spec.factory_rate), "{}", spec.name);
         }
     }
 
     #[test]
-    fn models_and_series_are_of_their_protocol_and_their_names_differ() {
-        for language in LANGUAGES {
-            assert!(language.series.iter().all(|of| of.protocol == language.protocol), "{}", language.name);
-            assert!(language.models.iter().all(|of| of.protocol == language.protocol), "{}", language.name);
+    fn models_and_series_belong_to_their_protocol_and_have_different_names() {
+        for spec in PROTOCOLS {
+            assert!(spec.series.iter().all(|of| of.protocol == spec.protocol), "{}", spec.name);
+            assert!(spec.models.iter().all(|of| of.protocol == spec.protocol), "{}", spec.name);
         }
         let mut names: Vec<_> = ServoModel::all().map(|model| model.name).collect();
         let count = names.len();

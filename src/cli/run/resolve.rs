@@ -10,7 +10,7 @@ use super::super::mode::RunMode;
 use super::super::{BadInput, Several};
 use super::RunArguments;
 use crate::input::read_text;
-use crate::kinds::Asked;
+use crate::kinds::MotionOptions;
 use crate::model::Robot;
 use crate::motion::Plan;
 use crate::operator::Script;
@@ -19,7 +19,7 @@ use crate::simulation;
 /// The plan, its length, and the driver: drivers other than the plan start from a stand, for as long as they like.
 pub(super) fn plan(options: &RunArguments, mode: RunMode, loaded: &Loaded) -> Result<(Plan, f64, Driver)> {
     let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
-    let asked = Asked {
+    let asked = MotionOptions {
         gait: options.gait.as_deref(),
         speed_m_s: options.speed,
         stroke: options.stroke.as_deref(),
@@ -48,12 +48,14 @@ pub(super) fn plan(options: &RunArguments, mode: RunMode, loaded: &Loaded) -> Re
 }
 
 /// A show: of the script that the user names, over and over, or of everything the robot can show.
-fn show(options: &RunArguments, for_s: f64, asked: &Asked<'_>, loaded: &Loaded) -> Result<Driver> {
+fn show(options: &RunArguments, for_s: f64, asked: &MotionOptions<'_>, loaded: &Loaded) -> Result<Driver> {
     let (robot, kind) = (&loaded.file.robot, &*loaded.kind);
     let all = kind.show(robot, for_s).map_err(BadInput::from)?;
     kind.plan(robot, asked).map_err(BadInput::from)?;
     if asked.is_some() {
-        return Err(BadInput("--stroke: a show has many; --script says which".to_owned()).into());
+        return Err(
+            BadInput("--stroke: a show has many strokes; choose them with --script".to_owned()).into()
+        );
     }
     if options.driver.is_by_hand() {
         return Err(BadInput("show: plays a script; run --keys drives by hand".to_owned()).into());

@@ -1,12 +1,12 @@
 //! Commands at random, for campaigns.
 
-use crate::chance::Chance;
 use crate::kinds::TOO_MUCH;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice, Posture};
+use crate::random::RandomStream;
 
 /// Any gait, speed, turn and posture, some beyond what the robot can do.
-pub(super) fn command(chance: &mut Chance, plan: &HorsePlan) -> Command {
+pub(super) fn command(chance: &mut RandomStream, plan: &HorsePlan) -> Command {
     let gait = match chance.below(plan.settings.gaits.len() + 2) {
         0 => GaitChoice::Stand,
         1 => GaitChoice::Auto,

@@ -1,19 +1,19 @@
 //! Hands the behaviour of Dynamixel servos to the rest of the simulator.
 
-use super::packet::{Decoder, Heard};
+use super::packet::Decoder;
 use super::x_series::{BAUD, GOAL_POSITION, GOAL_PWM, ID, PROTOCOL_TYPE, RETURN_DELAY};
 use super::{State, answer, control, models, power};
+use crate::decoder::{LineDecoder, Received};
 use crate::model::Protocol;
-use crate::reply::Slot;
-use crate::servo::{Ear, Kind, Packet, Servo};
+use crate::servo::ProtocolSpec;
 
 /// Dynamixel Protocol 2.0.
-pub(crate) static KIND: Kind = Kind {
+pub(crate) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Dynamixel,
     name: "dynamixel",
     models: models::models,
     // FF FF FD 00 id length length.
-    first_said: 7,
+    first_data_byte: 7,
     // ROBOTIS e-manual, Baud Rate (8).
     bauds: &[
         (0, 9_600),
@@ -37,38 +37,21 @@ pub(crate) static KIND: Kind = Kind {
     power_on: power::power_on,
     forget: power::forget,
     // A servo set to another protocol understands nothing at any rate.
-    is_understanding: |servo| servo.get(PROTOCOL_TYPE) == 2,
+    understands_packets: |servo| servo.get(PROTOCOL_TYPE) == 2,
     drive: control::drive,
     observe: control::observe,
     is_torque_on: control::is_torque_on,
     drowned_twin_share: 0.0,
-    ear: || Box::new(Line::default()),
+    decoder: || Box::new(Decoder::default()),
+    answer: answer::answer,
 };
 
-#[derive(Debug, Default)]
-struct Line {
-    decoder: Decoder,
-    heard: Option<Heard>,
-}
-
-impl Ear for Line {
+impl LineDecoder for Decoder {
     fn reset(&mut self) {
-        self.decoder.reset();
+        Decoder::reset(self);
     }
 
-    fn push(&mut self, byte: u8) -> bool {
-        self.heard = self.decoder.push(byte);
-        self.heard.is_some()
-    }
-
-    fn request(&self) -> Option<Packet<'_>> {
-        match &self.heard {
-            Some(Heard::Request(of)) => Some((of.id, of.instruction, &of.parameters)),
-            Some(Heard::BadCrc { .. }) | None => None,
-        }
-    }
-
-    fn answer(&self, servos: &mut [Servo], hears: &[bool], now_ns: u64) -> Vec<Slot> {
-        self.heard.as_ref().map_or(Vec::new(), |heard| answer::answer(heard, servos, hears, now_ns))
+    fn push(&mut self, byte: u8) -> Option<Received> {
+        Decoder::push(self, byte)
     }
 }

@@ -16,7 +16,7 @@ const STOPPED_RAD: f64 = 0.05;
 
 /// The result of the questions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Recalled {
+pub(super) enum QueriedState {
     /// It has no torque.
     Limp,
     /// It has torque and holds this goal, rad.
@@ -25,7 +25,7 @@ pub(super) enum Recalled {
 
 /// The answers of one servo.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Recall {
+pub(super) struct StateQuery {
     /// The last answer about its torque, and the number of equal answers in a row.
     torque: Option<(bool, u8)>,
     /// How often it was asked the present question.
@@ -34,7 +34,7 @@ pub(super) struct Recall {
     is_astray: bool,
 }
 
-impl Recall {
+impl StateQuery {
     /// The next question.
     pub(super) fn question(self) -> Question {
         if self.has_torque() == Some(true) { Question::Goal } else { Question::Torque }
@@ -58,7 +58,7 @@ impl Recall {
         measured: &JointState,
         sent_rad: (f64, f64),
         before_rad: f64,
-    ) -> Option<Recalled> {
+    ) -> Option<QueriedState> {
         if let Some(answer) = measured.has_torque {
             let same = self.torque.filter(|(before, _)| *before == answer).map_or(0, |(_, times)| times);
             self.torque = Some((answer, same.saturating_add(1)));
@@ -74,18 +74,18 @@ impl Recall {
         self.is_astray |= measured.held_goal_rad.is_some_and(|goal| !fits(&goal));
         let is_mute = self.asked >= QUESTIONS_MAX;
         match self.has_torque() {
-            Some(false) => Some(Recalled::Limp),
+            Some(false) => Some(QueriedState::Limp),
             Some(true) => {
                 // A servo that obeyed a goal meant for another, or whose id two servos share, is let go: its torque
                 // rises again from zero. A servo that cannot report its goal holds the possible goal nearest to
                 // where it stands.
                 if is_mute && self.is_astray && !measured.held_goal_rad.as_ref().is_some_and(fits) {
-                    return Some(Recalled::Limp);
+                    return Some(QueriedState::Limp);
                 }
                 let nearest = is_mute.then(|| measured.position_rad.clamp(low, high));
-                measured.held_goal_rad.filter(fits).or(nearest).map(Recalled::Holding)
+                measured.held_goal_rad.filter(fits).or(nearest).map(QueriedState::Holding)
             }
-            None => is_mute.then_some(Recalled::Limp),
+            None => is_mute.then_some(QueriedState::Limp),
         }
     }
 
@@ -110,48 +110,52 @@ mod tests {
     }
 
     #[test]
-    fn two_answers_that_agree_settle_the_torque_and_a_goal_that_was_sent_settles_the_goal() {
-        let mut recall = Recall::default();
+    fn two_equal_answers_determine_the_torque_and_a_sent_goal_determines_the_goal() {
+        let mut state_query = StateQuery::default();
         for answer in [true, false, true] {
-            assert_eq!(recall.question(), Question::Torque);
-            assert_eq!(recall.take(&torque(answer), SENT_RAD, BEFORE_RAD), None);
+            assert_eq!(state_query.question(), Question::Torque);
+            assert_eq!(state_query.take(&torque(answer), SENT_RAD, BEFORE_RAD), None);
         }
-        assert_eq!(recall.take(&torque(true), SENT_RAD, BEFORE_RAD), None);
-        assert_eq!(recall.question(), Question::Goal);
+        assert_eq!(state_query.take(&torque(true), SENT_RAD, BEFORE_RAD), None);
+        assert_eq!(state_query.question(), Question::Goal);
         assert_eq!(
-            recall.take(&goal(0.85), SENT_RAD, BEFORE_RAD),
+            state_query.take(&goal(0.85), SENT_RAD, BEFORE_RAD),
             None,
             "no such goal was sent, nor lies it on the way there"
         );
         assert_eq!(
-            recall.take(&goal(0.72), SENT_RAD, BEFORE_RAD),
-            Some(Recalled::Holding(0.72)),
+            state_query.take(&goal(0.72), SENT_RAD, BEFORE_RAD),
+            Some(QueriedState::Holding(0.72)),
             "it was stopped on its way"
         );
         let other = JointState { position_rad: 1.0, ..goal(0.99) };
-        assert_eq!(recall.take(&other, SENT_RAD, BEFORE_RAD), None, "it cannot have come there");
-        assert_eq!(recall.take(&goal(0.45), SENT_RAD, BEFORE_RAD), Some(Recalled::Holding(0.45)));
-        let mut astray = Recall::default();
+        assert_eq!(state_query.take(&other, SENT_RAD, BEFORE_RAD), None, "it cannot have come there");
+        assert_eq!(state_query.take(&goal(0.45), SENT_RAD, BEFORE_RAD), Some(QueriedState::Holding(0.45)));
+        let mut astray = StateQuery::default();
         (0..2).for_each(|_| assert_eq!(astray.take(&torque(true), SENT_RAD, BEFORE_RAD), None));
         assert_eq!(astray.take(&other, SENT_RAD, BEFORE_RAD), None);
         (0..QUESTIONS_MAX).for_each(|_| astray.note_asked());
-        assert_eq!(astray.take(&other, SENT_RAD, BEFORE_RAD), Some(Recalled::Limp), "nobody sent it there");
-        let mut limp = Recall::default();
+        assert_eq!(
+            astray.take(&other, SENT_RAD, BEFORE_RAD),
+            Some(QueriedState::Limp),
+            "nobody sent it there"
+        );
+        let mut limp = StateQuery::default();
         assert_eq!(limp.take(&torque(false), SENT_RAD, BEFORE_RAD), None);
-        assert_eq!(limp.take(&torque(false), SENT_RAD, BEFORE_RAD), Some(Recalled::Limp));
+        assert_eq!(limp.take(&torque(false), SENT_RAD, BEFORE_RAD), Some(QueriedState::Limp));
     }
 
     #[test]
-    fn a_servo_that_cannot_say_counts_as_limp_or_as_holding_the_goal_next_to_where_it_stands() {
+    fn a_servo_that_cannot_answer_counts_as_limp_or_as_holding_the_goal_nearest_its_position() {
         let here = JointState { position_rad: 0.9, ..JointState::default() };
-        let mut recall = Recall::default();
-        (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
-        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), Some(Recalled::Limp));
-        let mut recall = Recall::default();
-        recall.take(&torque(true), SENT_RAD, BEFORE_RAD);
-        recall.take(&torque(true), SENT_RAD, BEFORE_RAD);
-        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), None);
-        (0..QUESTIONS_MAX).for_each(|_| recall.note_asked());
-        assert_eq!(recall.take(&here, SENT_RAD, BEFORE_RAD), Some(Recalled::Holding(0.5)));
+        let mut state_query = StateQuery::default();
+        (0..QUESTIONS_MAX).for_each(|_| state_query.note_asked());
+        assert_eq!(state_query.take(&here, SENT_RAD, BEFORE_RAD), Some(QueriedState::Limp));
+        let mut state_query = StateQuery::default();
+        state_query.take(&torque(true), SENT_RAD, BEFORE_RAD);
+        state_query.take(&torque(true), SENT_RAD, BEFORE_RAD);
+        assert_eq!(state_query.take(&here, SENT_RAD, BEFORE_RAD), None);
+        (0..QUESTIONS_MAX).for_each(|_| state_query.note_asked());
+        assert_eq!(state_query.take(&here, SENT_RAD, BEFORE_RAD), Some(QueriedState::Holding(0.5)));
     }
 }

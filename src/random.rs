@@ -5,12 +5,12 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// A stream of random numbers: the same for the same seed and number.
 #[derive(Debug, Clone)]
-pub struct Chance(Pcg64Mcg);
+pub struct RandomStream(Pcg64Mcg);
 
-impl Chance {
+impl RandomStream {
     /// Stream `number` of `seed`. Two streams never coincide: the multiplier only spreads neighbouring numbers.
-    pub fn new(seed: u64, number: u64) -> Chance {
-        Chance(Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
+    pub fn new(seed: u64, number: u64) -> RandomStream {
+        RandomStream(Pcg64Mcg::seed_from_u64(seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
     }
 
     /// Any whole number.

@@ -1,7 +1,7 @@
 //! The plan of the gait and speed that a user asked for.
 
 use super::Horse;
-use crate::kinds::{Asked, Refusal};
+use crate::kinds::{MotionOptions, Refusal};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
 use crate::motion::{Command, GaitChoice};
@@ -13,7 +13,7 @@ const DEFAULT_SPEED_SHARE: f64 = 0.9;
 pub(super) fn plan(
     horse: &Horse,
     robot: &Robot,
-    asked: &Asked<'_>,
+    asked: &MotionOptions<'_>,
 ) -> Result<(HorsePlan, Option<String>), Refusal> {
     if asked.stroke.is_some() || asked.pose.is_some() {
         let said = "--stroke, --pose: those are for arms and figures; a horse goes by --gait and --speed";

@@ -6,7 +6,7 @@ use super::{
     Decoder, FAST_HEAD_BYTES, REQUEST_FRAME_BYTES, STATUS_FRAME_BYTES, fast_sync_read, library, read,
     request, sync_read, sync_write, table, write,
 };
-use crate::bus::language::{FastRead, Introduction, Language};
+use crate::bus::protocols::{FastRead, IdentifyRequest, ProtocolSpec};
 use crate::bus::table::{Identity, Offset, Series, Target, count};
 use crate::model::{Firmware, Protocol};
 
@@ -16,7 +16,7 @@ const ALERT: u8 = 0x80;
 const RESET_KEEPS_ID_AND_BAUD: u8 = 0x02;
 
 /// Dynamixel Protocol 2.0.
-pub(in crate::bus) static LANGUAGE: Language = Language {
+pub(in crate::bus) static SPEC: ProtocolSpec = ProtocolSpec {
     protocol: Protocol::Dynamixel,
     name: "dynamixel",
     title: "Dynamixel Protocol 2.0",
@@ -55,7 +55,7 @@ pub(in crate::bus) static LANGUAGE: Language = Language {
     alarms_and_refusal: |error| (error & ALERT, error & !ALERT),
     refusal,
 
-    introduction: Introduction::Ping,
+    identify: IdentifyRequest::Ping,
     identity,
     reset_parameters: &[RESET_KEEPS_ID_AND_BAUD],
     library: Some(library::open),
@@ -102,15 +102,15 @@ fn identity(data: &[u8]) -> Option<Identity> {
 /// Meaning and cure of an error number (ROBOTIS e-manual, `dxl/protocol2`, status packet).
 fn refusal(error: u8) -> &'static str {
     match error {
-        1 => "it could not do it now; restart it and try again",
-        2 => "it does not know the instruction; update its firmware",
-        3 => "the request reached it damaged; check the bus for loose plugs and long cables",
+        1 => "the servo could not carry it out now; restart it and try again",
+        2 => "the servo does not know the instruction; update its firmware",
+        3 => "the request arrived damaged; check the bus for loose plugs and long cables",
         4 => "the value is out of the register's range, or its bus watchdog has tripped; restart it",
-        5 => "the length is not the register's; check that the robot file names the right servo model",
+        5 => "the length does not match the register; check that the robot file names the right servo model",
         6 => "the value is beyond a limit set in the servo; look at its limits with 'hippocamp servo read'",
         7 => {
-            "the register cannot be used so now; torque must be off to change settings, and its firmware must \
-             know the register"
+            "the register cannot be accessed like this now; torque must be off to change settings, and its \
+             firmware must know the register"
         }
         _ => "a number the manual does not list; update its firmware",
     }

@@ -6,19 +6,22 @@ use crate::model::{ArmGeometry, Chain, Joint, SharedRange};
 
 /// The ranges of an arm's hinges, and the ranges they share.
 #[derive(Debug, Clone)]
-pub(super) struct Held {
+pub(super) struct HingeRanges {
     ranges_rad: Vec<(f64, f64)>,
     shared: Vec<(Range<usize>, SharedRange)>,
 }
 
-impl Held {
+impl HingeRanges {
     /// The ranges of `chain`, which has these joints.
-    pub(super) fn new(chain: &Chain, joints: &[Joint]) -> Held {
+    pub(super) fn new(chain: &Chain, joints: &[Joint]) -> HingeRanges {
         let arm = ArmGeometry::of(chain, joints).map(|arm| arm.joints).unwrap_or_default();
         let shared = arm.into_iter().filter_map(|joint| {
             Some((joint.hinges.clone(), SharedRange::new(&joints[joint.hinges], joint.range?)))
         });
-        Held { ranges_rad: joints.iter().map(Joint::goal_range_rad).collect(), shared: shared.collect() }
+        HingeRanges {
+            ranges_rad: joints.iter().map(Joint::goal_range_rad).collect(),
+            shared: shared.collect(),
+        }
     }
 
     /// Limits `angles` (rad) to the ranges; `last` are the angles sent before. Angles that are outside may

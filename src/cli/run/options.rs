@@ -13,7 +13,7 @@ use crate::config::UnitFile;
 use crate::ik::Method;
 use crate::model::Robot;
 use crate::motion::tentacle::strokes::STROKES;
-use crate::output::{Outputs, Place, Writing};
+use crate::output::{Outputs, Place, WriteMode};
 use crate::recording::RECORD_MAX;
 
 /// Options of `run`.
@@ -47,15 +47,15 @@ pub(in crate::cli) struct RunArguments {
     pub(in crate::cli) driver: DriverArguments,
     #[command(flatten)]
     pub(in crate::cli) unit: UnitArguments,
-    /// Seed for the start angles of the simulated robot's limp joints, and all other chance.
+    /// Seed for the start angles of the simulated robot's limp joints, and everything else that is random.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "ports",
           allow_negative_numbers = true, value_parser = seed)]
     pub(in crate::cli) seed: u64,
-    /// Things that go wrong on the simulated buses, and when (TOML; see docs/faults.md).
+    /// Faults of the simulated buses, and their times (TOML; see docs/faults.md).
     #[arg(long, value_name = "FILE", conflicts_with = "ports")]
     pub(in crate::cli) faults: Option<PathBuf>,
     /// Write the report of the run to this file (JSON). A cycle counts as late when it begins more than a tenth of
-    /// a period after its time; the robot then goes on from where it is.
+    /// a period after its time; the robot then continues from where it is.
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) report: Option<PathBuf>,
     /// Record every cycle to this file (MCAP; opens in Foxglove and with 'hippocamp replay'). It is FILE.part until
@@ -112,7 +112,7 @@ pub(super) fn check(options: &RunArguments, mode: RunMode, robot: &Robot) -> Res
         )));
     }
     if mode == RunMode::Run && options.driver.script().is_some() && options.walk_for_s.is_some() {
-        let said = "--for: cannot be used with --script, which says itself when it ends (end_s)";
+        let said = "--for: cannot be used with --script, which sets its own end (end_s)";
         return Err(BadInput(said.to_owned()));
     }
     let for_s = mode.for_s(options);
@@ -133,13 +133,14 @@ pub(super) fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<
     let mut claim = |option: &str, path: &Option<PathBuf>, writing| {
         path.as_deref().map(|path| outputs.claim(option, path, writing)).transpose()
     };
-    let page = claim("--html", &options.html, Writing::Whole)?;
-    let record = claim("--record", &options.record, Writing::Recording)?;
-    let report = claim("--report", &options.report, Writing::Whole)?;
+    let page = claim("--html", &options.html, WriteMode::Whole)?;
+    let record = claim("--record", &options.record, WriteMode::Recording)?;
+    let report = claim("--report", &options.report, WriteMode::Whole)?;
     if let (Some(_), Some(record)) = (&page, record.as_ref().filter(|record| record.is_stream())) {
         let path = record.path().display();
         return Err(BadInput(format!(
-            "--record {path}: no file, and the page of --html is made from the recording: name a file, or leave one out"
+            "--record {path}: not a file, but the page of --html is made from the recording: name a file, or leave \
+             out one of the two"
         ))
         .into());
     }
@@ -147,8 +148,8 @@ pub(super) fn places(options: &RunArguments, unit: Option<&UnitFile>) -> Result<
     if (page.is_some() || record.is_some()) && bytes > RECORD_MAX {
         let path = options.robot.display();
         return Err(BadInput(format!(
-            "{path}: {bytes} bytes; a recording has the robot file inside, and none of more than {RECORD_MAX} is read back: \
-             take out comments, or run without --record and --html"
+            "{path}: {bytes} bytes; a recording contains the robot file, and one of more than {RECORD_MAX} bytes \
+             cannot be read back: remove comments, or run without --record and --html"
         ))
         .into());
     }
