@@ -144,7 +144,7 @@ fn a_servo_with_another_alarm_than_overload_stays_frozen_and_is_named() {
     assert_eq!(report.servo_restarts, 0);
     let [outage] = &report.outages[..] else { panic!("{:?}", report.outages) };
     assert_eq!(outage.joint, "arm.lift_2");
-    for words in ["servo 3 on bus root", "electrical shock", "stays so"] {
+    for words in ["servo 3 on bus root", "electrical shock", "stays without torque"] {
         assert!(outage.reason.contains(words), "{}", outage.reason);
     }
     assert!((12.0..14.0).contains(&outage.time_s), "{outage:?}");

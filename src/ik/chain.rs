@@ -60,16 +60,33 @@ impl<G: Geometry> ChainSolver<G> {
         match method {
             Method::Ccd { sweeps } => self.sweep_until(target, sweeps, self.tolerance_m()),
             Method::CcdThenFinish => {
-                self.sweep_until(target, SWEEPS_MAX, NEAR_SHARE * self.length_m);
-                self.finish(target, pull);
-                if self.distance_m(target) > self.tolerance_m() {
-                    self.descend(target);
-                }
+                self.approach(target, pull);
                 if self.distance_m(target) > REACHED_M {
                     is_new_branch = self.search(target, angles);
                 }
             }
         }
+        self.solution(target, is_new_branch, angles)
+    }
+
+    /// As [`Method::CcdThenFinish`], but on the present branch alone.
+    pub(super) fn follow(&mut self, target: G::Vector, pull: f64, angles: &mut [f64]) -> Solution {
+        self.set_pose(angles);
+        self.approach(target, pull);
+        self.solution(target, false, angles)
+    }
+
+    /// Moves the pose to the nearest one of its branch.
+    fn approach(&mut self, target: G::Vector, pull: f64) {
+        self.sweep_until(target, SWEEPS_MAX, NEAR_SHARE * self.length_m);
+        self.finish(target, pull);
+        if self.distance_m(target) > self.tolerance_m() {
+            self.descend(target);
+        }
+    }
+
+    /// Copies the pose to `angles`.
+    fn solution(&self, target: G::Vector, is_new_branch: bool, angles: &mut [f64]) -> Solution {
         let mut saturated = 0;
         for (angle, joint) in angles.iter_mut().zip(&self.joints) {
             *angle = joint.angle.rad;

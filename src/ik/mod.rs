@@ -100,24 +100,40 @@ impl Solver {
         angles: &mut [f64],
     ) -> Solution {
         match &mut self.0 {
-            Kind::Plane(solver) => solve(solver, method, target_in_body, pull, angles),
-            Kind::Space(solver) => solve(solver, method, target_in_body, pull, angles),
+            Kind::Plane(chain) => solve(chain, target_in_body, angles, |chain, target, angles| {
+                chain.solve(method, target, pull, angles)
+            }),
+            Kind::Space(chain) => solve(chain, target_in_body, angles, |chain, target, angles| {
+                chain.solve(method, target, pull, angles)
+            }),
+        }
+    }
+
+    /// As [`Solver::solve`] with [`Method::CcdThenFinish`], but does not look for a pose elsewhere if the present
+    /// branch of poses does not reach `target_in_body`: much faster where the answer may be no.
+    pub fn follow(&mut self, target_in_body: DVec3, pull: f64, angles: &mut [f64]) -> Solution {
+        match &mut self.0 {
+            Kind::Plane(chain) => solve(chain, target_in_body, angles, |chain, target, angles| {
+                chain.follow(target, pull, angles)
+            }),
+            Kind::Space(chain) => solve(chain, target_in_body, angles, |chain, target, angles| {
+                chain.follow(target, pull, angles)
+            }),
         }
     }
 }
 
 fn solve<G: Geometry>(
-    solver: &mut ChainSolver<G>,
-    method: Method,
+    chain: &mut ChainSolver<G>,
     target_in_body: DVec3,
-    pull: f64,
     angles: &mut [f64],
+    solve: impl FnOnce(&mut ChainSolver<G>, G::Vector, &mut [f64]) -> Solution,
 ) -> Solution {
-    debug_assert_eq!(angles.len(), solver.joints.len());
+    debug_assert_eq!(angles.len(), chain.joints.len());
     if !target_in_body.is_finite() || angles.iter().any(|angle| !angle.is_finite()) {
         return Solution { residual_m: f64::INFINITY, ..Solution::default() };
     }
-    let (target, aside_m) = solver.geometry.project(target_in_body);
-    let solution = solver.solve(method, target, pull, angles);
+    let (target, aside_m) = chain.geometry.project(target_in_body);
+    let solution = solve(chain, target, angles);
     Solution { residual_m: solution.residual_m.hypot(aside_m), ..solution }
 }

@@ -294,4 +294,29 @@ proptest! {
         let difference_m = (solution.residual_m - in_space_solution.residual_m).abs();
         prop_assert!(difference_m < REACHED_M + 1e-6, "{solution:?}, in space {in_space_solution:?}");
     }
+
+    /// Following answers as a solution does, which looks elsewhere, too: whether this branch of poses gets there.
+    #[test]
+    fn following_reaches_what_a_solution_reaches_on_its_branch(
+        from in proptest::array::uniform4(-1.0..1.0), steps in proptest::array::uniform2(-0.03..0.03),
+    ) {
+        let (chain, joints) = chain_of(&[
+            (DVec3::Y, 0.3, (-0.9, 1.2), 0.3),
+            (DVec3::Y, 0.25, (-1.2, 0.4), 1.0),
+            (DVec3::Y, 0.2, (-1.0, 1.1), 0.6),
+            (DVec3::Y, 0.1, (-0.5, 1.1), 0.6),
+        ]);
+        let mut solver = Solver::new(&chain, &joints);
+        let (mut angles, mut target) = (from, DVec3::new(0.2, 0.0, -0.6));
+        solver.solve(Method::CcdThenFinish, target, 0.1, &mut angles);
+        for _ in 0..30 {
+            target += DVec3::new(steps[0], 0.0, steps[1]);
+            let mut followed = angles;
+            let solution = solver.solve(Method::CcdThenFinish, target, 0.1, &mut angles);
+            let following = solver.follow(target, 0.1, &mut followed);
+            let is_reached = solution.residual_m <= REACHED_M && !solution.is_new_branch;
+            prop_assert_eq!(following.residual_m <= REACHED_M, is_reached);
+            prop_assert!(!is_reached || followed == angles);
+        }
+    }
 }

@@ -1,11 +1,11 @@
 //! From a box of new servos to a walking robot, with the program's own commands alone, in real time: `sim`, and
 //! `setup`, `calibrate`, `doctor` and `run` on its devices; each interrupted in the middle and run again.
 //!
-//! With `HIPPOCAMP_FULL` set, more often, and a figure after the horse.
+//! By default a dog of eight servos. With `HIPPOCAMP_FULL` set the horse, which is interrupted more often, and a figure.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use hippocamp::config::{self, load_unit};
@@ -13,7 +13,8 @@ use hippocamp::model::Robot;
 use tempfile::TempDir;
 
 /// Mounted the other way round than the robot files say.
-const REVERSED: [&str; 3] = ["left_hind.stifle", "left_fore.carpus", "right_fore.scapula"];
+const REVERSED_OF_DOG: [&str; 2] = ["left_hind.knee", "right_fore.hip"];
+const REVERSED_OF_HORSE: [&str; 3] = ["left_hind.stifle", "left_fore.carpus", "right_fore.scapula"];
 const REVERSED_OF_FIGURE: [&str; 2] = ["left_leg.knee", "right_arm.shoulder_yaw"];
 
 /// Where a command is interrupted.
@@ -38,11 +39,10 @@ struct Workshop {
 }
 
 impl Workshop {
-    fn new(file: &str, reversed: &[&str], horns: &[&str]) -> Workshop {
+    /// With the robot file `text`.
+    fn new(text: &str, reversed: &[&str], horns: &[&str]) -> Workshop {
         let folder = tempfile::tempdir().unwrap();
-        let robot_file = folder.path().join(file);
-        let text =
-            fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config").join(file)).unwrap();
+        let robot_file = folder.path().join("robot.toml");
         // As fast as the file permits: the test waits for all of it.
         let text = text
             .replace("slow_rate_deg_s = 30 ", "slow_rate_deg_s = 90 ")
@@ -198,30 +198,58 @@ impl Drop for Workshop {
     }
 }
 
+/// The small dog without its sideways joints and its IMU, on Feetech servos, which are set up sooner: two servos a leg.
+fn eight_servo_dog() -> String {
+    let text = include_str!("../robots/small-dog.toml").replace("[imu]\nrpy_deg = [0, 0, 0]\n", "");
+    let text = text
+        .replace("protocol = \"dynamixel\"", "protocol = \"feetech\"")
+        .replace("XL330-M288", "STS3215-12V");
+    let parts = text.split("[[chain.joint]]").filter(|part| !part.contains("name = \"abduction\""));
+    parts.collect::<Vec<_>>().join("[[chain.joint]]") + "\n[safety]\n\n"
+}
+
 #[test]
 fn new_servos_become_a_walking_robot_despite_interruptions() {
-    let mut shop = Workshop::new("horse.toml", &REVERSED, &[]);
+    if is_full() {
+        let breaks = [
+            Break::Kill("Measured as soon as"),
+            Break::Pull("right_hind.hip", "left_fore.scapula: turn it"),
+            Break::Kill("left_fore.carpus: now "),
+            Break::Kill("left_hind.stifle: turns "),
+            Break::Pull("right_fore.elbow", "right_hind.hip: turns "),
+        ];
+        let horse = include_str!("../../config/horse.toml");
+        become_a_walking_robot(horse, &REVERSED_OF_HORSE, "left_fore.shoulder", &breaks);
+    } else {
+        let breaks = [
+            Break::Kill("Measured as soon as"),
+            Break::Pull("right_hind.hip", "left_fore.hip: turn it"),
+            Break::Kill("left_fore.knee: turns "),
+        ];
+        become_a_walking_robot(&eight_servo_dog(), &REVERSED_OF_DOG, "right_hind.hip", &breaks);
+    }
+}
+
+/// The robot of this file, whose setup is killed at the `killed` joint, and whose calibration is interrupted by each of
+/// `breaks`.
+fn become_a_walking_robot(file: &str, reversed: &[&str], killed: &'static str, breaks: &[Break]) {
+    let mut shop = Workshop::new(file, reversed, &["--horns-within-deg", "8"]);
     let port = format!("main={}", shop.folder.path().join("ports/main").display());
     let port = ["--yes", "--port", &port];
 
-    // Killed while it waits for the sixth servo; run again, it continues after the fifth.
-    let (code, words) = shop.run("setup", &port, Break::Kill("left_fore.shoulder: plug in"));
+    // Killed while it waits for a servo; run again, it continues after the one before it.
+    let place = shop.robot.joints.iter().position(|joint| joint.name == killed).unwrap();
+    let before = shop.robot.joints[place - 1].name.clone();
+    let (code, words) = shop.run("setup", &port, Break::Kill(killed));
     assert_eq!(code, None, "{words}");
     shop.assert_files_whole();
     let (code, words) = shop.run("setup", &["--yes"], Break::Never);
     assert_eq!(code, Some(0), "{words}");
-    assert!(words.contains("left_hind.hip: servo 2") && words.contains("is set up"), "{words}");
+    assert!(words.contains(&format!("{before}: servo")) && words.contains("is set up"), "{words}");
+    assert!(!words.contains(&format!("{before}: plug in")), "{words}");
 
     // Killed in the marked pose, in a sweep and while a joint turns by itself; a plug pulled in a sweep.
-    let breaks = [
-        Break::Kill("Measured as soon as"),
-        Break::Pull("right_hind.hip", "left_fore.scapula: turn it"),
-        Break::Kill("left_fore.carpus: now "),
-        Break::Kill("left_hind.stifle: turns "),
-        Break::Pull("right_fore.elbow", "right_hind.hip: turns "),
-    ];
-    let by_default = [breaks[0], breaks[1], breaks[3]];
-    for broken in breaks.into_iter().filter(|broken| is_full() || by_default.contains(broken)) {
+    for broken in breaks.iter().copied() {
         let (code, words) = shop.run("calibrate", &["--yes"], broken);
         assert_ne!(code, Some(0), "{broken:?}: {words}");
         shop.assert_files_whole();
@@ -231,7 +259,7 @@ fn new_servos_become_a_walking_robot_despite_interruptions() {
     let unit = load_unit(&shop.unit_file()).unwrap().unit;
     for entry in &unit.joints {
         let of_file = entry.name.starts_with("right");
-        let is_other = REVERSED.contains(&entry.name.as_str());
+        let is_other = reversed.contains(&entry.name.as_str());
         assert_eq!(entry.reversed, Some(of_file != is_other), "{}", entry.name);
     }
 
@@ -261,7 +289,11 @@ fn new_servos_become_a_figure_that_takes_a_pose() {
         eprintln!("skipped: it takes one and a half minutes and has HIPPOCAMP_FULL set");
         return;
     }
-    let mut shop = Workshop::new("figure.toml", &REVERSED_OF_FIGURE, &["--horns-within-deg", "8"]);
+    let mut shop = Workshop::new(
+        include_str!("../../config/figure.toml"),
+        &REVERSED_OF_FIGURE,
+        &["--horns-within-deg", "8"],
+    );
     let port = |bus: &str| format!("{bus}={}", shop.folder.path().join("ports").join(bus).display());
     let ports: Vec<String> = shop.robot.buses.iter().map(|bus| port(&bus.name)).collect();
     let (code, words) = shop.run("setup", &["--yes", "--port", &ports[0], "--port", &ports[1]], Break::Never);

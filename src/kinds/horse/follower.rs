@@ -83,8 +83,8 @@ impl Follower {
 
     /// True if the pose can follow to this point; the reach ends where the pose would have to jump.
     fn follows(&mut self, forward_m: f64, up_m: f64) -> bool {
-        let solution = self.solve(forward_m, up_m);
-        solution.residual_m <= REACHED_M && !solution.is_new_branch
+        let target = self.trunk.tip_in_body(forward_m, up_m, self.side_m);
+        self.solver.follow(target, PULL, &mut self.angles).residual_m <= REACHED_M
     }
 
     /// The reachable point on the ground nearest below the tip of the present pose; leaves the pose there.
