@@ -187,6 +187,7 @@ impl<'r> Controller<'r> {
                 cause: self.safety.cause(),
                 servo_restarts: self.safety.restarts(),
                 falls: self.reflex.report(),
+                failed_rise: generator.failed_rise(),
                 arm_yields: self.robot.yielding.map(|_| self.yielding.times()),
                 ..Facts::limp(self.robot.period_s())
             },

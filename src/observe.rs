@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::bus::{BusStatistics, ServoGoal, Slot};
-use crate::motion::{Activity, Order};
+use crate::motion::{Activity, FailedRise, Order};
 use crate::reflex::ReflexReport;
 use crate::safety::Finding;
 use crate::signals::{ImuReading, JointTargets, State, Status, Targets, TrueBody};
@@ -93,6 +93,8 @@ pub struct Facts {
     pub servo_restarts: u64,
     /// Falls so far; `None` if the robot file does not mention them.
     pub falls: Option<ReflexReport>,
+    /// How it failed to rise, if it did.
+    pub failed_rise: Option<FailedRise>,
     /// How often an arm gave way to a load so far; `None` if the robot file does not mention that.
     pub arm_yields: Option<u32>,
     /// The true state of the trunk; only a simulated body reports it.
@@ -211,6 +213,7 @@ impl Facts {
             cause: None,
             servo_restarts: 0,
             falls: None,
+            failed_rise: None,
             arm_yields: None,
             truth: None,
         }

@@ -55,7 +55,7 @@ const BAD_INPUT: u8 = 2;
 const STOPPED_BY_SAFETY: u8 = 3;
 /// A replay found nothing wrong, but could not judge the whole run.
 const NOT_ALL_JUDGED: u8 = 4;
-/// The robot fell and lies limp.
+/// The robot fell, or could not rise, and lies limp.
 const FALLEN: u8 = 5;
 /// Exit code of a run that completed and was poor, with `--strict`.
 const POOR: u8 = 6;
@@ -63,7 +63,7 @@ const POOR: u8 = 6;
 /// Drives servo-driven horses, octopus arms and human figures on real or simulated servo buses.
 ///
 /// Exit codes: 0 completed, 2 bad input (nothing was touched), 3 stopped by safety, 4 not all of a recording could
-/// be judged, 5 fallen, 6 completed but poor (with --strict), 1 anything else.
+/// be judged, 5 fallen or not able to rise, 6 completed but poor (with --strict), 1 anything else.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example: hippocamp run config/horse.toml --gait trot --for 20")]
 struct Arguments {

@@ -6,13 +6,19 @@ use glam::{DQuat, EulerRot};
 
 use super::curves::smooth_step;
 use super::horse::Drive;
+use super::rise::{self, FailedRise, RiseWatch};
 use super::torque_phase::TorquePhase;
 use super::{Activity, Generate, Order, pose_change, posture_pull};
-use crate::model::{Robot, StopAction};
+use crate::model::{Joint, Robot, StopAction};
 use crate::signals::{Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
+/// How much longer each move takes on a further try to rise.
+const CAREFUL: f64 = 2.0;
+/// Time to lie limp before such a try, s: until the robot is still, and at most.
+const LIE_S: f64 = 1.0;
+const LIE_MAX_S: f64 = 5.0;
 /// Time to stand before and after it acts, s.
 pub(super) const STAND_S: f64 = 0.3;
 
@@ -49,6 +55,12 @@ pub trait LeggedMotion: fmt::Debug + Send {
     /// Joint angles of the sitting robot, rad.
     fn sit_pose_rad(&self) -> &[f64];
 
+    /// The lowest pose on its feet: the body's height, m, and the joint angles, rad. `None` for a robot that is set on its
+    /// feet by hand and does not rise from the ground.
+    fn crouch(&self) -> Option<(f64, &[f64])> {
+        None
+    }
+
     /// Height of the body above the ground, sitting and standing, m.
     fn heights_m(&self) -> (f64, f64);
 
@@ -77,11 +89,13 @@ pub trait LeggedMotion: fmt::Debug + Send {
 /// Phase of the robot between limp and limp. `from` fields are motion time, s.
 ///
 /// ```text
-/// Limp -> TorqueUp -> Gather -> Rise -> OnFeet -> Sink -> LetGo -> Done
+/// Limp -> TorqueUp -> FoldLegs -> Gather -> Rise -> OnFeet -> Sink -> LetGo -> Done
 ///            |           |        |        |        |       |
 ///            +-----------+--------+--------+--------+--> Fold
 ///              safety takes the robot off its feet (permission Stop), or StopAtOnce; before OnFeet, any stop
 /// ```
+/// If the trunk tips over in `Gather` or `Rise`, the robot lies down (`LieDown`) and tries again: from `Limp`, more slowly
+/// and from a lower pose; or it is `Done`, if that was its last try.
 /// After a fall it restarts with `Gather`. `Gather` and `Fold` go to the sitting pose joint by joint; the
 /// feet carry the robot from `Rise` to `Sink`. The [`LeggedMotion`] decides the motion on its feet. The [`TorquePhase`]
 /// (`Limp`, `TorqueUp`, `LetGo`, `Done`) are those of every motion. With the stop action `hold` the robot
@@ -89,6 +103,8 @@ pub trait LeggedMotion: fmt::Debug + Send {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Torque(TorquePhase),
+    LieDown { from: f64 },
+    FoldLegs { from: f64, duration: f64 },
     Gather { from: f64, duration: f64 },
     Rise { from: f64 },
     OnFeet { from: f64, is_ending: bool, standing_since: Option<f64> },
@@ -106,6 +122,13 @@ pub struct LeggedGenerator<D> {
     now_s: f64,
     /// Pose at the start of the present change of pose, rad.
     start_pose_rad: Vec<f64>,
+    /// Pose with its lower joints folded, rad.
+    folded_rad: Vec<f64>,
+    /// True for each joint in the lower half of its leg.
+    is_lower: Vec<bool>,
+    /// Range of each joint's goals, rad.
+    goal_ranges_rad: Vec<(f64, f64)>,
+    watch: RiseWatch,
     /// Planned rotation of the trunk at that start, and the level rotation with the same heading: world frame.
     start_turns: (DQuat, DQuat),
     move_for_s: f64,
@@ -124,6 +147,10 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         LeggedGenerator {
             drive,
             start_pose_rad: vec![0.0; robot.joints.len()],
+            folded_rad: vec![0.0; robot.joints.len()],
+            is_lower: lower_joints(robot),
+            goal_ranges_rad: robot.joints.iter().map(Joint::goal_range_rad).collect(),
+            watch: RiseWatch::default(),
             start_turns: (DQuat::IDENTITY, DQuat::IDENTITY),
             phase: Phase::Torque(TorquePhase::Limp),
             now_s: 0.0,
@@ -155,19 +182,47 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
             self.phase = self.fold(state);
             return;
         }
+        if self.ends_try(state) {
+            self.phase = self.lie_down(state);
+            return;
+        }
         let phase = self.phase;
         self.phase = match phase {
             Phase::Torque(TorquePhase::TorqueUp { .. }) if must_end => self.fold(state),
             Phase::Torque(end) => {
                 match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
-                    Some(end) => Phase::Torque(end),
-                    None => Phase::Gather { from: now, duration: self.gather_duration_s() },
+                    Some(end) => {
+                        if end == TorquePhase::Limp {
+                            self.watch.lies(state);
+                        }
+                        if self.watch.is_careful() {
+                            // A joint that has had torque gave way, and its goals stay inside its range.
+                            for (angle, (low, high)) in
+                                self.start_pose_rad.iter_mut().zip(&self.goal_ranges_rad)
+                            {
+                                *angle = angle.clamp(*low, *high);
+                            }
+                        }
+                        Phase::Torque(end)
+                    }
+                    None => self.fold_or_gather(),
                 }
             }
-            Phase::Rise { from } if wants_stop && now >= from + RISE_S => self.stop_from_stand(state),
-            Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => self.fold(state),
+            Phase::LieDown { from } if self.has_lain(from, state) => {
+                let is_over = must_end || self.watch.failed().is_some();
+                Phase::Torque(if is_over { TorquePhase::Done } else { TorquePhase::Limp })
+            }
+            Phase::Rise { from } if wants_stop && now >= from + self.rise_s() => self.stop_from_stand(state),
+            Phase::FoldLegs { .. } | Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => {
+                self.fold(state)
+            }
+            Phase::FoldLegs { from, duration } if now >= from + duration => {
+                self.start_pose_rad.copy_from_slice(&self.folded_rad);
+                Phase::Gather { from: now, duration: self.gather_duration_s() }
+            }
             Phase::Gather { from, duration } if now >= from + duration => Phase::Rise { from: now },
-            Phase::Rise { from } if now >= from + RISE_S + self.drive.set_down_s() => {
+            Phase::Rise { from } if now >= from + self.rise_s() + self.drive.set_down_s() => {
+                self.watch.stands();
                 Phase::OnFeet { from: now, is_ending: false, standing_since: None }
             }
             Phase::OnFeet { standing_since: Some(since), .. } if now >= since + STAND_S => {
@@ -177,6 +232,60 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
             Phase::Fold { from, duration } if now >= from + duration => self.let_go(state),
             unchanged => unchanged,
         };
+    }
+
+    /// True if the trunk tips over on the way up, or cannot be lifted.
+    fn ends_try(&mut self, state: &State) -> bool {
+        if self.drive.crouch().is_none() {
+            return false;
+        }
+        match self.phase {
+            Phase::FoldLegs { .. } | Phase::Rise { .. } => self.watch.tips_over(state),
+            Phase::Gather { from, duration } if self.now_s >= from + duration => self.watch.is_tilted(state),
+            Phase::Gather { .. } => self.watch.tips_over(state),
+            _ => false,
+        }
+    }
+
+    /// True if the robot has lain limp and still since it began to lie down.
+    fn has_lain(&self, from: f64, state: &State) -> bool {
+        let limp_s = self.now_s - from - self.torque_ramp_s;
+        limp_s >= LIE_MAX_S || limp_s >= LIE_S && rise::is_still(state)
+    }
+
+    fn lie_down(&mut self, state: &State) -> Phase {
+        self.start_pose_rad.copy_from_slice(&state.goal_rad);
+        Phase::LieDown { from: self.now_s }
+    }
+
+    /// The first move of a robot that has just been given torque. Legs that fold their lower joints first do not lift the
+    /// trunk on the way to the low pose.
+    fn fold_or_gather(&mut self) -> Phase {
+        let from = self.now_s;
+        if self.drive.crouch().is_none() {
+            return Phase::Gather { from, duration: self.gather_duration_s() };
+        }
+        let mut folded_rad = std::mem::take(&mut self.folded_rad);
+        folded_rad.copy_from_slice(self.low_pose().1);
+        for (index, folded) in folded_rad.iter_mut().enumerate() {
+            if !self.is_lower[index] {
+                let (low, high) = self.goal_ranges_rad[index];
+                *folded = self.start_pose_rad[index].clamp(low, high);
+            }
+        }
+        self.folded_rad = folded_rad;
+        Phase::FoldLegs { from, duration: self.duration_s(&self.folded_rad) }
+    }
+
+    /// The pose from which the feet lift the body, rad, and its height then, m.
+    fn low_pose(&self) -> (f64, &[f64]) {
+        let crouch = self.drive.crouch().filter(|_| self.watch.is_careful());
+        crouch.unwrap_or((self.drive.heights_m().0, self.drive.sit_pose_rad()))
+    }
+
+    /// Time to rise, s.
+    fn rise_s(&self) -> f64 {
+        if self.watch.is_careful() { CAREFUL * RISE_S } else { RISE_S }
     }
 
     fn let_go(&mut self, state: &State) -> Phase {
@@ -200,21 +309,33 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         }
     }
 
-    /// Time for every joint to move from the start pose to the sitting pose at the slow rate, s.
+    /// Time for every joint to move from the start pose to the low pose, s.
     fn gather_duration_s(&self) -> f64 {
-        pose_change::duration_s(&self.start_pose_rad, self.drive.sit_pose_rad(), self.slow_rate_rad_s)
+        self.duration_s(self.low_pose().1)
+    }
+
+    /// Time for every joint to move from the start pose to `pose_rad` at the slow rate, s.
+    fn duration_s(&self, pose_rad: &[f64]) -> f64 {
+        let share = if self.watch.is_careful() { CAREFUL } else { 1.0 };
+        share * pose_change::duration_s(&self.start_pose_rad, pose_rad, self.slow_rate_rad_s)
     }
 
     fn write_targets(&mut self, targets: &mut Targets) {
         let now = self.now_s;
         targets.torque_share = match self.phase {
             Phase::Torque(end) => end.torque_share(now, self.torque_ramp_s),
+            Phase::LieDown { from } => 1.0 - smooth_step((now - from) / self.torque_ramp_s),
             _ => 1.0,
         };
         let (sit_m, stand_m) = self.drive.heights_m();
         match self.phase {
             Phase::Torque(end) if end.is_limp() => targets.set_limp(),
-            Phase::Torque(_) | Phase::Held => self.write_pose(0.0, targets),
+            Phase::LieDown { from } if now >= from + self.torque_ramp_s => targets.set_limp(),
+            Phase::Torque(_) | Phase::LieDown { .. } | Phase::Held => self.write_pose(0.0, targets),
+            Phase::FoldLegs { from, duration } => {
+                let share = smooth_step((now - from) / duration);
+                pose_change::write(&self.start_pose_rad, &self.folded_rad, share, targets);
+            }
             Phase::Gather { from, duration } => {
                 self.write_pose(smooth_step((now - from) / duration), targets);
             }
@@ -226,7 +347,9 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
                 targets.trunk_orientation = leaning.slerp(level, share);
             }
             Phase::Rise { from } => {
-                self.drive.write(sit_m + (stand_m - sit_m) * smooth_step((now - from) / RISE_S), targets);
+                let low_m = self.low_pose().0;
+                let share = smooth_step((now - from) / self.rise_s());
+                self.drive.write(low_m + (stand_m - low_m) * share, targets);
             }
             Phase::Sink { from } => {
                 self.drive.write(stand_m + (sit_m - stand_m) * smooth_step((now - from) / RISE_S), targets);
@@ -235,10 +358,20 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         }
     }
 
-    /// Writes the pose `share` of the way from the start pose to the sitting pose.
+    /// Writes the pose `share` of the way from the start pose to the low pose.
     fn write_pose(&self, share: f64, targets: &mut Targets) {
-        pose_change::write(&self.start_pose_rad, self.drive.sit_pose_rad(), share, targets);
+        pose_change::write(&self.start_pose_rad, self.low_pose().1, share, targets);
     }
+}
+
+/// True for each joint in the lower half of its chain: its last joint, of two or three.
+fn lower_joints(robot: &Robot) -> Vec<bool> {
+    let mut is_lower = vec![false; robot.joints.len()];
+    for chain in &robot.chains {
+        let lower = chain.joints.start + chain.joints.len().div_ceil(2)..chain.joints.end;
+        is_lower[lower].fill(true);
+    }
+    is_lower
 }
 
 impl<D: LeggedMotion> Generate for LeggedGenerator<D> {
@@ -273,7 +406,10 @@ impl<D: LeggedMotion> Generate for LeggedGenerator<D> {
     fn activity(&self) -> Activity {
         match self.phase {
             Phase::Torque(end) => end.activity(Activity::Rising),
-            Phase::Gather { .. } | Phase::Rise { .. } => Activity::Rising,
+            Phase::LieDown { .. } if self.watch.failed().is_some() => Activity::Stopping,
+            Phase::LieDown { .. } | Phase::FoldLegs { .. } | Phase::Gather { .. } | Phase::Rise { .. } => {
+                Activity::Rising
+            }
             Phase::OnFeet { is_ending: true, .. } | Phase::Sink { .. } | Phase::Fold { .. } => {
                 Activity::Stopping
             }
@@ -283,7 +419,14 @@ impl<D: LeggedMotion> Generate for LeggedGenerator<D> {
     }
 
     fn is_letting_go(&self) -> bool {
-        matches!(self.phase, Phase::Torque(TorquePhase::LetGo { .. } | TorquePhase::Done))
+        matches!(
+            self.phase,
+            Phase::Torque(TorquePhase::LetGo { .. } | TorquePhase::Done) | Phase::LieDown { .. }
+        )
+    }
+
+    fn failed_rise(&self) -> Option<FailedRise> {
+        self.watch.failed()
     }
 
     fn speed_m_s(&self) -> f64 {

@@ -9,6 +9,7 @@ pub mod horse;
 mod jog;
 pub mod legged;
 mod pose_change;
+mod rise;
 pub mod tentacle;
 mod torque_phase;
 
@@ -20,6 +21,7 @@ use crate::model::Robot;
 pub use crate::signals::{Activity, Command, GaitChoice, Order, Place, Posture, Stroke, StrokeCommand};
 use crate::signals::{State, Targets};
 pub use jog::Jog;
+pub use rise::FailedRise;
 
 /// Time constant with which redundant joints go to their neutral posture, s.
 const POSTURE_TIME_S: f64 = 0.1;
@@ -130,6 +132,11 @@ pub trait Generate: fmt::Debug + Send {
 
     /// Present or next pose, index into [`crate::model::FigureMotion::poses`]; `None` for a robot without poses.
     fn pose(&self) -> Option<usize> {
+        None
+    }
+
+    /// How it failed to rise, if it did.
+    fn failed_rise(&self) -> Option<FailedRise> {
         None
     }
 

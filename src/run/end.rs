@@ -13,6 +13,7 @@ pub(super) fn judge<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>) -> (Optio
     let lost = may_have_torque(robot, &record);
     let is_heard = lost.is_empty();
     let fallen = record.facts.falls.filter(|falls| falls.outcome == FallOutcome::LiesLimp);
+    let failed_rise = record.facts.failed_rise;
     let stopped = (record.state.permission == Permission::Stop)
         .then(|| record.facts.cause.map_or_else(String::new, |finding| finding.describe(robot)));
     if !is_heard {
@@ -25,6 +26,14 @@ pub(super) fn judge<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>) -> (Optio
         Some((Outcome::StoppedBySafety, reasons.join("; ")))
     } else if !is_heard {
         Some((Outcome::Failed, lost))
+    } else if let Some(rise) = failed_rise {
+        let words = format!(
+            "it could not rise, and lies: its trunk tilted {:.0} degrees, in {} tries; set it down level with its legs \
+             free and its feet below it, and start it again",
+            rise.tilt_rad.to_degrees(),
+            rise.tries
+        );
+        Some((Outcome::Fallen, words))
     } else {
         fallen.map(|falls| (Outcome::Fallen, format!("{falls}: set it on its feet and start it again")))
     };

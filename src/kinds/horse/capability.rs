@@ -16,6 +16,8 @@ pub struct HorseCapability {
     pub table: ReachTable,
     /// Joint angles of the sitting robot, rad.
     pub sit_pose_rad: Vec<f64>,
+    /// The lowest pose on its feet: height of the trunk, m, and joint angles, rad.
+    pub crouch: (f64, Vec<f64>),
     /// Top speed of each gait, in the order of the robot file.
     pub top_speeds: Vec<TopSpeed>,
     /// True if servos turn its joints.
@@ -30,10 +32,11 @@ impl HorseCapability {
     pub fn of(robot: &Robot, horse: &HorseMotion) -> Result<HorseCapability, ReachError> {
         let reaches = reach::of_legs(robot, horse)?;
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
+        let crouch = reach::crouch(robot, horse, &reaches, &sit_pose_rad);
         let table = postures::table(robot, horse, &reaches);
         let is_driven = !robot.buses.is_empty();
         let mut capability =
-            HorseCapability { reaches, table, sit_pose_rad, top_speeds: Vec::new(), is_driven };
+            HorseCapability { reaches, table, sit_pose_rad, crouch, top_speeds: Vec::new(), is_driven };
         capability.top_speeds = top_speed::of_gaits(robot, &capability.plan(horse, Command::default()));
         Ok(capability)
     }
@@ -50,6 +53,7 @@ impl HorseCapability {
             neutral_in_body: self.reaches.map(|reach| reach.neutral_in_body),
             reach: self.table.clone(),
             sit_pose_rad: self.sit_pose_rad.clone(),
+            crouch: self.crouch.clone(),
             paces: self
                 .top_speeds
                 .iter()

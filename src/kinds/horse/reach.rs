@@ -16,6 +16,9 @@ use crate::motion::horse::{LegReach, Reachable, StridePoint};
 const PULL: f64 = 0.1;
 /// Number of steps in which a swing is checked.
 const STEPS_A_STRIDE: u32 = 128;
+/// Steps of the standing height in which the lowest pose is searched for, and solutions in which a pose settles there.
+const CROUCH_STEPS: f64 = 50.0;
+const SETTLING: u32 = 10;
 /// Number of candidates for the neutral point.
 const NEUTRALS: u32 = 400;
 
@@ -172,4 +175,36 @@ pub fn sit_pose(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) -> Res
         }
     }
     Ok(pose)
+}
+
+/// The lowest pose with all feet on their neutral points, below the pose `sit_pose_rad`: height of the trunk, m, and joint
+/// angles, rad.
+pub fn crouch(
+    robot: &Robot,
+    horse: &HorseMotion,
+    reaches: &[Reach; 4],
+    sit_pose_rad: &[f64],
+) -> (f64, Vec<f64>) {
+    let mut lowest = (horse.sit_height_m, sit_pose_rad.to_vec());
+    let mut pose = sit_pose_rad.to_vec();
+    let step_m = horse.stand_height_m / CROUCH_STEPS;
+    let mut solvers = horse.legs.map(|leg| {
+        let chain = &robot.chains[leg];
+        (chain.joints.clone(), Solver::new(chain, robot.joints_of(chain)))
+    });
+    loop {
+        let height_m = lowest.0 - step_m;
+        let is_reached = height_m > 0.0
+            && solvers.iter_mut().zip(reaches).all(|((joints, solver), reach)| {
+                let target = reach.neutral_in_body.with_z(-height_m);
+                (0..SETTLING)
+                    .map(|_| solver.follow(target, PULL, &mut pose[joints.clone()]).residual_m)
+                    .last()
+                    <= Some(REACHED_M)
+            });
+        if !is_reached {
+            return lowest;
+        }
+        lowest = (height_m, pose.clone());
+    }
 }

@@ -40,6 +40,11 @@ impl LeggedMotion for Drive {
         &self.plan().sit_pose_rad
     }
 
+    fn crouch(&self) -> Option<(f64, &[f64])> {
+        let (height_m, pose_rad) = &self.plan().crouch;
+        Some((*height_m, pose_rad))
+    }
+
     fn heights_m(&self) -> (f64, f64) {
         (self.plan().settings.sit_height_m, self.plan().settings.stand_height_m)
     }

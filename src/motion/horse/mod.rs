@@ -51,6 +51,8 @@ pub struct HorsePlan {
     pub reach: ReachTable,
     /// Joint angles of the sitting robot, all chains, rad.
     pub sit_pose_rad: Vec<f64>,
+    /// The lowest pose in which all feet stand on their neutral points: the trunk's height, m, and the joint angles, rad.
+    pub crouch: (f64, Vec<f64>),
     /// Top speed of each of the settings' gaits.
     pub paces: Vec<Pace>,
     /// True if servos turn its joints; false for a robot on paper.

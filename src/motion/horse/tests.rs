@@ -61,6 +61,7 @@ fn plan() -> HorsePlan {
             sway_max_m: 0.0,
         },
         sit_pose_rad: vec![],
+        crouch: (0.0, vec![]),
         paces: vec![],
         is_driven: false,
         command: Command::default(),
