@@ -276,10 +276,10 @@ fn at<'v>(report: &'v Value, key: &str) -> &'v Value {
 fn a_run_completes_and_reports() {
     let path = scratch("trot.json");
     let arguments =
-        ["run", HORSE, "--gait", "trot", "--speed", "0.05", "--for", "3", "--virtual", "--report"];
+        ["run", HORSE, "--gait", "trot", "--speed", "0.05", "--for", "6", "--virtual", "--report"];
     let (stdout, stderr, code) = texts(&output(&[&arguments[..], &[text(&path)]].concat()));
     assert_eq!(code, Some(0), "{stderr}");
-    for words in ["trot at 0.050 m/s for 3 s", "completed: walked for the time asked", "bus main", "0 late"] {
+    for words in ["trot at 0.050 m/s for 6 s", "completed: walked for the time asked", "bus main", "0 late"] {
         assert!(stdout.contains(words), "no '{words}' in {stdout}");
     }
     assert!(stderr.contains("limp") && stderr.contains("walking 0.0"), "{stderr}");

@@ -4,6 +4,9 @@ use super::{Fault, Finding};
 use crate::model::{OVERLOAD_ALARM, Robot};
 use crate::signals::{Outage, OutageCause};
 
+/// A servo that reports this share of its stall torque or more pushes against something.
+const PUSHING_SHARE: f64 = 0.3;
+
 impl Outage {
     /// Names the joint without torque, the cause, and what becomes of it.
     pub fn describe(&self, robot: &Robot) -> String {
@@ -53,7 +56,7 @@ impl Finding {
                 format!("sent only damaged replies for {age_s:.2} s")
             }
             Fault::Unheard { age_s, .. } => format!("was not heard for {age_s:.2} s"),
-            Fault::OffGoal { error_rad } => {
+            Fault::OffGoal { error_rad, .. } => {
                 format!("is {:.1} degrees off its goal", error_rad.to_degrees().abs())
             }
             Fault::Stalled { .. } => "does not turn though its goal does".to_owned(),
@@ -94,8 +97,15 @@ impl Finding {
                 "check the bus for loose plugs and long cables, and that no other servo has its id"
             }
             Fault::Unheard { .. } => "check its plug, its cable and the power of its bus",
+            Fault::OffGoal { load_share, .. } | Fault::Stalled { load_share, .. }
+                if load_share.abs() >= PUSHING_SHARE =>
+            {
+                "it pushes with much of its torque: check that nothing blocks the joint; if nothing does, the weight on \
+                 it is too great ('hippocamp check' shows the load of each joint): lighten the robot, or take stronger \
+                 servos"
+            }
             Fault::OffGoal { .. } | Fault::Stalled { .. } => {
-                "check that nothing blocks the joint and that its horn is tight"
+                "it does not push: check that its horn is tight, and its plug"
             }
             Fault::Hot { .. } => "let it cool, then walk slower or lighten the robot",
             Fault::LowVoltage { .. } => "charge the battery or check the supply and its wires",
@@ -106,7 +116,10 @@ impl Finding {
                 "turn the limp joint by hand towards the middle of its range"
             }
             Fault::NotBack { .. } => "check its target: it is outside the joint's range",
-            Fault::Alarm { .. } => "switch its power off and on, and check its load, heat and voltage",
+            Fault::Alarm { .. } => {
+                "switch its power off and on, and check its heat and voltage, and its load ('hippocamp check' shows \
+                 that of each joint)"
+            }
             Fault::NotFinite => "this is a defect of the program: please report it with the robot file",
             Fault::LoopStalled { .. } => "",
         };

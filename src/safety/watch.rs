@@ -8,7 +8,7 @@
 //!               fault has passed
 //! ```
 
-use super::stall::Stall;
+use super::stall::{self, Stall};
 use super::waiting::Waiting;
 use crate::model::{Robot, SafetySettings, Servo, TrippedServoPolicy};
 use crate::signals::{JointState, Permission};
@@ -29,11 +29,15 @@ pub enum Fault {
     OffGoal {
         /// Goal minus measured angle, rad.
         error_rad: f64,
+        /// Load that its servo reports, as a share of stall torque.
+        load_share: f64,
     },
     /// A joint does not turn although its goal does.
     Stalled {
         /// How far the goal has turned since the joint last turned, rad.
         goal_turn_rad: f64,
+        /// Load that its servo reports, as a share of stall torque.
+        load_share: f64,
     },
     /// A servo is too hot, degrees Celsius.
     Hot {
@@ -104,6 +108,8 @@ pub(super) struct Watch {
     servos: Vec<Option<Servo>>,
     /// Lowest supply voltage of each joint's servo, V.
     voltage_min_v: Vec<f64>,
+    /// Error that friction and load explain on each joint, rad.
+    explained_rad: Vec<f64>,
 }
 
 /// Rate at which fault-free time makes up for held time: the time of a recurring fault adds up.
@@ -116,6 +122,11 @@ impl Watch {
             settings: robot.safety.clone(),
             servos: robot.joints.iter().map(|joint| joint.servo).collect(),
             voltage_min_v: robot.joints.iter().map(|joint| robot.voltage_min_v(joint)).collect(),
+            explained_rad: robot
+                .joints
+                .iter()
+                .map(|joint| joint.servo.map_or(0.0, |servo| stall::explained_rad(servo.model)))
+                .collect(),
             wrong_s: vec![0.0; joints],
             stalls: vec![Stall::default(); joints],
             jammed: vec![false; joints],
@@ -184,7 +195,8 @@ impl Watch {
                 continue;
             }
             // This check comes last, since a servo that is hot or in alarm may well have switched its torque off.
-            if let Some(fault) = self.stalls[index].judge(dt_s, joint.position_rad, goal, &self.settings) {
+            let explained_rad = self.explained_rad[index];
+            if let Some(fault) = self.stalls[index].judge(dt_s, joint, goal, explained_rad, &self.settings) {
                 let finding = self.finding(index, fault);
                 found = found.or(finding);
             }
@@ -258,7 +270,7 @@ impl Watch {
         } else if joint.alarms != 0 && self.settings.tripped_servo == TrippedServoPolicy::Stop {
             Some(Fault::Alarm { bits: joint.alarms })
         } else if error_rad.abs() > self.settings.tracking_error_rad {
-            Some(Fault::OffGoal { error_rad })
+            Some(Fault::OffGoal { error_rad, load_share: joint.load_share })
         } else {
             None
         }

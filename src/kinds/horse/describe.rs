@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::{Horse, HorseCapability};
+use super::{Horse, HorseCapability, load};
 use crate::model::{Gait, HorseMotion, LEG_NAMES, Robot};
 
 /// Lines of its legs and gaits.
@@ -11,6 +11,7 @@ pub(super) fn legs_and_gaits(horse: &Horse, robot: &Robot) -> String {
     // Writing to a string does not fail.
     let _ = write_legs(&mut text, &horse.capability);
     let _ = write_gaits(&mut text, robot, &horse.settings, &horse.capability);
+    let _ = load::write(&mut text, robot, &load::of_joints(robot, &horse.standing()));
     text
 }
 

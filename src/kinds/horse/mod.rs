@@ -5,6 +5,7 @@ mod describe;
 mod follower;
 mod gamepad;
 mod keys;
+pub mod load;
 mod options;
 mod postures;
 mod random_orders;
