@@ -192,6 +192,7 @@ fn check_lists_the_capability_of_the_robot() {
         let (by_reach, by_servos) = (number(words[1]), number(words[2]));
         assert!(by_servos > 0.0 && by_servos <= by_reach, "{words:?}");
         let by = words[3..].join(" ");
+        let by = by.split(';').next().unwrap();
         if by_servos < by_reach {
             let joint =
                 by.strip_prefix("the speed or acceleration of ").unwrap_or_else(|| panic!("{words:?}"));
@@ -518,4 +519,37 @@ fn no_output_takes_the_place_of_a_robot_file_or_of_another_output() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert_eq!(std::fs::read(&robot).unwrap(), before, "{arguments:?}");
     }
+}
+
+/// Every gait is run on the simulated body, and those that leave the ground are not promised.
+#[test]
+fn check_prints_the_speeds_that_physics_reaches() {
+    let (stdout, stderr, code) = texts(&output(&["check", "tests/robots/eight-joint-dog.toml", "--physics"]));
+    assert_eq!(code, Some(0), "{stderr}");
+    let (formulas, measured) = stdout.split_once("On the simulated body").unwrap();
+    let row = |table: &str, gait: &str| -> Vec<String> {
+        let line = table.lines().find(|line| line.split_whitespace().next() == Some(gait));
+        line.unwrap().split_whitespace().map(str::to_owned).collect()
+    };
+    for gait in ["walk", "walk-steady", "trot"] {
+        let row: Vec<f64> = row(measured, gait)[1..3].iter().map(|word| word.parse().unwrap()).collect();
+        assert!((0.7..1.1).contains(&(row[1] / row[0])), "{gait}: {row:?}");
+    }
+    for gait in ["canter", "gallop"] {
+        assert!(row(formulas, gait).join(" ").contains("leaves the ground"), "{gait}");
+        assert_eq!(row(measured, gait)[4], "poor:", "{gait}");
+    }
+}
+
+#[test]
+fn a_gait_or_tempo_that_is_more_than_the_robot_can_do_is_remarked_on() {
+    let arguments = ["run", HORSE, "--gait", "canter", "--for", "0", "--virtual"];
+    let (stdout, stderr, _) = texts(&output(&arguments));
+    let said = stdout + &stderr;
+    assert!(said.contains("canter leaves the ground for 30 % of each stride"), "{said}");
+    let arguments =
+        ["run", "config/tentacle.toml", "--stroke", "walk", "--tempo", "9", "--for", "0", "--virtual"];
+    let (stdout, stderr, _) = texts(&output(&arguments));
+    let said = stdout + &stderr;
+    assert!(said.contains("tempo 9 is too fast for walk: held at"), "{said}");
 }

@@ -5,14 +5,15 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::load::load;
-use super::{BadInput, write_whole};
+use super::{BadInput, check_physics, write_whole};
 use crate::bus::costs;
 use crate::model::Robot;
 use crate::output::{Outputs, WriteMode};
 use crate::urdf;
 
-/// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to.
-pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
+/// Checks the robot file at `path`, prints what the robot can do, and writes its URDF if asked to; `physics` asks for what
+/// its simulated body reaches.
+pub(super) fn check(path: &Path, urdf_file: Option<&Path>, physics: bool) -> Result<()> {
     let place = |file| Outputs::of_reading([path]).claim("--urdf", file, WriteMode::Whole);
     let place = urdf_file.map(place).transpose()?;
     let loaded = load(path, None)?;
@@ -30,6 +31,9 @@ pub(super) fn check(path: &Path, urdf_file: Option<&Path>) -> Result<()> {
     print_joints(robot);
     loaded.kind.describe(robot).lines().for_each(|line| say!("{line}"));
     print_buses(robot);
+    if physics {
+        check_physics::measure(robot, &*loaded.kind)?;
+    }
     if let Some((place, text)) = urdf {
         write_whole(&place, &text)?;
         say!();

@@ -5,6 +5,7 @@ mod say;
 mod calibrate;
 mod campaign;
 mod check;
+mod check_physics;
 mod confirm;
 mod doctor;
 mod drivers;
@@ -84,6 +85,9 @@ enum Command {
         /// Write the robot as URDF to this file.
         #[arg(long, value_name = "FILE")]
         urdf: Option<PathBuf>,
+        /// Run every gait, stroke or pose on the simulated body, and print what it reaches: takes some seconds.
+        #[arg(long)]
+        physics: bool,
     },
     /// Judges a recording again.
     ///
@@ -224,7 +228,7 @@ impl Command {
     /// The files in its arguments, the main one first.
     fn files(&self) -> Vec<&Path> {
         let (about, others): (_, Vec<&Option<PathBuf>>) = match self {
-            Command::Check { robot, urdf } => (robot, vec![urdf]),
+            Command::Check { robot, urdf, .. } => (robot, vec![urdf]),
             Command::Guard { robot, .. } => (robot, vec![]),
             Command::Replay { recording, html } => (recording, vec![html]),
             Command::Run(of) | Command::Show(of) => {
@@ -462,7 +466,9 @@ pub fn main() -> ExitCode {
         Err(code) => return ExitCode::from(code),
     };
     let result = match &arguments.command {
-        Command::Check { robot, urdf } => check::check(robot, urdf.as_deref()).map(|()| COMPLETED),
+        Command::Check { robot, urdf, physics } => {
+            check::check(robot, urdf.as_deref(), *physics).map(|()| COMPLETED)
+        }
         Command::Replay { recording, html } => replay::replay(recording, html.as_deref()),
         Command::Run(options) => run::run(options, mode::RunMode::Run),
         Command::Show(options) => run::run(options, mode::RunMode::Show),

@@ -107,6 +107,9 @@ pub trait Kind: fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// A request for each motion that it has by name.
+    fn motions(&self) -> Vec<MotionOptions<'_>>;
+
     /// Name of what it does while it performs no stroke and goes in no gait, in this pose (index in the robot file);
     /// `None` for a kind that goes by gaits, whose names say it.
     fn rest_name(&self, _pose: Option<usize>) -> Option<&str> {

@@ -4,6 +4,10 @@ use std::f64::consts::TAU;
 
 use super::{Gait, VerticalOscillation};
 
+/// Moments of a period in which flight is looked for, and the least share of it that counts.
+const FLIGHT_MOMENTS: u32 = 200;
+const FLIGHT_SHARE: f64 = 0.02;
+
 impl Gait {
     /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the phase offsets of 3.3, and our own in
     /// addition.
@@ -83,6 +87,19 @@ impl Gait {
     /// Stride length S = V P / (1 - alpha), m (thesis 3.3).
     pub fn stride_m(&self, speed_m_s: f64, swing_time_s: f64) -> f64 {
         speed_m_s * self.period_s(swing_time_s)
+    }
+
+    /// Share of a period in which no foot is on the ground.
+    pub fn flight_share(&self) -> f64 {
+        let moments =
+            || (0..FLIGHT_MOMENTS).map(|moment| (f64::from(moment) + 0.5) / f64::from(FLIGHT_MOMENTS));
+        let aloft = moments().filter(|phase| (0..4).all(|leg| self.is_swing(leg, *phase))).map(|_| 1.0);
+        aloft.sum::<f64>() / f64::from(FLIGHT_MOMENTS)
+    }
+
+    /// True if it has a moment of flight, in which no foot is on the ground.
+    pub fn has_flight(&self) -> bool {
+        self.flight_share() > FLIGHT_SHARE
     }
 
     /// True if `leg` is in swing at the clock's `phase` (periods since the left hind's lift-off).
@@ -175,11 +192,13 @@ mod tests {
         assert!(phases().all(|phase| in_air(&built_in("walk"), phase) >= 1));
         assert!(phases().all(|phase| in_air(&built_in("walk-steady"), phase) == 1));
         assert!(phases().all(|phase| in_air(&built_in("trot"), phase) == 2));
+        assert!(["walk", "walk-steady", "trot"].iter().all(|name| !built_in(name).has_flight()));
         for (name, flight) in [("canter", 0.3), ("gallop", 0.2), ("rotary-gallop", 0.2)] {
             for name in [name.to_owned(), format!("{name}-left")] {
                 let gait = built_in(&name);
                 let aloft: Vec<bool> = phases().map(|phase| in_air(&gait, phase) == 4).collect();
                 let all = aloft.iter().filter(|aloft| **aloft).count();
+                assert!(gait.has_flight() && (gait.flight_share() - flight).abs() < 0.01, "{name}");
                 assert!((all as f64 / 1000.0 - flight).abs() < 0.002, "{name}: {all} of 1000");
                 // One flight per period, not several: it ends once.
                 let ends = (0..1000).filter(|&at| aloft[at] && !aloft[(at + 1) % 1000]).count();

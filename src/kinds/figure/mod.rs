@@ -53,6 +53,11 @@ impl Kind for Figure {
         Order::Take(0)
     }
 
+    fn motions(&self) -> Vec<MotionOptions<'_>> {
+        let poses = self.settings.poses.iter();
+        poses.map(|pose| MotionOptions { pose: Some(&pose.name), ..MotionOptions::default() }).collect()
+    }
+
     fn plan_to_rest(&self, _robot: &Robot) -> Plan {
         self.capability.plan(0).into()
     }

@@ -22,6 +22,8 @@ pub struct HorseCapability {
     pub top_speeds: Vec<TopSpeed>,
     /// True if servos turn its joints.
     pub is_driven: bool,
+    /// True if the ground carries it.
+    pub stays_on_ground: bool,
 }
 
 impl HorseCapability {
@@ -34,9 +36,17 @@ impl HorseCapability {
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
         let crouch = reach::crouch(robot, horse, &reaches, &sit_pose_rad);
         let table = postures::table(robot, horse, &reaches);
+        let stays_on_ground = robot.bears_weight && !robot.buses.is_empty();
         let is_driven = !robot.buses.is_empty();
-        let mut capability =
-            HorseCapability { reaches, table, sit_pose_rad, crouch, top_speeds: Vec::new(), is_driven };
+        let mut capability = HorseCapability {
+            reaches,
+            table,
+            sit_pose_rad,
+            crouch,
+            top_speeds: Vec::new(),
+            is_driven,
+            stays_on_ground,
+        };
         capability.top_speeds = top_speed::of_gaits(robot, &capability.plan(horse, Command::default()));
         Ok(capability)
     }
@@ -60,6 +70,7 @@ impl HorseCapability {
                 .map(|top| Pace { forward_m_s: top.m_s(), backward_m_s: top.backward_m_s })
                 .collect(),
             is_driven: self.is_driven,
+            stays_on_ground: self.stays_on_ground,
             command,
         }
     }

@@ -39,12 +39,17 @@ fn write_gaits(
 ) -> fmt::Result {
     writeln!(text, "\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s")?;
     for (gait, top) in horse.gaits.iter().zip(&capability.top_speeds) {
-        let limit = top.joint.map_or("the legs' reach".to_owned(), |joint| {
+        let limit = if robot.bears_weight && !robot.buses.is_empty() && gait.has_flight() {
+            "; leaves the ground: see --physics"
+        } else {
+            ""
+        };
+        let joint = top.joint.map_or("the legs' reach".to_owned(), |joint| {
             format!("the speed or acceleration of {}", robot.joints[joint].name)
         });
         let by_servos =
             if robot.buses.is_empty() { "-".to_owned() } else { format!("{:.3}", top.by_servos_m_s) };
-        writeln!(text, "{:<24} {:>16.3}  {by_servos:>15}  {limit}", gait.name, top.by_reach_m_s)?;
+        writeln!(text, "{:<24} {:>16.3}  {by_servos:>15}  {joint}{limit}", gait.name, top.by_reach_m_s)?;
     }
     write_own_gaits(text, &horse.gaits)
 }

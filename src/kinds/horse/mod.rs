@@ -107,6 +107,11 @@ impl Kind for Horse {
         Box::new(words::HorseWords::new(self.gait_names()))
     }
 
+    fn motions(&self) -> Vec<MotionOptions<'_>> {
+        let gaits = self.settings.gaits.iter();
+        gaits.map(|gait| MotionOptions { gait: Some(&gait.name), ..MotionOptions::default() }).collect()
+    }
+
     fn gait_names(&self) -> Vec<String> {
         self.settings.gaits.iter().map(|gait| gait.name.clone()).collect()
     }

@@ -37,7 +37,7 @@ pub(super) fn plan(
             joint.unwrap_or("a joint")
         )));
     }
-    let mut remark = None;
+    let mut remark = flight_remark(&plan, choice);
     let speed_m_s = match asked.speed_m_s {
         None => plan.command.speed_m_s,
         Some(speed) if !speed.is_finite() => {
@@ -60,6 +60,18 @@ pub(super) fn plan(
     };
     let command = Command { speed_m_s, ..plan.command };
     Ok((HorsePlan { command, ..plan }, remark))
+}
+
+/// A remark on a gait that leaves the ground, for a robot that does not.
+fn flight_remark(plan: &HorsePlan, choice: GaitChoice) -> Option<String> {
+    let GaitChoice::Gait(index) = choice else { return None };
+    let gait = plan.settings.gaits.get(index).filter(|gait| plan.stays_on_ground && gait.has_flight())?;
+    Some(format!(
+        "{} leaves the ground for {:.0} % of each stride, but position servos do not lift the robot: it will go much \
+         slower than planned ('hippocamp check --physics' measures how fast)",
+        gait.name,
+        100.0 * gait.flight_share()
+    ))
 }
 
 fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice, Refusal> {

@@ -35,6 +35,14 @@ impl Tentacle {
         Tentacle { settings: settings.clone(), capability: TentacleCapability::of(robot, settings) }
     }
 
+    /// A remark on a tempo that is too fast for its stroke, if it is.
+    fn too_fast(&self, command: &StrokeCommand) -> Option<String> {
+        let StrokeCommand { tempo, stroke, .. } = command;
+        let mut tempos = STROKES.iter().zip(&self.capability.tempo_max);
+        let (stroke, most) = tempos.find(|(known, _)| known.name == stroke.name)?;
+        (tempo > most).then(|| format!("tempo {tempo} is too fast for {}: held at {most:.2}", stroke.name))
+    }
+
     fn plan_to(&self, robot: &Robot, command: StrokeCommand) -> Plan {
         self.capability.plan(robot, &self.settings, command).into()
     }
@@ -55,7 +63,12 @@ impl Kind for Tentacle {
 
     fn plan(&self, robot: &Robot, asked: &MotionOptions<'_>) -> Result<(Plan, Option<String>), Refusal> {
         let command = options::command(&self.settings, asked)?.unwrap_or_default();
-        Ok((self.plan_to(robot, command), None))
+        Ok((self.plan_to(robot, command), self.too_fast(&command)))
+    }
+
+    fn motions(&self) -> Vec<MotionOptions<'_>> {
+        let known = STROKES.iter().filter(|kind| kind.in_file(&self.settings).is_some());
+        known.map(|kind| MotionOptions { stroke: Some(kind.name), ..MotionOptions::default() }).collect()
     }
 
     fn plan_of_task(&self, robot: &Robot, task: &Task) -> Result<Plan, TaskError> {
@@ -75,15 +88,8 @@ impl Kind for Tentacle {
         let mut remarks = Vec::new();
         for entry in &script.entries {
             let Order::Perform(command) = entry.order else { continue };
-            let tempos = STROKES.iter().zip(&self.capability.tempo_max);
-            for (stroke, most) in tempos.filter(|(stroke, _)| stroke.name == command.stroke.name) {
-                if command.tempo > *most {
-                    let (place, tempo) = (format!("{file_name}:{}", entry.line), command.tempo);
-                    let stroke = stroke.name;
-                    remarks
-                        .push(format!("{place}: tempo {tempo} is too fast for {stroke}: held at {most:.2}"));
-                }
-            }
+            remarks
+                .extend(self.too_fast(&command).map(|words| format!("{file_name}:{}: {words}", entry.line)));
         }
         Ok(remarks)
     }

@@ -57,6 +57,8 @@ pub struct HorsePlan {
     pub paces: Vec<Pace>,
     /// True if servos turn its joints; false for a robot on paper.
     pub is_driven: bool,
+    /// True if the ground carries it: position servos do not throw it into the air, as gaits with flight would.
+    pub stays_on_ground: bool,
     /// The command to carry out if the operator says no more than to go.
     pub command: Command,
 }
@@ -177,7 +179,8 @@ impl HorsePlan {
     /// Gaits that are chosen by speed, from the slowest to the fastest: indices.
     fn ladder(&self) -> impl Iterator<Item = usize> {
         let is_rung = |gait: &usize| self.settings.gaits[*gait].auto_froude_max.is_some();
-        (0..self.settings.gaits.len()).filter(is_rung).filter(|gait| self.can_do(*gait))
+        let is_reached = |gait: &usize| !(self.stays_on_ground && self.settings.gaits[*gait].has_flight());
+        (0..self.settings.gaits.len()).filter(is_rung).filter(is_reached).filter(|gait| self.can_do(*gait))
     }
 
     /// Half the distance between the outermost legs' planes, m.

@@ -62,6 +62,7 @@ fn plan() -> HorsePlan {
         },
         sit_pose_rad: vec![],
         crouch: (0.0, vec![]),
+        stays_on_ground: false,
         paces: vec![],
         is_driven: false,
         command: Command::default(),
