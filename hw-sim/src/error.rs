@@ -12,6 +12,13 @@ pub struct Unplugged;
 /// What is wrong with the configuration of a world.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
+    /// The simulated body came apart in numbers as the robot was put down.
+    #[error(
+        "the simulated body is unstable: its numbers grew without bound as the robot was put down; this is a fault of the \
+         simulation, not of the robot: please report it with the robot file (a smaller step_ms or a larger \
+         rotor_inertia_kg_m2 may avoid it)"
+    )]
+    Unstable,
     /// No such servo model.
     #[error("bus `{bus}`, servo {id}: no model `{model}`; there are {known}")]
     UnknownModel {

@@ -41,7 +41,7 @@ fn link(shaft: usize) -> Link {
         center_m: [0.0, 0.0, -0.1],
         radius_m: 0.008,
         stops_rad: (-10.0, 10.0),
-        servo: ShaftLink { shaft, zero_counts: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
+        servo: ShaftLink { shaft, zero_rad: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
     }
 }
 
@@ -401,7 +401,7 @@ fn shoulder(joints: JointMechanics) -> BodyConfig {
         center_m: [0.5 * end_m[0], 0.0, 0.0],
         radius_m: 0.008,
         stops_rad: (-10.0, 10.0),
-        servo: ShaftLink { shaft, zero_counts: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
+        servo: ShaftLink { shaft, zero_rad: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
     };
     let links = vec![
         hinge(0, [0.0, -1.0, 0.0], [0.0; 3], 0.01),

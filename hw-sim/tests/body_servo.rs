@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 mod common;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use common::x_series::{CURRENT, mode, named, set, torque_on};
 use common::*;
@@ -18,7 +18,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
         center_m: [length_m, 0.0, 0.0],
         radius_m: 0.005,
         stops_rad: (-3.0, 3.0),
-        servo: ShaftLink { shaft: 0, zero_counts: 2048.0, is_reversed: false, rotor_inertia_kg_m2: None },
+        servo: ShaftLink { shaft: 0, zero_rad: PI, is_reversed: false, rotor_inertia_kg_m2: None },
     };
     let chain = Chain {
         root_m: [0.0; 3],
@@ -251,7 +251,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
             center_m: [0.0, 0.0, -0.2],
             radius_m: 0.005,
             stops_rad: (-1.0, 1.0),
-            servo: ShaftLink { shaft: 0, zero_counts: 2048.0, is_reversed: false, rotor_inertia_kg_m2: None },
+            servo: ShaftLink { shaft: 0, zero_rad: PI, is_reversed: false, rotor_inertia_kg_m2: None },
         };
         let foot = Foot::Plate { size_m: [0.06, 0.04, 0.005], middle_m: [0.0, 0.0, -0.0025] };
         let chain = Chain {

@@ -117,7 +117,8 @@ impl Ports for SimPorts {
             velocity_m_s: DVec3::from_array(state.velocity_m_s),
             height_m: state.height_m,
             trunk_contact_n: state.trunk_contact_n,
-            is_fallen: state.is_fallen() || !state.is_finite,
+            is_fallen: state.is_fallen(),
+            is_unstable: !state.is_finite,
         })
     }
 

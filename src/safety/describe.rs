@@ -105,7 +105,7 @@ impl Finding {
                  servos"
             }
             Fault::OffGoal { .. } | Fault::Stalled { .. } => {
-                "it does not push: check that its horn is tight, and its plug"
+                "check that nothing blocks the joint and that its horn is tight"
             }
             Fault::Hot { .. } => "let it cool, then walk slower or lighten the robot",
             Fault::LowVoltage { .. } => "charge the battery or check the supply and its wires",
@@ -117,8 +117,8 @@ impl Finding {
             }
             Fault::NotBack { .. } => "check its target: it is outside the joint's range",
             Fault::Alarm { .. } => {
-                "switch its power off and on, and check its heat and voltage, and its load ('hippocamp check' shows \
-                 that of each joint)"
+                "switch its power off and on, and check its load ('hippocamp check' shows that of each joint), heat and \
+                 voltage"
             }
             Fault::NotFinite => "this is a defect of the program: please report it with the robot file",
             Fault::LoopStalled { .. } => "",

@@ -140,6 +140,8 @@ pub struct TrueBody {
     pub trunk_contact_n: f64,
     /// True if the trunk lies on the ground or is turned over.
     pub is_fallen: bool,
+    /// True once the simulated body is unstable: its numbers have grown without bound, and mean nothing.
+    pub is_unstable: bool,
 }
 
 /// One joint as its servo last reported it.

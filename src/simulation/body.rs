@@ -54,8 +54,9 @@ fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]
 }
 
 fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
-    let (zero_counts, is_reversed) =
-        joint.servo.map_or((0.0, false), |servo| (servo.zero_count, servo.reversed));
+    // The encoders of models differ: an SCS0009 has 1024 counts in 300 degrees.
+    let zero = |servo: crate::model::Servo| (servo.zero_count * servo.count_rad(), servo.reversed);
+    let (zero_rad, is_reversed) = joint.servo.map_or((0.0, false), zero);
     body::Link {
         axis: joint.axis.to_array(),
         end_m: joint.link_m.to_array(),
@@ -63,12 +64,7 @@ fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::
         center_m: joint.center_m.to_array(),
         radius_m,
         stops_rad: joint.stops_rad(),
-        servo: ShaftLink {
-            shaft,
-            zero_counts,
-            is_reversed,
-            rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2,
-        },
+        servo: ShaftLink { shaft, zero_rad, is_reversed, rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2 },
     }
 }
 

@@ -62,6 +62,9 @@ pub fn world_from_pose(
                 Some(height_m) => world.carry(height_m + CLEARANCE_M),
                 None => world.put_down(SETTLE_S),
             }
+            if world.body().is_some_and(|state| !state.is_finite) {
+                return Err(BuildError::Unstable);
+            }
             world
         }
     };

@@ -101,8 +101,8 @@ pub struct Link {
 pub struct ShaftLink {
     /// Its index among all servos, bus by bus in the order of configuration.
     pub shaft: usize,
-    /// Encoder count, with its fraction, at the hinge's angle 0.
-    pub zero_counts: f64,
+    /// Angle of the shaft at the hinge's angle 0, rad, from encoder count 0 on.
+    pub zero_rad: f64,
     /// True if the count falls when the hinge turns in the positive direction.
     pub is_reversed: bool,
     /// Inertia of rotor and gears at the shaft, kg m^2, above 0; replaces the servo model's.

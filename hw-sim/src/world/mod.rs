@@ -134,6 +134,13 @@ impl World {
                 shaft.inertia_kg_m2 = inertia;
             }
         }
+        // A rotor so light that a motor brakes it to rest within a step is computed with the inertia that this takes.
+        let step_s = STEP_S * f64::from(body.motor_steps);
+        let servos = world.buses.iter().flat_map(|bus| &bus.servos);
+        for (shaft, servo) in world.shafts.iter_mut().zip(servos) {
+            let braking_nm_s = servo.model.back_emf_nm_s() + body.joints.viscosity_nm_s;
+            shaft.inertia_kg_m2 = shaft.inertia_kg_m2.max(braking_nm_s * step_s);
+        }
         world.body = Box::new(RigidBody::new(&body, &world.shafts)?);
         Ok(world)
     }

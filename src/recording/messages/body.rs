@@ -123,7 +123,7 @@ impl TrueBody {
             velocity: body.velocity_m_s.into(),
             height_m: body.height_m,
             trunk_contact_n: body.trunk_contact_n,
-            is_fallen: body.is_fallen,
+            is_fallen: body.is_fallen || body.is_unstable,
         }
     }
 }
@@ -137,6 +137,7 @@ impl From<TrueBody> for signals::TrueBody {
             height_m: body.height_m,
             trunk_contact_n: body.trunk_contact_n,
             is_fallen: body.is_fallen,
+            is_unstable: false,
         }
     }
 }

@@ -7,7 +7,6 @@ use super::super::{
 };
 use super::ball::BallJointStop;
 use super::{GRAVITY, Hinge, RigidBody};
-use crate::model::COUNTS_PER_RAD;
 
 /// Least mass and inertia of a link that the engine computes with, kg and kg m^2: hinges in one place have
 /// none.
@@ -163,7 +162,7 @@ fn insert_chain(
             let what = format!("link {number} of chain {place}");
             return Err(BodyError { what, expected: "a link that closes no loop" });
         };
-        let zero_rad = link.servo.zero_counts / COUNTS_PER_RAD;
+        let zero_rad = link.servo.zero_rad;
         let sign = if link.servo.is_reversed { -1.0 } else { 1.0 };
         set_joint(body, joint, shaft);
         body.hinges.push(Hinge {

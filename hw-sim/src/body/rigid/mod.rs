@@ -41,6 +41,11 @@ struct Carried {
     still_s: f64,
 }
 
+/// No robot gets that far or that fast, m, m/s and rad/s: a body that does is a fault of the simulation.
+const FURTHEST_M: f64 = 1e4;
+const FASTEST_M_S: f64 = 1e3;
+const FASTEST_RAD_S: f64 = 1e4;
+
 /// One hinge between two bodies.
 #[derive(Debug)]
 struct Hinge {
@@ -161,8 +166,8 @@ impl RigidBody {
         }
     }
 
-    /// Applies all forces to the bodies: of torques and pushes, the mean of the last motor steps.
-    fn drive(&mut self, shafts: &[ShaftState]) {
+    /// Applies all forces to the bodies for the next `dt_s`: of torques and pushes, the mean of the last motor steps.
+    fn drive(&mut self, dt_s: f64, shafts: &[ShaftState]) {
         let share = 1.0 / f64::from(self.motor_steps);
         let bodies = &mut self.world.bodies;
         bodies.iter_mut().for_each(|(_, body)| {
@@ -180,19 +185,22 @@ impl RigidBody {
             torque -= self.joints.viscosity_nm_s * speed;
             if beyond.abs() > 0.0 {
                 // The stop pushes back but never pulls.
-                let stop = -self.joints.stop.0 * beyond - self.joints.stop.1 * speed;
+                let (stiffness, damping) = stable(self.joints.stop, shaft.inertia_kg_m2, dt_s);
+                let stop = -stiffness * beyond - damping * speed;
                 torque += if beyond > 0.0 { stop.min(0.0) } else { stop.max(0.0) };
             }
             turn(bodies, hinge, torque);
         }
         for ball in &self.balls {
             let (mut angles, mut speeds) = ([0.0; 3], [0.0; 3]);
+            let inertias = ball.hinges.iter().map(|hinge| shafts[self.hinges[*hinge].shaft].inertia_kg_m2);
+            let stop = stable(self.joints.stop, inertias.fold(f64::INFINITY, f64::min), dt_s);
             for (place, hinge) in ball.hinges.iter().map(|hinge| &self.hinges[*hinge]).enumerate() {
                 let shaft = &shafts[hinge.shaft];
                 angles[place] = hinge.sign * (shaft.position_rad - hinge.zero_rad);
                 speeds[place] = hinge.sign * shaft.speed_rad_s;
             }
-            let torques = ball.torques(angles, speeds, self.joints.stop);
+            let torques = ball.torques(angles, speeds, stop);
             for (hinge, torque) in ball.hinges.iter().zip(torques) {
                 turn(bodies, &self.hinges[*hinge], torque);
             }
@@ -207,10 +215,14 @@ impl RigidBody {
         let is_still = self.torques.iter().any(|torque| torque.abs() > 0.0)
             && shafts.iter().all(|shaft| shaft.speed_rad_s.abs() < STILL.0);
         self.torques.fill(0.0);
-        self.carry(is_still);
+        self.carry(dt_s, is_still);
         if self.is_held {
             let trunk = &mut self.world.bodies[self.trunk];
-            let (stiffness, damping, brake) = HANDS;
+            let (_, _, brake) = HANDS;
+            let ratio = trunk.mass() / self.mass_kg;
+            let brake = stable((0.0, brake), ratio, dt_s).1;
+            let least = trunk.mass_properties().local_mprops.principal_inertia().min_element();
+            let (stiffness, damping) = stable((HANDS.0, HANDS.1), least / self.mass_kg, dt_s);
             let tilt = (trunk.rotation() * Vector::Z).cross(self.up);
             let way = trunk.linvel() - self.up * trunk.linvel().dot(self.up);
             trunk.add_torque(self.mass_kg * (stiffness * tilt - damping * trunk.angvel()), true);
@@ -219,8 +231,7 @@ impl RigidBody {
     }
 
     /// Carries the trunk, sets it down, and lets go of it once the robot stands by itself.
-    fn carry(&mut self, is_still: bool) {
-        let dt_s = self.world.integration_parameters.dt;
+    fn carry(&mut self, dt_s: f64, is_still: bool) {
         let Some(carried) = &mut self.carried else { return };
         let is_ready = carried.still_s >= STILL.1;
         if is_ready {
@@ -230,7 +241,8 @@ impl RigidBody {
         }
         let trunk = &mut self.world.bodies[self.trunk];
         let (height_m, speed) = (trunk.translation().dot(self.up), trunk.linvel().dot(self.up));
-        let lift = CARRY.0 * (carried.height_m - height_m) - CARRY.1 * speed;
+        let (stiffness, damping) = stable(CARRY, trunk.mass() / self.mass_kg, dt_s);
+        let lift = stiffness * (carried.height_m - height_m) - damping * speed;
         trunk.add_force(self.up * (self.mass_kg * lift.max(0.0)), true);
         if is_ready && lift < LET_GO_SHARE * GRAVITY {
             (self.carried, self.is_held) = (None, false);
@@ -242,7 +254,10 @@ impl RigidBody {
         let trunk = &self.world.bodies[self.trunk];
         let (position, rotation) = (trunk.translation(), *trunk.rotation());
         let velocity = trunk.velocity_at_point(position);
-        self.state.is_finite = position.is_finite() && rotation.is_finite() && velocity.is_finite();
+        self.state.is_finite = position.is_finite()
+            && rotation.is_finite()
+            && position.length() < FURTHEST_M
+            && velocity.length() < FASTEST_M_S;
         if !self.state.is_finite {
             return;
         }
@@ -308,14 +323,14 @@ impl Body for RigidBody {
         let dt_s = dt_s * f64::from(self.waited);
         self.waited = 0;
         self.follow_shafts(shafts);
-        self.drive(shafts);
+        self.drive(dt_s, shafts);
         self.world.integration_parameters.dt = dt_s;
         self.world.step();
         for (hinge, impulse) in self.hinges.iter_mut().zip(&mut self.state.joint_impulses_nms) {
             let Some((multibody, link)) = self.world.multibody_joints.get(hinge.joint) else { continue };
             let Some(link) = multibody.link(link) else { continue };
             let (angle, speed) = (link.joint().coords()[3], multibody.joint_velocity(link)[0]);
-            if !(angle.is_finite() && speed.is_finite()) {
+            if !(angle.is_finite() && speed.abs() < FASTEST_RAD_S) {
                 self.state.is_finite = false;
                 return;
             }
@@ -346,6 +361,13 @@ impl Body for RigidBody {
     fn state(&self) -> Option<&BodyState> {
         Some(&self.state)
     }
+}
+
+/// Stiffness and damping of a spring that moves at least `inertia` (kg m^2, or kg), reduced as far as a step of `dt_s` needs
+/// to remain stable: as in an implicit step. A stiff stop on a tiny servo throws its joint back and forth otherwise.
+fn stable((stiffness, damping): (f64, f64), inertia: f64, dt_s: f64) -> (f64, f64) {
+    let share = 1.0 / (1.0 + dt_s * (damping + stiffness * dt_s) / inertia);
+    (share * stiffness, share * damping)
 }
 
 /// Applies `torque` (N m, about the hinge's axis) between the links of a hinge.

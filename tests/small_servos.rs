@@ -1,0 +1,51 @@
+//! The smallest servos in physics, and rotors from none to huge: the simulated body stays stable, or says that it is not.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{Scenario, in_physics};
+use hippocamp::config;
+use hippocamp::model::Robot;
+use hippocamp::telemetry::{Outcome, Report};
+
+/// A cat on eight SCS0009: 1024 counts in 300 degrees, and a rotor of 1e-4 kg m^2.
+fn cat() -> Robot {
+    config::parse(include_str!("robots/small-cat.toml"), "cat").unwrap().robot
+}
+
+fn walk(robot: &Robot, for_s: f64, faults: &str) -> Report {
+    Scenario { faults, ..Scenario::new(robot, "walk", for_s) }.run()
+}
+
+/// Its joints used to lie 60 degrees beyond their stops at the start, since the body took its encoders for those of larger
+/// servos; the stops then threw it to 4e17 m.
+#[test]
+fn a_cat_on_the_smallest_servos_stands_and_walks() {
+    let report = walk(&cat(), 1.0, "");
+    assert_eq!(report.outcome, Outcome::Completed, "{}", report.reason);
+    let body = report.body.unwrap();
+    assert!(!body.fell && body.roll_max_deg < 15.0 && body.pitch_max_deg < 15.0, "{body:?}");
+}
+
+#[test]
+fn a_rotor_of_any_inertia_keeps_the_body_stable() {
+    for rotor_kg_m2 in [1e-9, 1e-5, 1.0] {
+        for mut robot in [cat(), in_physics("horse.toml")] {
+            robot.physics.as_mut().unwrap().rotor_inertia_kg_m2 = Some(rotor_kg_m2);
+            let report = walk(&robot, 0.1, "");
+            // Huge rotors are too much for small servos, but the body remains where it was.
+            assert!(report.outcome != Outcome::Failed, "{rotor_kg_m2}: {}", report.reason);
+            let body = report.body.unwrap();
+            assert!(body.distance_m.abs() < 0.5, "{rotor_kg_m2}: {body:?}");
+        }
+    }
+}
+
+/// 10 kN on 2 kg: no robot flies at 1000 m/s.
+#[test]
+fn a_body_whose_numbers_run_away_ends_the_run_as_a_fault_of_the_simulation() {
+    let push = "[[fault]]\nkind = 'push'\nat_s = 2.0\nfor_s = 1.0\nforce_n = 10000.0\n";
+    let report = walk(&in_physics("horse.toml"), 1.0, push);
+    assert_eq!(report.outcome, Outcome::Failed);
+    assert!(report.reason.contains("a fault of the simulation, not of the robot"), "{}", report.reason);
+}
