@@ -41,7 +41,7 @@ fn a_rotor_of_any_inertia_keeps_the_body_stable() {
     }
 }
 
-/// 10 kN on 2 kg: no robot flies at 1000 m/s.
+/// 10 kN on 2 kg: no robot flies at 100 m/s.
 #[test]
 fn a_body_whose_numbers_run_away_ends_the_run_as_a_fault_of_the_simulation() {
     let push = "[[fault]]\nkind = 'push'\nat_s = 2.0\nfor_s = 1.0\nforce_n = 10000.0\n";

@@ -43,7 +43,7 @@ struct Carried {
 
 /// No robot gets that far or that fast, m, m/s and rad/s: a body that does is a fault of the simulation.
 const FURTHEST_M: f64 = 1e4;
-const FASTEST_M_S: f64 = 1e3;
+const FASTEST_M_S: f64 = 1e2;
 const FASTEST_RAD_S: f64 = 1e4;
 
 /// One hinge between two bodies.
