@@ -52,6 +52,9 @@ pub(super) struct Notes(Sender<Line>);
 /// Most outages that wait for a slow terminal; the report lists any further ones.
 const UNTOLD_MAX: usize = 64;
 
+/// Time after which an IMU that was not heard is missing, s.
+const IMU_FIRST_S: f64 = 1.0;
+
 impl StatusLine {
     /// Starts the status line of `robot`, which is of this `kind`.
     #[allow(clippy::disallowed_methods, reason = "only checks its type")]
@@ -201,7 +204,8 @@ impl StatusFormat {
             count => format!(", {count} frozen"),
         };
         let objection = status.objection.map_or_else(String::new, |why| format!(", {}", why.to_uppercase()));
-        let unfelt = if status.is_imu_lost { ", NO IMU" } else { "" };
+        // An IMU that has just been switched on cannot have been heard yet.
+        let unfelt = if status.is_imu_lost && status.time_s >= IMU_FIRST_S { ", NO IMU" } else { "" };
         format!("{:6.1} s {doing}{servos}{frozen}{unfelt}{objection}{late}", status.time_s)
     }
 }

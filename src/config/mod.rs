@@ -56,7 +56,7 @@ use crate::motion::tentacle::{TentaclePlan, winder};
 pub use fault::{ConfigError, Fault};
 use faults::Faults;
 pub use keys::{Key, robot_file_keys};
-pub(crate) use nearest::nearest;
+pub(crate) use nearest::{did_you_mean, nearest};
 use number::Limits;
 use reader::{File, Section};
 pub use script::{load_script, parse_script};
@@ -113,7 +113,12 @@ fn read_text(path: &Path, expected: &str) -> Result<String, ConfigError> {
             let expected = "text in UTF-8; save the file in that encoding";
             Fault { line, ..fault_without_key(&file_name, expected) }.into()
         }
-        error => fault_without_key(&file_name, &format!("{expected}; this one cannot: {error}")).into(),
+        error => {
+            let is_missing =
+                matches!(&error, InputError::Io(error) if error.kind() == std::io::ErrorKind::NotFound);
+            let advice = if is_missing { nearest::did_you_mean_file(path) } else { String::new() };
+            fault_without_key(&file_name, &format!("{expected}; this one cannot: {error}{advice}")).into()
+        }
     })
 }
 

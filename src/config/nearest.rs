@@ -1,5 +1,44 @@
 //! Finds the known word most like a misspelt one.
 
+use std::path::Path;
+
+/// Letters that name the beginning of a known word without doubt, and most words named for them.
+const BEGINNING: usize = 3;
+const WORDS_MAX: usize = 4;
+
+/// Advice on a word that is not known: "; did you mean trot?", or nothing if no known word is near. Known words that begin
+/// with it come before a near one.
+pub(crate) fn did_you_mean<'k>(word: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
+    let begins = |known: &&str| word.chars().count() >= BEGINNING && known.starts_with(word);
+    let mut meant: Vec<&str> = known.clone().filter(begins).take(WORDS_MAX).collect();
+    if meant.is_empty() {
+        meant.extend(nearest(word, known));
+    }
+    if meant.is_empty() { String::new() } else { format!("; did you mean {}?", meant.join(" or ")) }
+}
+
+/// The same for the path of a robot file that is not there: files beside it, and those of the folder `config`.
+pub(super) fn did_you_mean_file(path: &Path) -> String {
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return String::new() };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let robots = |folder: &Path| -> Vec<String> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".toml")).collect();
+        names.sort();
+        names
+    };
+    for folder in [folder, Path::new("config")] {
+        let names = robots(folder);
+        let known = names.iter().map(|name| name.strip_suffix(".toml").unwrap_or(name));
+        let name = name.strip_suffix(".toml").unwrap_or(name);
+        if let Some(found) = known.clone().find(|known| *known == name).or_else(|| nearest(name, known)) {
+            return format!("; did you mean {}.toml?", folder.join(found).display());
+        }
+    }
+    String::new()
+}
+
 /// The nearest of the known words, if one is near: at most a third of its letters wrong.
 pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let letters = word.chars().count();
@@ -49,6 +88,15 @@ mod tests {
         ] {
             assert_eq!(nearest(typed, keys.into_iter()), meant, "{typed}");
         }
+    }
+
+    #[test]
+    fn the_beginning_of_known_words_names_them_all() {
+        let models = ["STS3215-7V4", "STS3215-12V", "STS3250"];
+        let advice = did_you_mean("STS3215", models.into_iter());
+        assert_eq!(advice, "; did you mean STS3215-7V4 or STS3215-12V?");
+        assert_eq!(did_you_mean("STS3251", models.into_iter()), "; did you mean STS3250?");
+        assert_eq!(did_you_mean("MX-28", models.into_iter()), "");
     }
 
     #[test]

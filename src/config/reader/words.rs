@@ -4,7 +4,7 @@ use toml::de::DeValue;
 use toml::value::{Date, Datetime};
 
 use super::Section;
-use crate::config::nearest::nearest;
+use crate::config::nearest::did_you_mean;
 use crate::printable::{is_unprintable, printable};
 
 /// Longest text, characters: longer than any path of a device.
@@ -84,9 +84,8 @@ impl<'a> Section<'a> {
         let text = self.required(key, &expected)?.as_str();
         let found = options.iter().find(|(word, _)| Some(*word) == text);
         if found.is_none() {
-            let near = text.and_then(|text| nearest(text, options.iter().map(|(word, _)| *word)));
-            let advice = near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
-            self.fault(key, expected + &advice);
+            let advice = text.map(|text| did_you_mean(text, words.iter().map(|word| word.trim_matches('"'))));
+            self.fault(key, expected + &advice.unwrap_or_default());
         }
         found.map(|(_, value)| value.clone())
     }

@@ -5,6 +5,7 @@ mod describe;
 mod keys;
 
 use super::{Falls, KeyDriver, Kind, MotionOptions, Picture, Refusal, Repertoire, TaskError, Words};
+use crate::config::did_you_mean;
 use crate::model::{FigureMotion, FigurePose, Robot};
 use crate::motion::{Order, Plan};
 use crate::random::RandomStream;
@@ -70,7 +71,9 @@ impl Kind for Figure {
         }
         let wanted = asked.pose.unwrap_or(FigurePose::STAND);
         let pose = self.pose_called(wanted).ok_or_else(|| {
-            Refusal(format!("--pose {wanted}: expected one of {}", self.pose_names().join(", ")))
+            let names = self.pose_names();
+            let advice = did_you_mean(wanted, names.iter().map(String::as_str));
+            Refusal(format!("--pose {wanted}: expected one of {}{advice}", names.join(", ")))
         })?;
         Ok((self.capability.plan(pose).into(), None))
     }

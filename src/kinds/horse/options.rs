@@ -1,6 +1,7 @@
 //! The plan of the gait and speed that a user asked for.
 
 use super::Horse;
+use crate::config::did_you_mean;
 use crate::kinds::{MotionOptions, Refusal};
 use crate::model::Robot;
 use crate::motion::horse::HorsePlan;
@@ -75,8 +76,11 @@ fn flight_remark(plan: &HorsePlan, choice: GaitChoice) -> Option<String> {
 }
 
 fn gait(wanted: Option<&str>, plan: &HorsePlan) -> Result<GaitChoice, Refusal> {
-    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str()).collect::<Vec<_>>().join(", ");
+    let names = || plan.settings.gaits.iter().map(|gait| gait.name.as_str());
     let Some(wanted) = wanted else { return Ok(GaitChoice::Gait(0)) };
-    plan.gait_choice(wanted)
-        .ok_or_else(|| Refusal(format!("--gait {wanted}: expected auto, stand, or one of {}", names())))
+    plan.gait_choice(wanted).ok_or_else(|| {
+        let all = names().collect::<Vec<_>>().join(", ");
+        let advice = did_you_mean(wanted, names().chain(["auto", "stand"]));
+        Refusal(format!("--gait {wanted}: expected auto, stand, or one of {all}{advice}"))
+    })
 }

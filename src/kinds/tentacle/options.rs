@@ -1,5 +1,6 @@
 //! The stroke that a user asked for.
 
+use crate::config::did_you_mean;
 use crate::kinds::{MotionOptions, Refusal};
 use crate::model::TentacleMotion;
 use crate::motion::StrokeCommand;
@@ -25,11 +26,12 @@ pub(super) fn command(
             kinds.map(|kind| kind.name).collect::<Vec<_>>().join(", ")
         };
         return Err(Refusal(format!(
-            "--stroke {name}: expected one of {}; or, where the robot file names reach_mm, {}; a path, {}; a pole, {}",
+            "--stroke {name}: expected one of {}; or, where the robot file names reach_mm, {}; a path, {}; a pole, {}{}",
             of(&[Needs::Nothing]),
             of(&[Needs::Point]),
             of(&[Needs::Path]),
             of(&[Needs::Pole]),
+            did_you_mean(name, STROKES.iter().map(|kind| kind.name)),
         )));
     };
     let tempo = asked.tempo.unwrap_or(1.0);
