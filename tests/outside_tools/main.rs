@@ -9,6 +9,8 @@
     reason = "macros would be captured, and a test that is left out should say so"
 )]
 
+mod urdf;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
