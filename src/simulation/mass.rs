@@ -13,9 +13,11 @@ pub(crate) use hw_sim::body::Mass;
 
 use crate::model::{Chain, Joint, Robot};
 
-/// Share of a link's mass that a ball gets which is taken out of it. More is tried less often: see [`take_ball`].
+/// Share of a link's mass that becomes a ball at one of its ends.
 const BALL_SHARE: f64 = 0.01;
-/// A ball where no neighbour has mass to give, kg.
+/// Least mass of such a ball, kg: programs take much less for none.
+const BALL_MIN_KG: f64 = 1e-6;
+/// A ball where no neighbour has mass to give, kg. The robot weighs so much more than its file says.
 const LONE_BALL_KG: f64 = 1e-4;
 /// Density of a link of unknown radius, kg/m^3: that of water.
 const DENSITY_KG_M3: f64 = 1000.0;
@@ -95,7 +97,8 @@ pub(crate) fn links(robot: &Robot, place: usize) -> Vec<Mass> {
 /// can give nothing there, the ball is new and light.
 pub(crate) fn take_ball(from: &mut Mass, place_m: DVec3, radius_m: f64) -> Mass {
     let shares = [BALL_SHARE, 0.1 * BALL_SHARE, 0.01 * BALL_SHARE];
-    let split = shares.iter().find_map(|share| from.split(*share, place_m.to_array(), radius_m));
+    let mut shares = shares.into_iter().filter(|share| share * from.mass_kg >= BALL_MIN_KG);
+    let split = shares.find_map(|share| from.split(share, place_m.to_array(), radius_m));
     let Some((rest, ball)) = split else { return Mass::ball(LONE_BALL_KG, place_m.to_array(), radius_m) };
     *from = rest;
     ball
@@ -157,6 +160,13 @@ mod tests {
         let masses = links(&robot, 0);
         assert!((masses[3].mass_kg - 5e-4).abs() < 1e-12 && masses[3].principal_kg_m2[0] > 0.0);
         assert!((masses.iter().map(|mass| mass.mass_kg).sum::<f64>() - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn links_of_a_limb_without_any_mass_can_be_moved() {
+        let text = include_str!("../../config/horse.toml").replace("mass_kg = 0.064375", "mass_kg = 0");
+        let masses = links(&robot(&text), 0);
+        assert!(masses.iter().all(|mass| mass.mass_kg >= BALL_MIN_KG && mass.principal_kg_m2[0] > 1e-12));
     }
 
     #[test]

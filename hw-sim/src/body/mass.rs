@@ -79,7 +79,7 @@ impl Mass {
             principal_kg_m2: moments.to_array(),
             principal_turn: made.principal_inertia_local_frame.to_array(),
         };
-        // How far the mass of a part reaches along its thinnest axis: by half at most may it become thinner.
+        // Some room, so that rounding does not make the rest flat.
         let is_solid = rest.thinnest_kg_m2() >= 0.5 * self.thinnest_kg_m2() && self.thinnest_kg_m2() > 0.0;
         is_solid.then_some((rest, ball))
     }
