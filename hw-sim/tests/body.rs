@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use hw_sim::body::{
-    BallStop, Body, BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, PushFrame, RigidBody,
+    BallStop, Body, BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Mass, Push, PushFrame, RigidBody,
     ShaftLink, ShaftState, Step, Trunk,
 };
 
@@ -37,8 +37,7 @@ fn link(shaft: usize) -> Link {
     Link {
         axis: [0.0, 1.0, 0.0],
         end_m: [0.0, 0.0, -0.2],
-        mass_kg: 0.1,
-        center_m: [0.0, 0.0, -0.1],
+        mass: Mass::rod(0.1, [0.0, 0.0, -0.1], [0.0, 0.0, -0.2], 0.008),
         radius_m: 0.008,
         stops_rad: (-10.0, 10.0),
         servo: ShaftLink { shaft, zero_rad: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },
@@ -397,8 +396,7 @@ fn shoulder(joints: JointMechanics) -> BodyConfig {
     let hinge = |shaft: usize, axis: [f64; 3], end_m: [f64; 3], mass_kg: f64| Link {
         axis,
         end_m,
-        mass_kg,
-        center_m: [0.5 * end_m[0], 0.0, 0.0],
+        mass: Mass::rod(mass_kg, [0.5 * end_m[0], 0.0, 0.0], end_m, 0.008),
         radius_m: 0.008,
         stops_rad: (-10.0, 10.0),
         servo: ShaftLink { shaft, zero_rad: 0.0, is_reversed: false, rotor_inertia_kg_m2: None },

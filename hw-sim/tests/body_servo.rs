@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use common::x_series::{CURRENT, mode, named, set, torque_on};
 use common::*;
-use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Push, ShaftLink, Trunk};
+use hw_sim::body::{BodyConfig, Chain, Foot, Ground, JointMechanics, Link, Mass, Push, ShaftLink, Trunk};
 use hw_sim::{FaultScript, World};
 
 /// An arm of one link on a base, level at count 2048 and up from there; its weight at its tip.
@@ -14,8 +14,7 @@ fn arm(mass_kg: f64, length_m: f64) -> BodyConfig {
     let link = Link {
         axis: [0.0, -1.0, 0.0],
         end_m: [length_m, 0.0, 0.0],
-        mass_kg,
-        center_m: [length_m, 0.0, 0.0],
+        mass: Mass::rod(mass_kg, [length_m, 0.0, 0.0], [length_m, 0.0, 0.0], 0.005),
         radius_m: 0.005,
         stops_rad: (-3.0, 3.0),
         servo: ShaftLink { shaft: 0, zero_rad: PI, is_reversed: false, rotor_inertia_kg_m2: None },
@@ -247,8 +246,7 @@ fn a_box_on_a_flat_foot_stands_over_its_edge_or_falls() {
         let link = Link {
             axis: [0.0, 1.0, 0.0],
             end_m: [0.0, 0.0, -0.2],
-            mass_kg: 0.1,
-            center_m: [0.0, 0.0, -0.2],
+            mass: Mass::rod(0.1, [0.0, 0.0, -0.2], [0.0, 0.0, -0.2], 0.005),
             radius_m: 0.005,
             stops_rad: (-1.0, 1.0),
             servo: ShaftLink { shaft: 0, zero_rad: PI, is_reversed: false, rotor_inertia_kg_m2: None },

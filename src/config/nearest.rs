@@ -56,18 +56,22 @@ fn wrong_at_most(word: &str) -> usize {
     (word.chars().count() / 3).max(1)
 }
 
-/// Number of letters to insert, delete or change to turn one word into the other (Levenshtein distance).
+/// Number of letters to insert, delete, change, or swap with the next, to turn one word into the other (optimal string
+/// alignment distance).
 fn edits(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().collect();
+    let (from, to): (Vec<char>, Vec<char>) = (from.chars().collect(), to.chars().collect());
+    let mut before: Vec<usize> = vec![0; to.len() + 1];
     let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, a) in from.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
+    for (i, a) in from.iter().enumerate() {
+        let mut next = vec![i + 1; to.len() + 1];
         for (j, b) in to.iter().enumerate() {
-            let change = diagonal + usize::from(a != *b);
-            diagonal = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+            let change = row[j] + usize::from(a != b);
+            next[j + 1] = change.min(next[j] + 1).min(row[j + 1] + 1);
+            if i > 0 && j > 0 && *a == to[j - 1] && from[i - 1] == *b {
+                next[j + 1] = next[j + 1].min(before[j - 1] + 1);
+            }
         }
+        before = std::mem::replace(&mut row, next);
     }
     row[to.len()]
 }
@@ -102,6 +106,7 @@ mod tests {
     #[test]
     fn edit_distances_match_known_values() {
         assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(edits("tort", "trot"), 1);
         assert_eq!(edits("", "abc"), 3);
         assert_eq!(edits("gallop", "gallop"), 0);
     }

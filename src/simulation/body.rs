@@ -1,21 +1,21 @@
 //! The rigid body of a robot file: its links, masses and feet, each joint with the servo that turns it.
 
-use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, ShaftLink, Trunk};
+use hw_sim::body::{self, BallStop, BodyConfig, JointMechanics, Mass, ShaftLink, Trunk};
 
+use super::mass;
 use crate::model::{Chain, Foot, Ground, Joint, Physics, Robot, hinges_in_place};
 
 /// The body of `robot`, as `physics` describes it.
-pub(super) fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
+pub fn body(robot: &Robot, physics: &Physics) -> BodyConfig {
     let shafts = shafts(robot);
-    let trunk_box_m = physics.trunk_box_m;
     BodyConfig {
         trunk: Trunk {
-            is_fixed: trunk_box_m.is_none(),
+            // A trunk that is bolted down has no weight and touches nothing.
+            is_fixed: physics.trunk_box_m.is_none(),
             mass_kg: robot.trunk_mass_kg,
             center_m: robot.trunk_center_m.to_array(),
             box_middle_m: robot.trunk_center_m.to_array(),
-            // A trunk that is bolted down has no weight and touches nothing.
-            box_size_m: trunk_box_m.map_or([0.1; 3], |edges| edges.to_array()),
+            box_size_m: mass::trunk_box_m(robot).to_array(),
         },
         chains: (0..robot.chains.len()).map(|chain| limb(robot, physics, chain, &shafts)).collect(),
         ground: ground(&physics.ground),
@@ -39,29 +39,29 @@ fn shafts(robot: &Robot) -> Vec<Option<usize>> {
 
 fn limb(robot: &Robot, physics: &Physics, place: usize, shafts: &[Option<usize>]) -> body::Chain {
     let chain = &robot.chains[place];
-    let tentacle = robot.motion.tentacle();
-    let arm = tentacle.and_then(|tentacle| tentacle.arms.iter().find(|arm| arm.chain == place));
-    let radius_m = arm.map_or(physics.link_radius_m, |arm| arm.radius_m);
-    let links = robot.joints_of(chain).iter().zip(&shafts[chain.joints.clone()]);
+    let masses = mass::links(robot, place);
+    let links = robot.joints_of(chain).iter().zip(masses).zip(&shafts[chain.joints.clone()]);
+    let moved = |((joint, mass), shaft): ((&Joint, Mass), &Option<usize>)| {
+        Some(link(joint, mass, (*shaft)?, mass::link_radius_m(robot, place, joint), physics))
+    };
     body::Chain {
         root_m: chain.root_m.to_array(),
         root_rotation: chain.root_rotation.to_array(),
         carried_share: robot.motion.carried_share(),
-        links: links.filter_map(|(joint, shaft)| Some(link(joint, (*shaft)?, radius_m, physics))).collect(),
+        links: links.filter_map(moved).collect(),
         balls: balls(robot.joints_of(chain)),
         foot: foot(chain),
     }
 }
 
-fn link(joint: &Joint, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
+fn link(joint: &Joint, mass: Mass, shaft: usize, radius_m: f64, physics: &Physics) -> body::Link {
     // The encoders of models differ: an SCS0009 has 1024 counts in 300 degrees.
     let zero = |servo: crate::model::Servo| (servo.zero_count * servo.count_rad(), servo.reversed);
     let (zero_rad, is_reversed) = joint.servo.map_or((0.0, false), zero);
     body::Link {
         axis: joint.axis.to_array(),
         end_m: joint.link_m.to_array(),
-        mass_kg: joint.mass_kg,
-        center_m: joint.center_m.to_array(),
+        mass,
         radius_m,
         stops_rad: joint.stops_rad(),
         servo: ShaftLink { shaft, zero_rad, is_reversed, rotor_inertia_kg_m2: physics.rotor_inertia_kg_m2 },

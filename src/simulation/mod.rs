@@ -2,12 +2,14 @@
 //! `[physics]`, the body that they move, put down on the ground.
 
 mod body;
+pub(crate) mod mass;
 
+pub use body::body;
 use hw_sim::{BuildError, BusConfig, FaultError, FaultScript, ImuConfig, Model, ServoConfig, World};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::model::{Bus, ImuSettings, Robot, Servo, SharedRange};
+use crate::model::{Bus, ImuSettings, Robot, Servo, ServoModel, SharedRange};
 
 /// How far outside its range a limp joint may lie, as a share of the range's width.
 const OUTSIDE_SHARE: f64 = 0.1;
@@ -57,7 +59,7 @@ pub fn world_from_pose(
     let mut world = match &robot.physics {
         None => World::new(&buses, faults.clone(), seed)?,
         Some(physics) => {
-            let mut world = World::with_body(&buses, faults.clone(), seed, &body::body(robot, physics))?;
+            let mut world = World::with_body(&buses, faults.clone(), seed, &body(robot, physics))?;
             match robot.motion.held_height_m() {
                 Some(height_m) => world.carry(height_m + CLEARANCE_M),
                 None => world.put_down(SETTLE_S),
@@ -142,4 +144,9 @@ fn servo_of(bus: &Bus, servo: &Servo, angle_rad: f64) -> Result<ServoConfig, Bui
         return_delay_us: bus.return_delay_us,
         position_counts: servo.count_of(angle_rad),
     })
+}
+
+/// Coulomb friction of the gearbox of a servo of this model, N m; 0 for a model that the simulator does not have.
+pub(crate) fn friction_nm(model: &ServoModel) -> f64 {
+    Model::named(model.name).map_or(0.0, |model| model.friction_nm)
 }

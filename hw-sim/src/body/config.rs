@@ -1,5 +1,7 @@
 //! A robot's body as plain data: the links that carry its shafts, and the ground it stands on.
 
+use super::mass::Mass;
+
 /// A robot: a trunk, chains of links that hang on it, and the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyConfig {
@@ -83,12 +85,9 @@ pub struct Link {
     pub axis: [f64; 3],
     /// Vector to the next hinge or the tip at angle 0, in its own frame, m; may be 0 except in the last link.
     pub end_m: [f64; 3],
-    /// Mass, kg, not negative.
-    pub mass_kg: f64,
-    /// Centre of its mass in its own frame, m.
-    pub center_m: [f64; 3],
-    /// Radius of the round rod that stands for the link, m, above 0: used for its inertia and its contact
-    /// with the ground.
+    /// Its mass, above 0, in its own frame.
+    pub mass: Mass,
+    /// Radius of the round rod that stands for the link, m, above 0: used for its contact with the ground.
     pub radius_m: f64,
     /// Lowest and highest angle, rad, between mechanical stops.
     pub stops_rad: (f64, f64),
@@ -169,11 +168,18 @@ pub struct BodyError {
     pub expected: &'static str,
 }
 
+impl Trunk {
+    /// Its mass, in its frame: that of a full box.
+    pub fn mass(&self) -> Mass {
+        Mass::cuboid(self.mass_kg, self.center_m, self.box_size_m)
+    }
+}
+
 impl BodyConfig {
     /// Total mass, kg.
     pub fn mass_kg(&self) -> f64 {
         let links = self.chains.iter().flat_map(|chain| &chain.links);
-        self.trunk.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
+        self.trunk.mass_kg + links.map(|link| link.mass.mass_kg).sum::<f64>()
     }
 
     /// Checks that every value is possible.
@@ -191,10 +197,16 @@ impl BodyConfig {
                 if let Some(inertia) = link.servo.rotor_inertia_kg_m2 {
                     positive(&format!("rotor inertia of link {joint} of chain {place}"), inertia)?;
                 }
-                let numbers = link.axis.iter().chain(&link.end_m).chain(&link.center_m);
-                if !numbers.chain([&link.mass_kg]).all(|number| number.is_finite()) || link.mass_kg < 0.0 {
+                let numbers = link.axis.iter().chain(&link.end_m).chain(&link.mass.center_m);
+                let mut above_zero = link.mass.principal_kg_m2.iter().chain([&link.mass.mass_kg]);
+                if !numbers.chain(above_zero.clone()).all(|number| number.is_finite())
+                    || !above_zero.all(|number| *number > 0.0)
+                {
                     let what = format!("link {joint} of chain {place}");
-                    return Err(BodyError { what, expected: "finite numbers, and no mass below 0" });
+                    return Err(BodyError {
+                        what,
+                        expected: "finite numbers, and a mass with inertia above 0",
+                    });
                 }
             }
             for ball in &chain.balls {

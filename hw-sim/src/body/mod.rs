@@ -8,12 +8,14 @@
 //! shaft, and the encoder on it, follow. In a rigid body the two are one.
 
 mod config;
+mod mass;
 mod rigid;
 mod state;
 
 pub use config::{
     BallStop, BodyConfig, BodyError, Chain, Foot, Ground, JointMechanics, Link, ShaftLink, Step, Trunk,
 };
+pub use mass::Mass;
 pub use rigid::RigidBody;
 pub use state::{BodyState, FootState, Push, PushFrame};
 

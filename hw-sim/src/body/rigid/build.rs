@@ -2,15 +2,10 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::super::{
-    BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, Link, ShaftState, Trunk,
-};
+use super::super::{BodyConfig, BodyError, BodyState, Chain, Foot, FootState, Ground, ShaftState, Trunk};
 use super::ball::BallJointStop;
 use super::{GRAVITY, Hinge, RigidBody};
 
-/// Least mass and inertia of a link that the engine computes with, kg and kg m^2: hinges in one place have
-/// none.
-const LEAST: (f64, f64) = (1e-4, 1e-8);
 /// Contacts as springs: natural frequency, Hz, and damping ratio. Stiff enough to sink in by less than half a
 /// millimetre, soft enough for steps of a millisecond.
 const CONTACT: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 60.0, damping_ratio: 1.0 };
@@ -118,8 +113,7 @@ fn insert_trunk(world: &mut PhysicsWorld, trunk: &Trunk, friction: f64, pose: Po
         return world.insert_body(RigidBodyBuilder::fixed());
     }
     let [x, y, z] = trunk.box_size_m;
-    let inertia = Vector::new(y * y + z * z, x * x + z * z, x * x + y * y) * (trunk.mass_kg / 12.0);
-    let mass = MassProperties::new(Vector::from_array(trunk.center_m), trunk.mass_kg, inertia);
+    let mass = trunk.mass().properties();
     let body = RigidBodyBuilder::dynamic().pose(pose).additional_mass_properties(mass).can_sleep(false);
     let collider = ColliderBuilder::cuboid(0.5 * x, 0.5 * y, 0.5 * z)
         .translation(Vector::from_array(trunk.box_middle_m))
@@ -149,7 +143,7 @@ fn insert_chain(
             return Err(BodyError { what, expected: "one of the buses' servos" });
         };
         let made = RigidBodyBuilder::dynamic()
-            .additional_mass_properties(rod(link))
+            .additional_mass_properties(link.mass.properties())
             .gravity_scale(1.0 - chain.carried_share)
             .can_sleep(false);
         let child = body.world.insert_body(made);
@@ -226,22 +220,6 @@ fn sole(foot: &Foot, tip: Vector, turn: Rotation) -> (ColliderBuilder, Vector) {
             (plate.position(Pose::from_parts(middle, turn)), middle)
         }
     }
-}
-
-/// Mass and inertia of a round rod along its link.
-fn rod(link: &Link) -> MassProperties {
-    let mass = link.mass_kg.max(LEAST.0);
-    let (end, radius) = (Vector::from_array(link.end_m), link.radius_m);
-    let length = end.length();
-    if link.mass_kg <= 0.0 || length <= 0.0 {
-        let inertia = Vector::splat((0.4 * link.mass_kg * radius * radius).max(LEAST.1));
-        return MassProperties::new(Vector::from_array(link.center_m), mass, inertia);
-    }
-    let across = mass * (length * length / 12.0 + radius * radius / 4.0);
-    let along = mass * radius * radius / 2.0;
-    let inertia = Vector::new(along, across, across).max(Vector::splat(LEAST.1));
-    let frame = Rotation::from_rotation_arc(Vector::X, end / length);
-    MassProperties::with_principal_inertia_frame(Vector::from_array(link.center_m), mass, inertia, frame)
 }
 
 /// Sets rotor inertia and friction, and no damping: the engine's default would brake the trunk too.

@@ -1,4 +1,4 @@
-//! Tools by others on the program's output: the Python mcap reader, pinocchio, Chromium.
+//! Tools by others on the program's output: the Python mcap reader, five readers of URDF, Chromium.
 //!
 //! Each test runs where its tool is named by an environment variable, and says so where it is not:
 //! `HIPPOCAMP_PYTHON`, a Python with the packages of `.ci/python-setup`; `HIPPOCAMP_CHROMIUM`, a Chromium.
@@ -8,6 +8,8 @@
     clippy::explicit_write,
     reason = "macros would be captured, and a test that is left out should say so"
 )]
+
+mod urdf;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
