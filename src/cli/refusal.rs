@@ -7,6 +7,7 @@ use std::path::Path;
 use clap::Parser;
 
 use super::{Arguments, BAD_INPUT, COMPLETED, FAILED, say};
+use crate::bus::StartError;
 use crate::bus::serial::OpenError;
 use crate::config::ConfigError;
 use crate::kinds::Refusal;
@@ -104,6 +105,8 @@ fn faults_of(cause: &(dyn Error + 'static)) -> Vec<String> {
         error.lines()
     } else if let Some(error) = cause.downcast_ref::<OpenError>() {
         error.faults.iter().map(ToString::to_string).collect()
+    } else if let Some(error) = cause.downcast_ref::<StartError>() {
+        error.to_string().lines().map(str::to_owned).collect()
     } else if let Some(error) = cause.downcast_ref::<Several>() {
         error.lines.clone()
     } else {

@@ -20,6 +20,9 @@ const ROUNDING_COUNTS: f64 = 1e-6;
 /// Prefixes of device names that the system assigns in the order of plugging in.
 const UNSTABLE_DEVICES: [&str; 2] = ["/dev/ttyUSB", "/dev/ttyACM"];
 
+/// Most joints that a fault names.
+const NAMED_MAX: usize = 3;
+
 impl Unit {
     /// Hash of the calibration: robot file name, date, every joint's entry, and how the robot file says its servo
     /// is connected (axis, model, bus, id, reversed). So it detects a later edit of either file that makes a
@@ -141,14 +144,23 @@ impl UnitFile {
                 format!("{file_name:?}, the robot file it is used with; calibrate each robot with its own");
             faults.push(self.fault("robot_file", expected));
         }
+        let on_servos = || robot.joints.iter().filter(|joint| joint.servo.is_some());
+        let missing: Vec<String> = on_servos()
+            .filter(|joint| !self.unit.joints.iter().any(|entry| entry.name == joint.name))
+            .map(|joint| format!("{:?}", joint.name))
+            .collect();
+        let has_none = !missing.is_empty() && missing.len() == on_servos().count();
         if self.unit.calibrated_on.is_none() {
-            faults.push(self.fault("calibrated_on", "the day of a calibration; calibrate this robot"));
+            let joints = if has_none { format!(", and its {} joints", missing.len()) } else { String::new() };
+            let expected = format!("the day of a calibration{joints}; calibrate this robot");
+            faults.push(self.fault("calibrated_on", expected));
         }
-        for joint in robot.joints.iter().filter(|joint| joint.servo.is_some()) {
-            if !self.unit.joints.iter().any(|entry| entry.name == joint.name) {
-                let key = format!("[[joint]] {:?}", joint.name);
-                faults.push(self.fault(&key, "every joint; calibrate this one"));
-            }
+        // A robot that is not calibrated at all has said so.
+        if !missing.is_empty() && !(has_none && self.unit.calibrated_on.is_none()) {
+            let named = missing.iter().take(NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
+            let more = missing.len().saturating_sub(NAMED_MAX);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            faults.push(self.fault(&format!("[[joint]] {named}{more}"), "every joint; calibrate these"));
         }
         for (place, entry) in self.unit.joints.iter().enumerate().filter(|(_, of)| !of.direction_checked) {
             let expected = format!("true: check that {} turns the way its robot file says", entry.name);

@@ -166,14 +166,20 @@ fn everything_that_is_not_calibrated_is_reported() {
         said.contains("robot_file = \"horse-dynamixel.toml\": expected \"pony.toml\", the robot file"),
         "{said}"
     );
-    assert!(said.contains("[[joint]] \"left_hind.pelvis\" is not set: expected every joint"), "{said}");
+    let missing = "[[joint]] \"left_hind.pelvis\", \"left_hind.stifle\", \"left_hind.hock\" and 11 more is not set: expected every";
+    assert!(said.contains(missing), "{said}");
     assert!(said.contains("joint[1].direction_checked is not set: expected true"), "{said}");
-    // 14 joints, one direction, one robot file.
-    assert_eq!(error.faults.len(), 16, "{said}");
+    // The joints, one direction, one robot file.
+    assert_eq!(error.faults.len(), 3, "{said}");
 
     let mut unit = calibrated(&robot());
     unit.calibrated_on = None;
     assert!(self::said(&unit, "undated").contains("calibrated_on is not set"));
+    // After the setup of its servos and before its calibration: one line, not one for each joint.
+    unit.joints.clear();
+    let error = check(&unit, "set-up").unwrap_err();
+    assert_eq!(error.faults.len(), 1, "{error}");
+    assert!(error.to_string().contains("a calibration, and its 16 joints; calibrate this robot"), "{error}");
 }
 
 #[test]

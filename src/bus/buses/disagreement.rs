@@ -22,6 +22,9 @@ impl fmt::Display for StartError {
                 for disagreement in all {
                     writeln!(f, "{disagreement}")?;
                 }
+                if all.iter().any(|one| matches!(one, Disagreement::Unheard(_))) {
+                    writeln!(f, "'hippocamp scan' shows which ids answer, and an id that two servos have")?;
+                }
                 f.write_str("the robot is not as its file says; no servo was written to")
             }
         }
