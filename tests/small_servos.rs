@@ -6,7 +6,9 @@ mod common;
 use common::{Scenario, in_physics};
 use hippocamp::config;
 use hippocamp::model::Robot;
+use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report};
+use hw_sim::FaultScript;
 
 /// A cat on eight SCS0009: 1024 counts in 300 degrees, and a rotor of 1e-4 kg m^2.
 fn cat() -> Robot {
@@ -39,6 +41,16 @@ fn a_rotor_of_any_inertia_keeps_the_body_stable() {
             assert!(body.distance_m.abs() < 0.5, "{rotor_kg_m2}: {body:?}");
         }
     }
+}
+
+/// A servo of a robot file is as `setup` leaves it: Feetech's phase (18) counts one turn only. A new one has 28 there.
+#[test]
+fn the_servos_of_a_robot_have_been_set_up() {
+    let robot = in_physics("horse.toml");
+    let mut world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
+    assert!((1..=16).all(|id| world.register(0, id, 18) == Some(12)));
+    world.make_new(0, 0);
+    assert_eq!(world.register(0, 1, 18), Some(28), "a new servo has id 1");
 }
 
 /// 10 kN on 2 kg: no robot flies at 100 m/s.

@@ -162,6 +162,15 @@ impl Servo {
         self.forget();
     }
 
+    /// Sets a register of its EEPROM, as before power-on.
+    pub(crate) fn configure(&mut self, address: u16, value: i64) {
+        if self.model.registers.iter().any(|register| register.address == address) {
+            self.registers.set(address, value);
+            self.state = (self.spec.state)(&self.registers);
+            self.forget();
+        }
+    }
+
     /// Connects it: it starts with the content of its EEPROM.
     pub(crate) fn plug_in(&mut self) {
         (self.is_plugged_in, self.power) = (true, Power::On);

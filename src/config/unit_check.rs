@@ -156,7 +156,8 @@ impl UnitFile {
             faults.push(self.fault("calibrated_on", expected));
         }
         // A robot that is not calibrated at all has said so.
-        if !missing.is_empty() && !(has_none && self.unit.calibrated_on.is_none()) {
+        let is_said = has_none && self.unit.calibrated_on.is_none();
+        if !missing.is_empty() && !is_said {
             let named = missing.iter().take(NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
             let more = missing.len().saturating_sub(NAMED_MAX);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };

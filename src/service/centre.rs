@@ -8,6 +8,8 @@ use crate::bus::table::{Offset, RegisterInfo, Value};
 
 /// Time within which a servo measures again.
 const SETTLE: Duration = Duration::from_millis(50);
+/// A shaft this near to the middle stands there, counts: a hand does not hold it more still.
+const UNREST: i64 = 20;
 
 /// The change to write.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +44,20 @@ pub enum CentreError {
         /// Largest offset, counts.
         largest: i64,
     },
+    /// It does not stand at the middle afterwards.
+    #[error(
+        "{address} accepted the offset, but its shaft reads {found}, and {middle} was promised{}", cure(*found, *middle, *turn)
+    )]
+    NotThere {
+        /// Address of the servo.
+        address: Address,
+        /// Position that it reads now, counts.
+        found: i64,
+        /// The middle count.
+        middle: i64,
+        /// Counts in a turn.
+        turn: i64,
+    },
     /// A request to it failed.
     #[error(transparent)]
     Service(#[from] ServiceError),
@@ -59,8 +75,7 @@ pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
         return Err(CentreError::NoOffset(address));
     };
     let (present, held) = (servo.read("present_position")?, servo.read("homing_offset")?);
-    #[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
-    let turn = series.counts_per_turn.round() as i64;
+    let turn = counts_per_turn(servo);
     let encoder = present.raw - sign * held.raw;
     // The nearest solution: whole turns do not matter.
     let needed = (sign * (turn / 2 - encoder) + turn / 2).rem_euclid(turn) - turn / 2;
@@ -71,12 +86,34 @@ pub fn plan(servo: &mut Servo<'_>) -> Result<CentrePlan, CentreError> {
     Ok(CentrePlan { present, held, wanted, register })
 }
 
-/// Writes the offset; returns the new position of the shaft.
+/// Writes the offset, and reads the new position of the shaft back.
 ///
 /// # Errors
-/// If the servo does not accept the offset.
-pub(crate) fn carry_out(servo: &mut Servo<'_>, plan: &CentrePlan) -> Result<Value, ServiceError> {
+/// If the servo does not accept the offset, or does not stand at the middle count then.
+pub(crate) fn carry_out(servo: &mut Servo<'_>, plan: &CentrePlan) -> Result<Value, CentreError> {
     servo.write_raw(&plan.register, plan.wanted.raw)?;
     servo.pause(SETTLE);
-    servo.read("present_position")
+    let now = servo.read("present_position")?;
+    let turn = counts_per_turn(servo);
+    let (found, middle) = (now.raw, turn / 2);
+    if (found - middle).abs() > UNREST {
+        return Err(CentreError::NotThere { address: servo.address(), found, middle, turn });
+    }
+    Ok(now)
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "a few thousand")]
+fn counts_per_turn(servo: &Servo<'_>) -> i64 {
+    servo.identity().series.counts_per_turn.round() as i64
+}
+
+/// The cure for a shaft that reads `found` in the place of `middle`.
+fn cure(found: i64, middle: i64, turn: i64) -> &'static str {
+    let off = (found - middle).rem_euclid(turn);
+    if off.min(turn - off) <= UNREST {
+        ": it counts whole turns; take its power off and on again, so that it counts from the present one, and let 'hippocamp \
+         setup' set its phase register, after which it counts one turn only"
+    } else {
+        ": hold the shaft still and try again"
+    }
 }

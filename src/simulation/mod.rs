@@ -70,10 +70,28 @@ pub fn world_from_pose(
             world
         }
     };
+    set_up(robot, &mut world);
     if let Some(settings) = &robot.imu {
         world.fit_imu(&imu(settings), seed)?;
     }
     Ok(world)
+}
+
+/// Gives the servos the settings that `hippocamp setup` leaves them with.
+fn set_up(robot: &Robot, world: &mut World) {
+    let mut places = vec![0; robot.buses.len()];
+    for servo in robot.joints.iter().filter_map(|joint| joint.servo) {
+        let place = places[servo.bus];
+        places[servo.bus] += 1;
+        let series = robot.buses[servo.bus].protocol.spec().series;
+        let Some(series) = series.iter().find(|of| std::ptr::eq(of.registers, servo.model.registers)) else {
+            continue;
+        };
+        let held = |address| world.register(servo.bus, servo.id.0, address).unwrap_or_default();
+        for (address, value) in series.after_setup(servo.model.model_number, held) {
+            world.configure(servo.bus, place, address, value);
+        }
+    }
 }
 
 /// The unit of a robot file, configured and mounted as the file says.

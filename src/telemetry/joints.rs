@@ -10,6 +10,8 @@ use crate::signals::ServoAnswer;
 struct Seen {
     /// The goal register, counts, as far as it is known; `None` while limp.
     goal: Option<i32>,
+    /// The last goal that was sent, with torque or without; `None` while limp.
+    sent: Option<i32>,
     /// Measured angle in the cycle before, rad.
     position_rad: Option<f64>,
     /// True once the joint was measured inside its range.
@@ -32,7 +34,7 @@ impl JointObserver {
     }
 
     pub(super) fn note_gap(&mut self) {
-        self.seen.iter_mut().for_each(|seen| (seen.goal, seen.position_rad) = (None, None));
+        self.seen.iter_mut().for_each(|seen| (seen.goal, seen.sent, seen.position_rad) = (None, None, None));
     }
 
     pub(super) fn observe(&mut self, robot: &Robot, record: &CycleRecord<'_>) {
@@ -53,15 +55,20 @@ impl JointObserver {
                 Slot::Answered(ServoAnswer::Torque(false)) => seen.goal = None,
                 _ => {}
             }
+            let sent = seen.sent;
             let goal = match record.goals[index] {
                 // A goal that is not sent again does not change.
-                ServoGoal::Limp => None,
+                ServoGoal::Limp => {
+                    seen.sent = None;
+                    None
+                }
                 ServoGoal::Keep => continue,
                 ServoGoal::Move { position, torque_limit } => {
                     // Without torque no goal turns the joint.
                     if torque_limit == 0 {
                         seen.goal = None;
                     }
+                    seen.sent = Some(position);
                     Some(position)
                 }
             };
@@ -71,12 +78,15 @@ impl JointObserver {
                     .report
                     .tracking_error_max_deg
                     .max((angle_rad - measured.position_rad).abs().to_degrees());
-                let outside_rad = (low - angle_rad).max(angle_rad - high);
                 // Torque comes on at the joint's angle in the cycle before.
                 let goal_rad = seen.goal.map(|goal| servo.angle_of(f64::from(goal)));
                 let before_rad = goal_rad.or(seen.position_rad).unwrap_or(measured.position_rad);
-                let outside_before_rad = (low - before_rad).max(before_rad - high);
+                let outside_of = |angle_rad: f64| (low - angle_rad).max(angle_rad - high);
+                // A limp joint may move a little towards its range after its first goal was chosen.
+                let sent_rad = sent.map_or(before_rad, |sent| servo.angle_of(f64::from(sent)));
+                let outside_before_rad = outside_of(before_rad).max(outside_of(sent_rad));
                 // Only a joint that starts outside its range may be outside, on its way in.
+                let outside_rad = outside_of(angle_rad);
                 let is_on_the_way_in = outside_rad <= outside_before_rad;
                 if outside_rad > 1e-9 && !is_on_the_way_in {
                     self.report.range_violations += 1;

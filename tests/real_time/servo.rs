@@ -119,6 +119,19 @@ fn the_present_shaft_position_becomes_the_middle() {
     assert!(text.contains("accepts 1024: take its horn off"), "{text}");
 }
 
+/// A new STS servo counts whole turns: its shaft is turned back past the zero of its encoder, to -200.
+#[test]
+fn a_centre_that_is_a_turn_away_is_not_reported_as_done() {
+    let bench = Bench::new(line("STS3215-12V", 1_000_000, &[1]));
+    bench.server.with_world(|world| world.turn(0, 0, -200.0));
+    while bench.server.with_world(|world| world.is_turning(0, 0)) {
+        std::thread::yield_now();
+    }
+    let (code, text) = bench.run(&["servo", "center"], &["1", "--yes"]);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("its shaft reads -2048, and 2048 was promised: it counts whole turns"), "{text}");
+}
+
 #[test]
 fn a_restart_forgets_volatile_registers_and_a_reset_also_settings() {
     let bench = Bench::new(line("XM430-W210", 1_000_000, &[7]));

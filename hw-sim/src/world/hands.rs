@@ -19,6 +19,14 @@ impl World {
         }
     }
 
+    /// Before time begins, gives a register of a servo's EEPROM another value than that of a new servo. Does nothing to a
+    /// register that the model lacks.
+    pub fn configure(&mut self, bus: usize, place: usize, address: u16, value: i64) {
+        if let Some(servo) = self.servo_mut(bus, place) {
+            servo.configure(address, value);
+        }
+    }
+
     /// Connects a servo: it starts from its EEPROM, without torque. Does nothing to one that is connected.
     pub fn plug_servo_in(&mut self, bus: usize, place: usize) {
         if let Some(servo) = self.servo_mut(bus, place)

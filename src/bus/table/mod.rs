@@ -89,6 +89,26 @@ impl Series {
     }
 }
 
+impl Series {
+    /// Address and value of each setting of a servo of the model `number` that has been set up and calibrated; `held` is the
+    /// byte at an address of a new servo.
+    pub(crate) fn after_setup(&self, number: u16, held: impl Fn(u16) -> u8) -> Vec<(u16, i64)> {
+        let table = (self.table)(number);
+        let kept = self.setup.iter().filter(|target| !target.is_for_new);
+        kept.filter_map(|target| {
+            let address = table.iter().find(|register| register.name == target.name)?.register.address;
+            Some((
+                address,
+                match target.want {
+                    Want::Count(count) => count,
+                    Want::Bits { of, set } => i64::from(held(address)) & !of | set,
+                },
+            ))
+        })
+        .collect()
+    }
+}
+
 impl PartialEq for Series {
     fn eq(&self, other: &Series) -> bool {
         self.name == other.name
