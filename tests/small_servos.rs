@@ -3,11 +3,18 @@
 
 mod common;
 
-use common::{Scenario, in_physics};
+use common::{Scenario, in_physics, plan};
+use hippocamp::bus::{PortError, Ports, SimPorts};
 use hippocamp::config;
+use hippocamp::ik::Method;
 use hippocamp::model::Robot;
+use hippocamp::motion::Order;
+use hippocamp::plan::RunPlan;
+use hippocamp::run::run;
+use hippocamp::signals::TrueBody;
 use hippocamp::simulation;
 use hippocamp::telemetry::{Outcome, Report};
+use hippocamp::units::Time;
 use hw_sim::FaultScript;
 
 /// A cat on eight SCS0009: 1024 counts in 300 degrees, and a rotor of 1e-4 kg m^2.
@@ -53,11 +60,49 @@ fn the_servos_of_a_robot_have_been_set_up() {
     assert_eq!(world.register(0, 1, 18), Some(28), "a new servo has id 1");
 }
 
-/// 10 kN on 2 kg: no robot flies at 100 m/s.
+/// Simulated ports whose body is unstable from a time on.
+struct Unstable(SimPorts, Time);
+
+impl Ports for Unstable {
+    fn now(&mut self) -> Time {
+        self.0.now()
+    }
+
+    fn discard_input(&mut self, bus: usize) -> Result<(), PortError> {
+        self.0.discard_input(bus)
+    }
+
+    fn send(&mut self, bus: usize, bytes: &[u8]) -> Result<(), PortError> {
+        self.0.send(bus, bytes)
+    }
+
+    fn receive(&mut self, bus: usize, into: &mut [u8]) -> Result<usize, PortError> {
+        self.0.receive(bus, into)
+    }
+
+    fn wait_for_input(&mut self, deadline: Time) {
+        self.0.wait_for_input(deadline);
+    }
+
+    fn wait_until(&mut self, deadline: Time) {
+        self.0.wait_until(deadline);
+    }
+
+    fn true_body(&self) -> Option<TrueBody> {
+        let is_unstable = self.0.world().now_ns() >= self.1.0;
+        self.0.true_body().map(|body| TrueBody { is_unstable, ..body })
+    }
+}
+
 #[test]
 fn a_body_whose_numbers_run_away_ends_the_run_as_a_fault_of_the_simulation() {
-    let push = "[[fault]]\nkind = 'push'\nat_s = 2.0\nfor_s = 1.0\nforce_n = 10000.0\n";
-    let report = walk(&in_physics("horse.toml"), 1.0, push);
+    let robot = in_physics("horse.toml");
+    let world = simulation::world(&robot, 1, &FaultScript::default()).unwrap();
+    let ports = Unstable(SimPorts::on_virtual_clock(world), Time(3_000_000_000));
+    let motion = plan(&robot, "walk", 0.9).into();
+    let plan = RunPlan { motion, method: Method::CcdThenFinish, move_for_s: 1.0, driver: None };
+    let report = run(&robot, plan, ports, |_| Order::Go).unwrap();
     assert_eq!(report.outcome, Outcome::Failed);
     assert!(report.reason.contains("a fault of the simulation, not of the robot"), "{}", report.reason);
+    assert!((2.9..3.2).contains(&report.duration_s), "{}", report.duration_s);
 }

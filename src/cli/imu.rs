@@ -116,7 +116,11 @@ fn show(options: &ImuArguments, for_s: Option<f64>) -> Result<u8> {
         if imu.is_gone() {
             say!("{} is gone", place.device.path.display());
         } else if !reading.is_known || reading.age_s > place.settings.stale_s {
-            say!("not heard at {} bit/s", place.settings.baud);
+            let baud = place.settings.baud;
+            match imu.kinds().missing() {
+                Some(words) => say!("at {baud} bit/s {words}"),
+                None => say!("not heard at {baud} bit/s"),
+            }
         } else {
             let rate = reading.rate_rad_s.map(f64::to_degrees);
             say!(

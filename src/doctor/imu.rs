@@ -48,7 +48,11 @@ fn listen(settings: &ImuSettings, device: &Device, lines: &mut Lines<'_>) -> Res
         None if bytes == 0 => {
             lines.fault(ABOUT, format!("nothing is received from {path}"), "check its power and its plug")
         }
-        None => lines.fault(ABOUT, format!("{path} is not understood at {} bit/s", settings.baud), SETUP),
+        None => {
+            let unclear = || format!("not understood at {} bit/s", settings.baud);
+            let words = sampler.kinds().missing().unwrap_or_else(unclear);
+            lines.fault(ABOUT, format!("{path} is {words}"), SETUP);
+        }
         Some(_) if (hz / settings.rate_hz - 1.0).abs() > TOLERANCE => lines.warning(
             ABOUT,
             format!("{path} measures {hz:.0} times a second, not {}", settings.rate_hz),

@@ -18,6 +18,8 @@ const ACCELERATION_FULL_M_S2: f64 = 16.0 * 9.806_65;
 const RATE_FULL_RAD_S: f64 = 2000.0 / 180.0 * std::f64::consts::PI;
 /// Full scale of angles, rad: half a turn (5.1.4).
 const ANGLE_FULL_RAD: f64 = std::f64::consts::PI;
+/// Kind of the frame of a quaternion ("WIT Standard Communication Protocol").
+const QUATERNION: u8 = 0x59;
 /// Full scale of every number.
 const FULL: f64 = 32768.0;
 
@@ -130,12 +132,57 @@ pub struct Sampler {
     decoder: Decoder,
     acceleration: Option<[i16; 3]>,
     rate: Option<[i16; 3]>,
+    kinds: KindsHeard,
+}
+
+/// The kinds of frame that a unit has sent so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct KindsHeard {
+    acceleration: bool,
+    rate: bool,
+    angle: bool,
+    quaternion: bool,
+    other: bool,
+}
+
+impl KindsHeard {
+    /// Words for a unit that is heard, but does not send all that a robot needs; `None` for any other.
+    pub fn missing(&self) -> Option<String> {
+        let KindsHeard { acceleration, rate, angle, quaternion, other } = *self;
+        let needed = [(acceleration, "acceleration"), (rate, "turn rate"), (angle, "angle")];
+        let all = needed.into_iter().chain([(quaternion, "quaternion"), (other, "other frames")]);
+        let sent: Vec<&str> = all.filter(|(is_sent, _)| *is_sent).map(|(_, name)| name).collect();
+        let lacking: Vec<&str> =
+            needed.iter().filter(|(is_sent, _)| !is_sent).map(|(_, name)| *name).collect();
+        if sent.is_empty() || lacking.is_empty() {
+            return None;
+        }
+        Some(format!(
+            "heard, but it does not send {}: it sends {}; 'hippocamp imu setup' switches on what is missing",
+            lacking.join(" and "),
+            sent.join(" and ")
+        ))
+    }
 }
 
 impl Sampler {
+    /// The kinds of frame that have come so far.
+    pub fn kinds(&self) -> KindsHeard {
+        self.kinds
+    }
+
     /// Takes one byte; returns the measurement that ends with it.
     pub fn push(&mut self, byte: u8) -> Option<RawSample> {
-        match self.decoder.push(byte)? {
+        let frame = self.decoder.push(byte)?;
+        let kinds = &mut self.kinds;
+        *match frame {
+            Frame::Acceleration(_) => &mut kinds.acceleration,
+            Frame::Rate(_) => &mut kinds.rate,
+            Frame::Angle(_) => &mut kinds.angle,
+            Frame::Other(QUATERNION) => &mut kinds.quaternion,
+            Frame::Registers(_) | Frame::Other(_) => &mut kinds.other,
+        } = true;
+        match frame {
             Frame::Acceleration(acceleration) => {
                 (self.acceleration, self.rate) = (Some(acceleration), None);
                 None
@@ -251,6 +298,33 @@ mod tests {
         assert_eq!(samples(&[&acceleration, &rate, &acceleration, &angle]), []);
         let other = frame(0x54, [1, 2, 3, 4]);
         assert_eq!(samples(&[&acceleration, &rate, &other, &angle, &angle]), [whole]);
+    }
+
+    #[test]
+    fn a_unit_that_sends_a_part_is_told_by_what_is_missing() {
+        let missing = |kinds: &[u8]| {
+            let mut sampler = Sampler::default();
+            let bytes = kinds.iter().flat_map(|kind| frame(*kind, [1, 2, 3, 4]));
+            bytes.for_each(|byte| {
+                sampler.push(byte);
+            });
+            sampler.kinds().missing()
+        };
+        let says = |kinds: &[u8], words: &str| {
+            let said = missing(kinds).unwrap();
+            assert!(said.starts_with(words), "{kinds:x?}: {said}");
+        };
+        says(&[0x53], "heard, but it does not send acceleration and turn rate: it sends angle;");
+        says(
+            &[0x51, 0x52, 0x59],
+            "heard, but it does not send angle: it sends acceleration and turn rate and quaternion;",
+        );
+        says(
+            &[0x54],
+            "heard, but it does not send acceleration and turn rate and angle: it sends other frames;",
+        );
+        assert_eq!((missing(&[]), missing(&[0x51, 0x52, 0x53])), (None, None));
+        assert_eq!(missing(&[0x51, 0x52, 0x53, 0x59]), None);
     }
 
     #[test]

@@ -17,8 +17,8 @@ use crate::model::{ImuSettings, Robot};
 use crate::signals::ImuReading;
 use clock::ArrivalClock;
 pub use codec::{
-    CONTENT, Decoder, Frame, KEY, RawSample, Register, Sampler, baud_code, command, frames_in, rate_code,
-    read_command,
+    CONTENT, Decoder, Frame, KEY, KindsHeard, RawSample, Register, Sampler, baud_code, command, frames_in,
+    rate_code, read_command,
 };
 pub use line::{ImuLine, ImuLineError};
 use plausible::Filter;
@@ -115,6 +115,11 @@ impl Imu {
     /// The last reading, with its age at the last look.
     pub fn reading(&self) -> &ImuReading {
         &self.reading
+    }
+
+    /// The kinds of frame that the unit has sent.
+    pub fn kinds(&self) -> KindsHeard {
+        self.sampler.kinds()
     }
 
     /// True if its line was gone at the last look.

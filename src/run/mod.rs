@@ -30,8 +30,8 @@ const LAST_PATIENCE_S: f64 = 1.0;
 
 /// The reason of a run whose simulated body is unstable.
 const UNSTABLE: &str = "the simulated body is unstable: its numbers grew without bound; this is a fault of the simulation, \
-                        not of the robot or its servos: please report it with the robot file (a smaller step_ms or a \
-                        larger rotor_inertia_kg_m2 may avoid it)";
+                        not of the robot or its servos: please report it with the robot file (a smaller step_ms, a \
+                        larger rotor_inertia_kg_m2 or a weaker push may avoid it)";
 
 /// The operator gives the orders.
 pub trait Operator {

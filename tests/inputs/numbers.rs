@@ -178,6 +178,9 @@ fn a_push_that_throws_the_robot_far_ends_its_run_and_not_the_program() {
     let path = written(folder.path(), "thrown.toml", script);
     let arguments = ["run", HORSE, "--virtual", "--for", "0", "--faults", text(&path)];
     let (stdout, stderr, code) = texts(&bounded(&arguments).output().unwrap());
-    assert_eq!(code, Some(3), "{stderr}");
-    assert!(stdout.contains("STOPPED BY SAFETY") && !stderr.contains("panicked"), "{stdout}{stderr}");
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(
+        stdout.contains("the simulated body is unstable") && !stderr.contains("panicked"),
+        "{stdout}{stderr}"
+    );
 }

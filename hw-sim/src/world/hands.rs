@@ -24,6 +24,7 @@ impl World {
     pub fn configure(&mut self, bus: usize, place: usize, address: u16, value: i64) {
         if let Some(servo) = self.servo_mut(bus, place) {
             servo.configure(address, value);
+            self.observe(self.now_ns, 0.0);
         }
     }
 

@@ -42,9 +42,9 @@ struct Carried {
 }
 
 /// No robot gets that far or that fast, m, m/s and rad/s: a body that does is a fault of the simulation.
-const FURTHEST_M: f64 = 1e4;
-const FASTEST_M_S: f64 = 1e2;
-const FASTEST_RAD_S: f64 = 1e4;
+const FURTHEST_M: f64 = 1e8;
+const FASTEST_M_S: f64 = 1e6;
+const FASTEST_RAD_S: f64 = 1e6;
 
 /// One hinge between two bodies.
 #[derive(Debug)]
