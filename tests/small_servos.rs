@@ -104,5 +104,5 @@ fn a_body_whose_numbers_run_away_ends_the_run_as_a_fault_of_the_simulation() {
     let report = run(&robot, plan, ports, |_| Order::Go).unwrap();
     assert_eq!(report.outcome, Outcome::Failed);
     assert!(report.reason.contains("a fault of the simulation, not of the robot"), "{}", report.reason);
-    assert!((2.9..3.2).contains(&report.duration_s), "{}", report.duration_s);
+    assert!((2.8..3.1).contains(&report.duration_s), "{}", report.duration_s);
 }

@@ -22,6 +22,7 @@ mod plot;
 mod ports;
 #[cfg(debug_assertions)]
 mod provoke;
+mod readable;
 mod record;
 mod refusal;
 mod replay;

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::campaign::{CampaignArguments, try_faults};
 use super::load::load;
+use super::readable::readable;
 use super::{BadInput, COMPLETED, say, write_whole};
 use crate::kinds::Falls;
 use crate::model::ReflexMode;
@@ -26,7 +27,7 @@ pub(super) struct TryArguments {
     pub(super) robots: Vec<PathBuf>,
     /// Try faults instead of falls: "random" draws new ones for each episode; a file of a folder of findings is
     /// played with --episode.
-    #[arg(long, value_name = "random|FILE", conflicts_with_all = ["runs", "is_json", "picture", "kept"])]
+    #[arg(long, value_name = "random|FILE", conflicts_with_all = ["runs", "is_json", "is_markdown", "picture", "kept"])]
     pub(super) faults: Option<PathBuf>,
     #[command(flatten)]
     pub(super) campaign: CampaignArguments,
@@ -39,6 +40,9 @@ pub(super) struct TryArguments {
     /// Print every trial and the figures as JSON.
     #[arg(long = "json")]
     is_json: bool,
+    /// Print the tables as Markdown, for a page.
+    #[arg(long = "markdown", conflicts_with = "is_json")]
+    is_markdown: bool,
     /// Draw one fall, passive and with the reflex, to this file (SVG): under the hardest push that made it fall.
     #[arg(long, value_name = "FILE")]
     pub(super) picture: Option<PathBuf>,
@@ -87,7 +91,7 @@ fn try_falls(options: &TryArguments, robot_file: &Path) -> Result<u8> {
             &serde_json::to_string_pretty(&json).context("the trials could not be converted to JSON")?,
         );
     } else {
-        say::lines(&tables);
+        say::lines(&if options.is_markdown { tables } else { readable(&tables) });
     }
     let ways = [("passive: limp", ReflexMode::Passive), ("reflex", ReflexMode::Reflex)];
     if let Some(place) = &picture {

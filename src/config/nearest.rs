@@ -9,11 +9,21 @@ const WORDS_MAX: usize = 4;
 /// Advice on a word that is not known: "; did you mean trot?", or nothing if no known word is near. Known words that begin
 /// with it come before a near one.
 pub(crate) fn did_you_mean<'k>(word: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
+    advice(word, known, "")
+}
+
+/// The same with the suggested words in quotes.
+pub(super) fn did_you_mean_quoted<'k>(word: &str, known: impl Iterator<Item = &'k str> + Clone) -> String {
+    advice(word, known, "\"")
+}
+
+fn advice<'k>(word: &str, known: impl Iterator<Item = &'k str> + Clone, quote: &str) -> String {
     let begins = |known: &&str| word.chars().count() >= BEGINNING && known.starts_with(word);
     let mut meant: Vec<&str> = known.clone().filter(begins).take(WORDS_MAX).collect();
     if meant.is_empty() {
         meant.extend(nearest(word, known));
     }
+    let meant: Vec<String> = meant.iter().map(|word| format!("{quote}{word}{quote}")).collect();
     if meant.is_empty() { String::new() } else { format!("; did you mean {}?", meant.join(" or ")) }
 }
 

@@ -4,7 +4,7 @@ use toml::de::DeValue;
 use toml::value::{Date, Datetime};
 
 use super::Section;
-use crate::config::nearest::did_you_mean;
+use crate::config::nearest::did_you_mean_quoted;
 use crate::printable::{is_unprintable, printable};
 
 /// Longest text, characters: longer than any path of a device.
@@ -84,7 +84,7 @@ impl<'a> Section<'a> {
         let text = self.required(key, &expected)?.as_str();
         let found = options.iter().find(|(word, _)| Some(*word) == text);
         if found.is_none() {
-            let advice = text.map(|text| did_you_mean(text, words.iter().map(|word| word.trim_matches('"'))));
+            let advice = text.map(|text| did_you_mean_quoted(text, options.iter().map(|(word, _)| *word)));
             self.fault(key, expected + &advice.unwrap_or_default());
         }
         found.map(|(_, value)| value.clone())
