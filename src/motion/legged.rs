@@ -14,6 +14,8 @@ use crate::signals::{Permission, State, Targets};
 
 /// Time to rise from sitting to standing, and to sit down again, s.
 const RISE_S: f64 = 1.5;
+/// Legs with no lower joint further than this from its place are folded, rad.
+const FOLDED_RAD: f64 = 0.03;
 /// How much longer each move takes on a further try to rise.
 const CAREFUL: f64 = 2.0;
 /// Time to lie limp before such a try, s: until the robot is still, and at most.
@@ -273,7 +275,12 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
                 *folded = self.start_pose_rad[index].clamp(low, high);
             }
         }
+        let turns = folded_rad.iter().zip(&self.start_pose_rad).map(|(to, from)| (to - from).abs());
+        let is_folded = turns.fold(0.0, f64::max) < FOLDED_RAD;
         self.folded_rad = folded_rad;
+        if is_folded {
+            return Phase::Gather { from, duration: self.gather_duration_s() };
+        }
         Phase::FoldLegs { from, duration: self.duration_s(&self.folded_rad) }
     }
 
@@ -399,6 +406,7 @@ impl<D: LeggedMotion> Generate for LeggedGenerator<D> {
 
     fn restart(&mut self, state: &State) {
         self.drive.reset_to_stand();
+        self.watch.give_over();
         self.start_pose_rad.copy_from_slice(&state.goal_rad);
         self.phase = Phase::Gather { from: self.now_s, duration: self.gather_duration_s() };
     }

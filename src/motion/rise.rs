@@ -36,9 +36,16 @@ pub(super) struct RiseWatch {
     /// Tries that have ended.
     tries: u32,
     failed: Option<FailedRise>,
+    /// True after a fall: the reflex that got the robot up watches over it, with tries of its own.
+    is_off: bool,
 }
 
 impl RiseWatch {
+    /// The reflex takes the watch over.
+    pub(super) fn give_over(&mut self) {
+        *self = RiseWatch { is_off: true, ..RiseWatch::default() };
+    }
+
     /// Notes how the trunk lies.
     pub(super) fn lies(&mut self, state: &State) {
         self.lying_rad = tilt_rad(state).unwrap_or(0.0);
@@ -55,7 +62,9 @@ impl RiseWatch {
     }
 
     fn ends(&mut self, state: &State, limit_rad: f64) -> bool {
-        let Some(tilt_rad) = tilt_rad(state).filter(|tilt_rad| *tilt_rad > limit_rad) else { return false };
+        let Some(tilt_rad) = tilt_rad(state).filter(|tilt_rad| !self.is_off && *tilt_rad > limit_rad) else {
+            return false;
+        };
         self.tries += 1;
         self.failed = (self.tries >= TRIES || tilt_rad > FALLEN_RAD)
             .then_some(FailedRise { tilt_rad, tries: self.tries });
@@ -64,7 +73,7 @@ impl RiseWatch {
 
     /// The robot stands; a later rise has all its tries again.
     pub(super) fn stands(&mut self) {
-        *self = RiseWatch::default();
+        *self = RiseWatch { is_off: self.is_off, ..RiseWatch::default() };
     }
 
     /// True once a try has ended: the next is slower and lower.

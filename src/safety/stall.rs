@@ -15,9 +15,9 @@ const STILL_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Turn of the goal that a joint must follow, as a share of the allowed tracking error.
 const GOAL_TURN_SHARE: f64 = 1.0 / 3.0;
 
-/// Share of a servo's stall torque with which it does not yet turn a healthy joint: a sixth for the friction of its gears
-/// at rest, and a quarter for the weight on it.
-const EXPLAINED_SHARE: f64 = 0.4;
+/// Share of a servo's stall torque with which it does not yet turn a healthy joint: an eighth for the friction of its gears
+/// at rest, and a fifth for the weight on it.
+const EXPLAINED_SHARE: f64 = 0.33;
 
 /// The largest error, rad, that friction and load explain on a joint with this servo.
 pub(super) fn explained_rad(servo: &ServoModel) -> f64 {
