@@ -162,13 +162,14 @@ impl Servo {
         self.forget();
     }
 
-    /// Sets a register of its EEPROM, as before power-on.
-    pub(crate) fn configure(&mut self, address: u16, value: i64) {
-        if self.model.registers.iter().any(|register| register.address == address) {
-            self.registers.set(address, value);
-            self.state = (self.spec.state)(&self.registers);
-            self.forget();
+    /// Sets registers of its EEPROM, as before power-on.
+    pub(crate) fn configure(&mut self, settings: &[(u16, i64)]) {
+        let has = |address: u16| self.model.registers.iter().any(|register| register.address == address);
+        for (address, value) in settings.iter().filter(|(address, _)| has(*address)) {
+            self.registers.set(*address, *value);
         }
+        self.state = (self.spec.state)(&self.registers);
+        self.forget();
     }
 
     /// Connects it: it starts with the content of its EEPROM.

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use super::{Gait, VerticalOscillation};
 
-/// Moments of a period in which flight is looked for, and the least share of it that counts.
-const FLIGHT_MOMENTS: u32 = 200;
+/// The least share of a period that counts as flight.
 const FLIGHT_SHARE: f64 = 0.02;
+/// Phases nearer than this are the same.
+const ROUNDING: f64 = 1e-9;
 
 impl Gait {
     /// The built-in gaits of a horse: the table of Takizawa 2005, 2.2, with the phase offsets of 3.3, and our own in
@@ -91,10 +92,16 @@ impl Gait {
 
     /// Share of a period in which no foot is on the ground.
     pub fn flight_share(&self) -> f64 {
-        let moments =
-            || (0..FLIGHT_MOMENTS).map(|moment| (f64::from(moment) + 0.5) / f64::from(FLIGHT_MOMENTS));
-        let aloft = moments().filter(|phase| (0..4).all(|leg| self.is_swing(leg, *phase))).map(|_| 1.0);
-        aloft.sum::<f64>() / f64::from(FLIGHT_MOMENTS)
+        let swing = 1.0 - self.duty_factor;
+        let lands = self.phase_offsets.map(|lift_off| share_of_period(lift_off + swing));
+        // A flight ends where a foot lands: it has lasted since the last lift-off, if every foot was in swing until then.
+        let flight_before = |landing: f64| {
+            let since_lift_off = self.phase_offsets.map(|lift_off| share_of_period(landing - lift_off));
+            let is_flight = since_lift_off.iter().all(|since| *since <= swing + ROUNDING);
+            if is_flight { since_lift_off.into_iter().fold(swing, f64::min) } else { 0.0 }
+        };
+        let is_first = |leg: usize| lands[..leg].iter().all(|other| (other - lands[leg]).abs() > ROUNDING);
+        (0..lands.len()).filter(|leg| is_first(*leg)).map(|leg| flight_before(lands[leg])).sum()
     }
 
     /// True if it has a moment of flight, in which no foot is on the ground.

@@ -105,7 +105,7 @@ pub trait LeggedMotion: fmt::Debug + Send {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Torque(TorquePhase),
-    LieDown { from: f64 },
+    LieDown { from: f64, end: TorquePhase },
     FoldLegs { from: f64, duration: f64 },
     Gather { from: f64, duration: f64 },
     Rise { from: f64 },
@@ -191,28 +191,14 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         let phase = self.phase;
         self.phase = match phase {
             Phase::Torque(TorquePhase::TorqueUp { .. }) if must_end => self.fold(state),
-            Phase::Torque(end) => {
-                match end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad) {
-                    Some(end) => {
-                        if end == TorquePhase::Limp {
-                            self.watch.lies(state);
-                        }
-                        if self.watch.is_careful() {
-                            // A joint that has had torque gave way, and its goals stay inside its range.
-                            for (angle, (low, high)) in
-                                self.start_pose_rad.iter_mut().zip(&self.goal_ranges_rad)
-                            {
-                                *angle = angle.clamp(*low, *high);
-                            }
-                        }
-                        Phase::Torque(end)
-                    }
-                    None => self.fold_or_gather(),
-                }
-            }
-            Phase::LieDown { from } if self.has_lain(from, state) => {
+            Phase::Torque(end) => self.next_of_torque(end, must_end, state),
+            Phase::LieDown { from, .. } if self.has_lain(from, state) => {
                 let is_over = must_end || self.watch.failed().is_some();
                 Phase::Torque(if is_over { TorquePhase::Done } else { TorquePhase::Limp })
+            }
+            Phase::LieDown { from, end } => {
+                let next = end.next(now, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad);
+                Phase::LieDown { from, end: next.unwrap_or(end) }
             }
             Phase::Rise { from } if wants_stop && now >= from + self.rise_s() => self.stop_from_stand(state),
             Phase::FoldLegs { .. } | Phase::Gather { .. } | Phase::Rise { .. } if wants_stop => {
@@ -236,6 +222,22 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         };
     }
 
+    /// The phase after `end`.
+    fn next_of_torque(&mut self, end: TorquePhase, must_end: bool, state: &State) -> Phase {
+        let next = end.next(self.now_s, self.torque_ramp_s, must_end, state, &mut self.start_pose_rad);
+        let Some(end) = next else { return self.fold_or_gather() };
+        if end == TorquePhase::Limp {
+            self.watch.lies(state);
+        }
+        if self.watch.is_careful() {
+            // A joint that has had torque gave way, and its goals stay inside its range.
+            for (angle, (low, high)) in self.start_pose_rad.iter_mut().zip(&self.goal_ranges_rad) {
+                *angle = angle.clamp(*low, *high);
+            }
+        }
+        Phase::Torque(end)
+    }
+
     /// True if the trunk tips over on the way up, or cannot be lifted.
     fn ends_try(&mut self, state: &State) -> bool {
         if self.drive.crouch().is_none() {
@@ -256,8 +258,8 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
     }
 
     fn lie_down(&mut self, state: &State) -> Phase {
-        self.start_pose_rad.copy_from_slice(&state.goal_rad);
-        Phase::LieDown { from: self.now_s }
+        let end = TorquePhase::let_go(self.now_s, 1.0, state, &mut self.start_pose_rad);
+        Phase::LieDown { from: self.now_s, end }
     }
 
     /// The first move of a robot that has just been given torque. Legs that fold their lower joints first do not lift the
@@ -267,18 +269,15 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
         if self.drive.crouch().is_none() {
             return Phase::Gather { from, duration: self.gather_duration_s() };
         }
-        let mut folded_rad = std::mem::take(&mut self.folded_rad);
-        folded_rad.copy_from_slice(self.low_pose().1);
-        for (index, folded) in folded_rad.iter_mut().enumerate() {
-            if !self.is_lower[index] {
-                let (low, high) = self.goal_ranges_rad[index];
-                *folded = self.start_pose_rad[index].clamp(low, high);
-            }
+        let mut furthest_rad = 0.0_f64;
+        for (index, start_rad) in self.start_pose_rad.iter().enumerate() {
+            let (low, high) = self.goal_ranges_rad[index];
+            let to_rad =
+                if self.is_lower[index] { self.low_pose().1[index] } else { start_rad.clamp(low, high) };
+            self.folded_rad[index] = to_rad;
+            furthest_rad = furthest_rad.max((to_rad - start_rad).abs());
         }
-        let turns = folded_rad.iter().zip(&self.start_pose_rad).map(|(to, from)| (to - from).abs());
-        let is_folded = turns.fold(0.0, f64::max) < FOLDED_RAD;
-        self.folded_rad = folded_rad;
-        if is_folded {
+        if furthest_rad < FOLDED_RAD {
             return Phase::Gather { from, duration: self.gather_duration_s() };
         }
         Phase::FoldLegs { from, duration: self.duration_s(&self.folded_rad) }
@@ -330,14 +329,12 @@ impl<D: LeggedMotion> LeggedGenerator<D> {
     fn write_targets(&mut self, targets: &mut Targets) {
         let now = self.now_s;
         targets.torque_share = match self.phase {
-            Phase::Torque(end) => end.torque_share(now, self.torque_ramp_s),
-            Phase::LieDown { from } => 1.0 - smooth_step((now - from) / self.torque_ramp_s),
+            Phase::Torque(end) | Phase::LieDown { end, .. } => end.torque_share(now, self.torque_ramp_s),
             _ => 1.0,
         };
         let (sit_m, stand_m) = self.drive.heights_m();
         match self.phase {
-            Phase::Torque(end) if end.is_limp() => targets.set_limp(),
-            Phase::LieDown { from } if now >= from + self.torque_ramp_s => targets.set_limp(),
+            Phase::Torque(end) | Phase::LieDown { end, .. } if end.is_limp() => targets.set_limp(),
             Phase::Torque(_) | Phase::LieDown { .. } | Phase::Held => self.write_pose(0.0, targets),
             Phase::FoldLegs { from, duration } => {
                 let share = smooth_step((now - from) / duration);

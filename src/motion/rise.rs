@@ -13,7 +13,6 @@ const TIPPING_RAD: f64 = 0.45;
 const MORE_RAD: f64 = 0.15;
 /// A trunk that tilts further than this cannot be lifted on feet that stand below it, rad.
 const UPRIGHT_RAD: f64 = 0.26;
-
 /// A trunk that tilts further than this lies on its side or its back, rad: its legs cannot lift it.
 const FALLEN_RAD: f64 = 1.0;
 /// A trunk that turns more slowly than this lies still, rad/s.
@@ -92,8 +91,7 @@ pub(super) fn is_still(state: &State) -> bool {
     !state.body.is_known || state.body.rate_rad_s.length() < STILL_RAD_S
 }
 
-/// Angle of the trunk's up from the world's, rad; `None` if it is unknown.
+/// Tilt of the trunk, rad; `None` if it is unknown.
 fn tilt_rad(state: &State) -> Option<f64> {
-    let body = &state.body;
-    body.is_known.then(|| (body.roll_rad.cos() * body.pitch_rad.cos()).clamp(-1.0, 1.0).acos())
+    state.body.is_known.then(|| state.body.tilt_rad())
 }

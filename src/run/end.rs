@@ -7,9 +7,17 @@ use crate::observe::{CycleRecord, Outcome};
 use crate::reflex::FallOutcome;
 use crate::signals::{JointState, Permission, ServoGoal};
 
+/// The reason of a run whose simulated body is unstable.
+const UNSTABLE: &str = "the simulated body is unstable: its numbers grew without bound; this is a fault of the simulation, \
+                        not of the robot or its servos: please report it with the robot file (a smaller step_ms, a \
+                        larger rotor_inertia_kg_m2 or a weaker push may avoid it)";
+
 /// Outcome and reason, if safety, a fall or silent servos determine them; and true if every servo has heard the end.
 pub(super) fn judge<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>) -> (Option<(Outcome, String)>, bool) {
     let record = cycle.record();
+    if is_unstable(&record) {
+        return (Some((Outcome::Failed, UNSTABLE.to_owned())), true);
+    }
     let lost = may_have_torque(robot, &record);
     let is_heard = lost.is_empty();
     let fallen = record.facts.falls.filter(|falls| falls.outcome == FallOutcome::LiesLimp);
@@ -38,6 +46,11 @@ pub(super) fn judge<P: Ports>(robot: &Robot, cycle: &mut Cycle<'_, P>) -> (Optio
         fallen.map(|falls| (Outcome::Fallen, format!("{falls}: set it on its feet and start it again")))
     };
     (worse, is_heard)
+}
+
+/// True if the numbers of the simulated body mean nothing any more.
+pub(super) fn is_unstable(record: &CycleRecord<'_>) -> bool {
+    record.facts.truth.is_some_and(|body| body.is_unstable)
 }
 
 /// Outcome and reason after a panic of the loop, and true if every servo has heard the end. Takes the torque off unless

@@ -28,11 +28,6 @@ const LAST_CYCLES: u32 = 5;
 /// How long a servo may stay unheard at the end before the end says that it may still have torque, s.
 const LAST_PATIENCE_S: f64 = 1.0;
 
-/// The reason of a run whose simulated body is unstable.
-const UNSTABLE: &str = "the simulated body is unstable: its numbers grew without bound; this is a fault of the simulation, \
-                        not of the robot or its servos: please report it with the robot file (a smaller step_ms, a \
-                        larger rotor_inertia_kg_m2 or a weaker push may avoid it)";
-
 /// The operator gives the orders.
 pub trait Operator {
     /// Receives, before the loop, a remark about the servos that does not prevent a start.
@@ -61,8 +56,6 @@ impl<F: FnMut(&Status) -> Order> Operator for F {
 enum EndCause {
     PlanDone,
     Operator,
-    /// The simulated body is unstable.
-    Unstable,
     /// An observer, by its index, and its objection.
     Observer(usize, &'static str),
 }
@@ -109,11 +102,10 @@ pub(crate) fn perform<P: Ports>(
     let ended = catch_unwind(AssertUnwindSafe(|| repeat(robot, cycle, start, observers, operator)));
     let mut objector = None;
     let (outcome, reason, is_heard) = match ended {
-        Ok(EndCause::Unstable) => (Outcome::Failed, UNSTABLE.to_owned(), true),
         Ok(cause) => {
             let (worse, is_heard) = end::judge(robot, cycle);
             let (outcome, reason) = worse.unwrap_or_else(|| match cause {
-                EndCause::PlanDone | EndCause::Unstable => (Outcome::Completed, done.to_owned()),
+                EndCause::PlanDone => (Outcome::Completed, done.to_owned()),
                 EndCause::Operator => {
                     let (outcome, reason) = operator.why_stopped();
                     (outcome, reason.to_owned())
@@ -190,8 +182,8 @@ fn repeat<P: Ports>(
         }
         cycle.end();
         let record = cycle.record();
-        if record.facts.truth.is_some_and(|body| body.is_unstable) {
-            return EndCause::Unstable;
+        if end::is_unstable(&record) {
+            return cause;
         }
         if record.facts.activity == Activity::Done {
             last_cycles += 1;

@@ -7,7 +7,7 @@ use super::backup::Backup;
 use super::error::{Address, ServiceError};
 use super::servo::Servo;
 pub use crate::bus::table::Target;
-use crate::bus::table::{RegisterInfo, Series, Value, Want, count};
+use crate::bus::table::{RegisterInfo, Series, Value, count};
 use crate::model::Protocol;
 use crate::units::ServoId;
 
@@ -44,11 +44,7 @@ pub fn changes(servo: &mut Servo<'_>, targets: &[Target], is_new: bool) -> Resul
     let wanted = targets.iter().filter(|target| is_new || !target.is_for_new);
     let change = |target: &Target| {
         let (register, held) = held.iter().find(|(register, _)| register.name == target.name)?;
-        let wanted = match target.want {
-            Want::Count(count) => count,
-            Want::Bits { of, set } => held.raw & !of | set,
-        };
-        let wanted = identity.value(register, wanted);
+        let wanted = identity.value(register, target.want.applied_to(held.raw));
         (wanted.raw != held.raw).then(|| Change { register: register.clone(), held: *held, wanted })
     };
     Ok(wanted.filter_map(change).collect())
@@ -57,10 +53,10 @@ pub fn changes(servo: &mut Servo<'_>, targets: &[Target], is_new: bool) -> Resul
 /// True if writes of `targets`, id and rate alone can have changed a servo from `then` to `now`.
 pub fn is_begun(then: &Backup, now: &Backup, targets: &[Target]) -> bool {
     let is_wanted = |name: &str, before: i64, count: i64| {
-        targets.iter().filter(|target| target.name == name).any(|target| match target.want {
-            Want::Count(wanted) => wanted == count,
-            Want::Bits { of, set } => before & !of | set == count,
-        })
+        targets
+            .iter()
+            .filter(|target| target.name == name)
+            .any(|target| target.want.applied_to(before) == count)
     };
     then.model_number == now.model_number
         && now.settings().all(|(register, bytes)| {
@@ -111,7 +107,7 @@ pub(crate) fn carry_out(
 mod tests {
     use super::*;
     use crate::bus::protocols::PROTOCOLS;
-    use crate::bus::table::{Access, Identity};
+    use crate::bus::table::{Access, Identity, Want};
     use crate::model::Firmware;
 
     #[test]

@@ -125,6 +125,13 @@ pub struct BodyEstimate {
     pub is_in_contact: Vec<bool>,
 }
 
+impl BodyEstimate {
+    /// Angle of the trunk's up from the world's, rad, 0 to pi.
+    pub fn tilt_rad(&self) -> f64 {
+        (self.roll_rad.cos() * self.pitch_rad.cos()).clamp(-1.0, 1.0).acos()
+    }
+}
+
 /// True motion of a simulated robot, whatever its own sensors say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrueBody {

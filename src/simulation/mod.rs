@@ -88,9 +88,8 @@ fn set_up(robot: &Robot, world: &mut World) {
             continue;
         };
         let held = |address| world.register(servo.bus, servo.id.0, address).unwrap_or_default();
-        for (address, value) in series.after_setup(servo.model.model_number, held) {
-            world.configure(servo.bus, place, address, value);
-        }
+        let settings = series.after_setup(servo.model.model_number, held);
+        world.configure(servo.bus, place, &settings);
     }
 }
 

@@ -126,10 +126,10 @@ impl BodyObserver {
             pitch_rad: body.pitch_rad,
             forward_m: body.velocity_m_s.x * record.facts.dt_s,
             height_m: None,
-            is_fallen: body.roll_rad.cos() * body.pitch_rad.cos() < FALLEN_COS,
+            is_fallen: body.tilt_rad() > FALLEN_RAD,
         })
     }
 }
 
-/// Cosine of 60 degrees: a trunk further from upright has fallen.
-const FALLEN_COS: f64 = 0.5;
+/// A trunk further from upright has fallen, rad: 60 degrees.
+const FALLEN_RAD: f64 = std::f64::consts::FRAC_PI_3;

@@ -42,7 +42,8 @@ impl JointObserver {
             let Some(servo) = &joint.servo else { continue };
             let (measured, seen) = (&record.state.joints[index], &mut self.seen[index]);
             let (low, high) = joint.range_rad;
-            let overshoot_rad = (low - measured.position_rad).max(measured.position_rad - high);
+            let outside_of = |angle_rad: f64| (low - angle_rad).max(angle_rad - high);
+            let overshoot_rad = outside_of(measured.position_rad);
             // The encoder itself cannot resolve half a count.
             seen.was_inside |= measured.is_known && overshoot_rad <= 0.5 * servo.count_rad();
             if seen.was_inside {
@@ -81,7 +82,6 @@ impl JointObserver {
                 // Torque comes on at the joint's angle in the cycle before.
                 let goal_rad = seen.goal.map(|goal| servo.angle_of(f64::from(goal)));
                 let before_rad = goal_rad.or(seen.position_rad).unwrap_or(measured.position_rad);
-                let outside_of = |angle_rad: f64| (low - angle_rad).max(angle_rad - high);
                 // A limp joint may move a little towards its range after its first goal was chosen.
                 let sent_rad = sent.map_or(before_rad, |sent| servo.angle_of(f64::from(sent)));
                 let outside_before_rad = outside_of(before_rad).max(outside_of(sent_rad));

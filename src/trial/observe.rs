@@ -187,7 +187,7 @@ pub fn observe(
                 observed.predicted_s = Some(pushed_s);
                 observed.direction = report.direction;
                 let body = &cycle.record().state.body;
-                observed.told_at_deg = Some((body.roll_rad.cos() * body.pitch_rad.cos()).acos().to_degrees());
+                observed.told_at_deg = Some(body.tilt_rad().to_degrees());
                 // The effect of the push itself is the same in all modes.
                 (observed.joint_load_nm, window) = (0.0, None);
             }

@@ -19,11 +19,11 @@ impl World {
         }
     }
 
-    /// Before time begins, gives a register of a servo's EEPROM another value than that of a new servo. Does nothing to a
-    /// register that the model lacks.
-    pub fn configure(&mut self, bus: usize, place: usize, address: u16, value: i64) {
+    /// Before time begins, gives registers of a servo's EEPROM, by address, other values than those of a new servo. Does
+    /// nothing to a register that the model lacks.
+    pub fn configure(&mut self, bus: usize, place: usize, settings: &[(u16, i64)]) {
         if let Some(servo) = self.servo_mut(bus, place) {
-            servo.configure(address, value);
+            servo.configure(settings);
             self.observe(self.now_ns, 0.0);
         }
     }

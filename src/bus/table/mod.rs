@@ -97,13 +97,7 @@ impl Series {
         let kept = self.setup.iter().filter(|target| !target.is_for_new);
         kept.filter_map(|target| {
             let address = table.iter().find(|register| register.name == target.name)?.register.address;
-            Some((
-                address,
-                match target.want {
-                    Want::Count(count) => count,
-                    Want::Bits { of, set } => i64::from(held(address)) & !of | set,
-                },
-            ))
+            Some((address, target.want.applied_to(i64::from(held(address)))))
         })
         .collect()
     }
@@ -133,6 +127,16 @@ pub(crate) enum Want {
     Count(i64),
     /// Some of its bits.
     Bits { of: i64, set: i64 },
+}
+
+impl Want {
+    /// The count that a register which held `held` should hold.
+    pub(crate) fn applied_to(self, held: i64) -> i64 {
+        match self {
+            Want::Count(count) => count,
+            Want::Bits { of, set } => held & !of | set,
+        }
+    }
 }
 
 /// A register to set before a robot can use the servo.

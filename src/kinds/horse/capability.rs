@@ -36,8 +36,8 @@ impl HorseCapability {
         let sit_pose_rad = reach::sit_pose(robot, horse, &reaches)?;
         let crouch = reach::crouch(robot, horse, &reaches, &sit_pose_rad);
         let table = postures::table(robot, horse, &reaches);
-        let stays_on_ground = robot.bears_weight && !robot.buses.is_empty();
         let is_driven = !robot.buses.is_empty();
+        let stays_on_ground = robot.bears_weight && is_driven;
         let mut capability = HorseCapability {
             reaches,
             table,

@@ -39,7 +39,7 @@ fn write_gaits(
 ) -> fmt::Result {
     writeln!(text, "\n{:<24} {:>16}  {:>15}  limited by", "gait", "by reach m/s", "by servos m/s")?;
     for (gait, top) in horse.gaits.iter().zip(&capability.top_speeds) {
-        let limit = if robot.bears_weight && !robot.buses.is_empty() && gait.has_flight() {
+        let limit = if capability.stays_on_ground && gait.has_flight() {
             "; leaves the ground: see --physics"
         } else {
             ""

@@ -7,12 +7,12 @@ use std::fmt::{self, Write};
 
 use glam::DVec3;
 
-use crate::ik::{Limbs, Method, Solver};
+use super::cruise::cruise;
+use super::reach::{Legs, PULL};
+use crate::ik::Method;
 use crate::kinds::loads::LASTING_SHARE;
 use crate::model::Robot;
-use crate::motion::horse::{HorsePlan, Velocity, Walk};
-use crate::motion::posture_pull;
-use crate::signals::{JointTargets, Targets};
+use crate::motion::horse::HorsePlan;
 use crate::standing::{Sole, Standing, TrunkMotion};
 
 /// Share of stall torque above which a joint fails to move the robot: the rest is for the friction of its gears, for
@@ -115,15 +115,12 @@ fn soles(robot: &Robot, plan: &HorsePlan) -> Vec<Sole> {
 fn rise(robot: &Robot, plan: &HorsePlan, mut see: impl FnMut(&[f64])) {
     let (sit_m, stand_m) = (plan.settings.sit_height_m, plan.settings.stand_height_m);
     let mut angles = plan.sit_pose_rad.clone();
-    let mut solvers = plan.settings.legs.map(|leg| {
-        let chain = &robot.chains[leg];
-        (chain.joints.clone(), Solver::new(chain, robot.joints_of(chain)))
-    });
+    let mut legs = Legs::new(robot, &plan.settings, plan.neutral_in_body);
     for step in 0..=HEIGHTS {
         let height_m = sit_m + (stand_m - sit_m) * f64::from(step) / f64::from(HEIGHTS);
-        for ((joints, solver), neutral) in solvers.iter_mut().zip(&plan.neutral_in_body) {
-            solver.solve(Method::CcdThenFinish, neutral.with_z(-height_m), 0.1, &mut angles[joints.clone()]);
-        }
+        legs.put(height_m, &mut angles, |leg, target, angles| {
+            leg.solve(Method::CcdThenFinish, target, PULL, angles).residual_m
+        });
         see(&angles);
     }
 }
@@ -136,26 +133,18 @@ fn walk(robot: &Robot, plan: &HorsePlan, gait: &str, mut see: impl FnMut(&[f64],
         return;
     }
     let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
-    let mut walk = Walk::cruising(plan, gait, Velocity { speed_m_s, yaw_rate_rad_s: 0.0 });
-    let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
-    let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
     let dt_s = period_s / f64::from(MOMENTS);
-    targets.posture_pull = posture_pull(dt_s);
-    joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
+    let times = (0..(SETTLING + 1) * MOMENTS).map(|moment| f64::from(moment) * dt_s);
     let mut shares = vec![0.0; robot.chains.len()];
-    for moment in 0..(SETTLING + 1) * MOMENTS {
-        let s = f64::from(moment) * dt_s;
-        walk.advance(s);
-        walk.write_level(plan, s, &mut targets);
-        limbs.solve(&targets, &mut joints);
-        if moment >= SETTLING * MOMENTS {
+    cruise(robot, plan, (gait, speed_m_s), dt_s, times, |s, targets, angles_rad| {
+        if s >= f64::from(SETTLING * MOMENTS) * dt_s {
             shares.fill(0.0);
             for foot in targets.feet() {
                 shares[foot.chain] = foot.load_share;
             }
-            see(&joints.angles_rad, &shares);
+            see(angles_rad, &shares);
         }
-    }
+    });
 }
 
 /// Lines of the load of each joint with a servo, for people.

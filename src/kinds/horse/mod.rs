@@ -1,6 +1,7 @@
 //! A horse: four legs that walk by gaits.
 
 pub mod capability;
+mod cruise;
 mod describe;
 mod follower;
 mod gamepad;

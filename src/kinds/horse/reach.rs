@@ -4,6 +4,8 @@
 //! legs reach less far, or have gaps, higher up. E is the half-width of the largest steady strides inside
 //! that reach, about the neutral point that makes it largest.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::follower::Follower;
@@ -13,12 +15,14 @@ use crate::motion::curves::SwingCurve;
 use crate::motion::horse::{LegReach, Reachable, StridePoint};
 
 /// Pull of the pose towards neutral, as in a walk.
-const PULL: f64 = 0.1;
+pub(super) const PULL: f64 = 0.1;
 /// Number of steps in which a swing is checked.
 const STEPS_A_STRIDE: u32 = 128;
-/// Steps of the standing height in which the lowest pose is searched for, and solutions in which a pose settles there.
+/// Steps of the standing height in which the lowest pose is searched for.
 const CROUCH_STEPS: f64 = 50.0;
-const SETTLING: u32 = 10;
+/// Solutions in which a pose settles: the sitting pose from the middle of the ranges, and the next lower pose.
+const SITTING: u32 = 100;
+const CROUCHING: u32 = 10;
 /// Number of candidates for the neutral point.
 const NEUTRALS: u32 = 400;
 
@@ -151,6 +155,32 @@ fn stride(horse: &HorseMotion, duty_factor: f64) -> Vec<StridePoint> {
     stride
 }
 
+/// The legs of a horse, each with its foot on its neutral point.
+pub(super) struct Legs([(Range<usize>, Solver, DVec3); 4]);
+
+impl Legs {
+    /// Legs of `horse` with these neutral points.
+    pub(super) fn new(robot: &Robot, horse: &HorseMotion, neutral_in_body: [DVec3; 4]) -> Legs {
+        Legs(std::array::from_fn(|leg| {
+            let chain = &robot.chains[horse.legs[leg]];
+            (chain.joints.clone(), Solver::new(chain, robot.joints_of(chain)), neutral_in_body[leg])
+        }))
+    }
+
+    /// Puts each foot `height_m` below the trunk by `solve`, which turns the angles of one leg and returns what remains
+    /// to its target, m. Returns that of each leg.
+    pub(super) fn put(
+        &mut self,
+        height_m: f64,
+        pose_rad: &mut [f64],
+        mut solve: impl FnMut(&mut Solver, DVec3, &mut [f64]) -> f64,
+    ) -> [f64; 4] {
+        self.0.each_mut().map(|(joints, solver, neutral)| {
+            solve(solver, neutral.with_z(-height_m), &mut pose_rad[joints.clone()])
+        })
+    }
+}
+
 /// Joint angles of the sitting robot: feet on their neutral points, trunk at the sitting height; the joints
 /// of chains that are not legs are in the middle of their ranges.
 ///
@@ -158,23 +188,18 @@ fn stride(horse: &HorseMotion, duty_factor: f64) -> Vec<StridePoint> {
 /// [`ReachError::CannotSit`] for the first leg that cannot.
 pub fn sit_pose(robot: &Robot, horse: &HorseMotion, reaches: &[Reach; 4]) -> Result<Vec<f64>, ReachError> {
     let mut pose: Vec<f64> = robot.joints.iter().map(Joint::middle_rad).collect();
-    for (leg, reach) in reaches.iter().enumerate() {
-        let chain = &robot.chains[horse.legs[leg]];
-        let mut solver = Solver::new(chain, robot.joints_of(chain));
-        let target = reach.neutral_in_body.with_z(-horse.sit_height_m);
-        let angles = &mut pose[chain.joints.clone()];
-        let mut residual_m = f64::INFINITY;
-        // A few more solutions than necessary, so that the pull to the neutral posture settles too.
-        for _ in 0..100 {
-            residual_m = solver.solve(Method::CcdThenFinish, target, PULL, angles).residual_m;
-        }
-        if residual_m > REACHED_M {
+    let mut legs = Legs::new(robot, horse, reaches.map(|reach| reach.neutral_in_body));
+    let left_m = legs.put(horse.sit_height_m, &mut pose, |leg, target, angles| {
+        settled(SITTING, || leg.solve(Method::CcdThenFinish, target, PULL, angles).residual_m)
+    });
+    match left_m.iter().position(|left_m| *left_m > REACHED_M) {
+        None => Ok(pose),
+        Some(leg) => {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "for a message")]
-            let miss_um = (residual_m * 1e6) as u64;
-            return Err(ReachError::CannotSit { leg: LEG_NAMES[leg], miss_um });
+            let miss_um = (left_m[leg] * 1e6) as u64;
+            Err(ReachError::CannotSit { leg: LEG_NAMES[leg], miss_um })
         }
     }
-    Ok(pose)
 }
 
 /// The lowest pose with all feet on their neutral points, below the pose `sit_pose_rad`: height of the trunk, m, and joint
@@ -188,23 +213,21 @@ pub fn crouch(
     let mut lowest = (horse.sit_height_m, sit_pose_rad.to_vec());
     let mut pose = sit_pose_rad.to_vec();
     let step_m = horse.stand_height_m / CROUCH_STEPS;
-    let mut solvers = horse.legs.map(|leg| {
-        let chain = &robot.chains[leg];
-        (chain.joints.clone(), Solver::new(chain, robot.joints_of(chain)))
-    });
-    loop {
+    let mut legs = Legs::new(robot, horse, reaches.map(|reach| reach.neutral_in_body));
+    while lowest.0 > step_m {
         let height_m = lowest.0 - step_m;
-        let is_reached = height_m > 0.0
-            && solvers.iter_mut().zip(reaches).all(|((joints, solver), reach)| {
-                let target = reach.neutral_in_body.with_z(-height_m);
-                (0..SETTLING)
-                    .map(|_| solver.follow(target, PULL, &mut pose[joints.clone()]).residual_m)
-                    .last()
-                    <= Some(REACHED_M)
-            });
-        if !is_reached {
-            return lowest;
+        let left_m = legs.put(height_m, &mut pose, |leg, target, angles| {
+            settled(CROUCHING, || leg.follow(target, PULL, angles).residual_m)
+        });
+        if left_m.iter().any(|left_m| *left_m > REACHED_M) {
+            break;
         }
         lowest = (height_m, pose.clone());
     }
+    lowest
+}
+
+/// What remains after `times` solutions, m: a few more than necessary, so that the pull to the neutral posture settles too.
+fn settled(times: u32, mut solve: impl FnMut() -> f64) -> f64 {
+    (0..times).fold(f64::INFINITY, |_, _| solve())
 }

@@ -1,9 +1,8 @@
 //! The top speed of each gait, limited by the legs' reach and by the servos' speed.
 
-use crate::ik::{Limbs, Method};
+use super::cruise::cruise;
 use crate::model::{Gait, Robot};
-use crate::motion::horse::{HorsePlan, Velocity, Walk};
-use crate::signals::{JointTargets, Targets};
+use crate::motion::horse::HorsePlan;
 
 /// Top speed of a gait, and what limits it.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,23 +96,13 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
     let period_s = plan.settings.gaits[gait].period_s(plan.settings.swing_time_s);
     let robot = &robot.with_period_of_at_least(STRIDES * period_s / STEPS_MAX);
     let dt_s = robot.period_s();
-    let mut walk = Walk::cruising(plan, gait, Velocity { speed_m_s, yaw_rate_rad_s: 0.0 });
-    let mut limbs = Limbs::new(robot, Method::CcdThenFinish);
-    let (mut targets, mut joints) = (Targets::new(robot), JointTargets::new(robot));
-    targets.posture_pull = crate::motion::posture_pull(dt_s);
-    joints.angles_rad.copy_from_slice(&plan.sit_pose_rad);
     let mut speeds: Vec<f64> = vec![0.0; robot.joints.len()];
-    let mut before = joints.angles_rad.clone();
+    let mut before = plan.sit_pose_rad.clone();
     let mut worst = (0.0, None);
-    let mut cycle = 0_u32;
-    while f64::from(cycle) * dt_s < STRIDES * period_s {
-        let s = f64::from(cycle) * dt_s;
-        before.copy_from_slice(&joints.angles_rad);
-        walk.advance(s);
-        walk.write_level(plan, s, &mut targets);
-        limbs.solve(&targets, &mut joints);
+    let times = (0_u32..).map(|cycle| f64::from(cycle) * dt_s).take_while(|s| *s < STRIDES * period_s);
+    cruise(robot, plan, (gait, speed_m_s), dt_s, times, |s, _, angles_rad| {
         for (index, joint) in robot.joints.iter().enumerate() {
-            let speed = (joints.angles_rad[index] - before[index]) / dt_s;
+            let speed = (angles_rad[index] - before[index]) / dt_s;
             let acceleration = (speed - speeds[index]) / dt_s;
             speeds[index] = speed;
             if s >= (STRIDES - 1.0) * period_s {
@@ -129,7 +118,7 @@ fn largest_load(robot: &Robot, plan: &HorsePlan, gait: usize, speed_m_s: f64) ->
                 }
             }
         }
-        cycle += 1;
-    }
+        before.copy_from_slice(angles_rad);
+    });
     worst
 }
