@@ -8,6 +8,7 @@ pub mod figure;
 pub mod horse;
 mod jog;
 pub mod legged;
+mod legged_motion;
 mod pose_change;
 mod rise;
 pub mod tentacle;
